@@ -1,0 +1,55 @@
+"""Install the wheels given into empty folders and check what they bring: `powertrain`, complete, and nothing beside."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+IMPORTS = """
+import powertrain, powertrain.components, powertrain.vehicles
+for module in powertrain, powertrain.components, powertrain.vehicles:
+    assert module.__file__.startswith({target!r}), module.__file__
+"""
+
+
+def check(wheel: str, target: Path) -> list[str]:
+    """Install ``wheel`` into the empty folder ``target`` and return what is wrong with it, a line each."""
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(target), wheel]
+    subprocess.run(pip, check=True)
+    found = {path.name for path in target.iterdir() if not path.name.endswith(".dist-info")}
+    wrong = [] if found == {"powertrain"} else [f"the wheel installs {sorted(found)}, it should be only powertrain"]
+    if not (target / "powertrain" / "py.typed").is_file():
+        wrong.append("py.typed is missing")
+    for source, name in ("powertrain", "."), ("components", "components"), ("vehicles", "vehicles"):
+        here = {path.relative_to(ROOT / source) for path in sources(ROOT / source)}
+        there = {path.relative_to(target / "powertrain" / name) for path in sources(target / "powertrain" / name)}
+        wrong += [f"{source}/{path} is not in the wheel" for path in sorted(here - there)]
+    environment = os.environ | {"PYTHONPATH": str(target), "PYTHONWARNINGS": "error"}
+    program = IMPORTS.format(target=str(target))
+    if subprocess.run([sys.executable, "-c", program], cwd=target, env=environment, check=False).returncode:
+        wrong.append("the installed package cannot be imported")
+    return wrong
+
+
+def sources(folder: Path) -> list[Path]:
+    """List the modules below a folder, without those behind its links."""
+    links = [path for path in folder.iterdir() if path.is_symlink()]
+    return [path for path in folder.rglob("*.py") if not any(path.is_relative_to(link) for link in links)]
+
+
+def main() -> None:
+    """Check each wheel named on the command line."""
+    for wheel in sys.argv[1:]:
+        with tempfile.TemporaryDirectory() as folder:
+            wrong = check(wheel, Path(folder).resolve())
+        if wrong:
+            sys.exit("\n".join(wrong))
+        print(f"{wheel}: only powertrain, complete, imports")
+
+
+if __name__ == "__main__":
+    main()

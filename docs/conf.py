@@ -1,0 +1,41 @@
+"""Sphinx: Markdown pages and the reference, which is taken from the docstrings."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import powertrain
+
+project = "powertrain"
+author = copyright = "The powertrain authors"
+release = version = powertrain.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build"]
+
+html_theme = "pydata_sphinx_theme"
+html_title = "powertrain"
+html_theme_options = {"navigation_with_keys": False, "show_prev_next": True, "secondary_sidebar_items": ["page-toc"]}
+html_show_sourcelink = False
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+nitpicky = False
+
+_CODE = re.compile(r"(``.*?``)")
+
+
+def _plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings are plain text with ``code``: a product's * and a magnitude's | are no markup."""
+    for i, line in enumerate(lines):
+        parts = _CODE.split(line)
+        parts[::2] = [re.sub(r"([*|])", r"\\\1", part) for part in parts[::2]]
+        lines[i] = "".join(parts)
+
+
+def setup(app: Any) -> None:
+    """Register the hook."""
+    app.connect("autodoc-process-docstring", _plain)

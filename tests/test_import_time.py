@@ -1,0 +1,16 @@
+"""``import powertrain`` stays light: what only some analyses need is imported where it is used."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+HEAVY = ["scipy", "scipy.integrate", "matplotlib", "pandas", "xarray", "control", "netCDF4"]
+
+
+def test_import_loads_no_heavy_module() -> None:
+    program = (
+        f"import sys, powertrain, powertrain.components; print(*(name for name in {HEAVY!r} if name in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []

@@ -1,0 +1,116 @@
+"""The layout and the direction of imports: powertrain <- components <- vehicles <- examples."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "vehicles": "powertrain.vehicles"}
+
+# A core module imports modules of its own row and of rows above it. A new module gets its place here.
+ORDER = [
+    "errors units symbols",
+    "recorder",
+    "component connectors laws",
+    "map",
+    "hybrid",
+    "matching linear sparse_lu",
+    "flatten alias index blocks compile",
+    "buffers pivots indicators modes",
+    "step dopri5 rodas5p steps",
+    "initial simulate result",
+    "steady linearize eigenmodes powerflow sweep optimize",
+    "plot",
+    "__init__",
+    "__main__",
+]
+# (module, what it imports from a row below, in the function that needs it)
+LATER = {("result", "plot")}
+
+RANK = {name: rank for rank, row in enumerate(ORDER) for name in row.split()}
+THIRD_PARTY = {"casadi", "numpy"}
+
+
+def modules(folder: str) -> list[Path]:
+    """The Python files of a top-level folder; for the core without its two links."""
+    links = [ROOT / "powertrain" / name for name in ("components", "vehicles")]
+    found = (ROOT / folder).rglob("*.py")
+    return sorted(path for path in found if not any(path.is_relative_to(link) for link in links))
+
+
+def imports(path: Path) -> Iterator[tuple[str, str]]:
+    """What a file imports anywhere in its text, with the place; ``from powertrain import x`` gives ``powertrain.x``."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: relative imports would bind to the folder's name"
+            module = node.module or ""
+            names = [f"{module}.{alias.name}" for alias in node.names] if module == "powertrain" else [module]
+        else:
+            continue
+        yield from ((name, f"{path.relative_to(ROOT)}:{node.lineno}: {name}") for name in names)
+
+
+def within(module: str, *packages: str) -> bool:
+    return any(module == package or module.startswith(f"{package}.") for package in packages)
+
+
+def short(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts[1:])
+
+
+def test_packages_listed_are_the_folders() -> None:
+    setup = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    folders = {
+        ".".join((package, *path.parent.relative_to(ROOT / folder).parts))
+        for folder, package in PACKAGES.items()
+        for path in modules(folder)
+    }
+    assert set(setup["packages"]) == folders
+    assert setup["package-dir"] == {package: folder for folder, package in PACKAGES.items()}
+
+
+@pytest.mark.parametrize("path", modules("powertrain"), ids=short)
+def test_core_imports_go_up_the_order(path: Path) -> None:
+    name = short(path)
+    assert name in RANK, f"give powertrain/{name}.py its place in ORDER"
+    for module, place in imports(path):
+        assert not within(module, "powertrain.components", "powertrain.vehicles"), f"{place} is not known to the core"
+        if name != "__init__" and within(module, "powertrain"):
+            target = module.removeprefix("powertrain.")
+            assert target in RANK, f"{place} is no module in ORDER (import the module, not the package)"
+            assert RANK[target] <= RANK[name] or (name, target) in LATER, f"{place} comes after {name} in ORDER"
+
+
+@pytest.mark.parametrize("path", modules("components"), ids=short)
+def test_components_use_what_powertrain_shows(path: Path) -> None:
+    import powertrain
+
+    public = {f"powertrain.{name}" for name in powertrain.__all__}
+    for module, place in imports(path):
+        if within(module, "powertrain"):
+            allowed = module == "powertrain" or module in public or within(module, "powertrain.components")
+            assert allowed, f"{place} is not shown by `import powertrain`"
+        else:
+            first = module.partition(".")[0]
+            assert first in THIRD_PARTY | sys.stdlib_module_names, f"{place}: components do without"
+
+
+@pytest.mark.parametrize("path", modules("vehicles"), ids=short)
+def test_vehicles_do_not_import_examples(path: Path) -> None:
+    for module, place in imports(path):
+        assert not within(module, "examples", "tests", "components", "vehicles"), place
+
+
+@pytest.mark.parametrize("folder", ["components", "vehicles"])
+def test_folder_cannot_be_imported_by_its_own_name(folder: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT))
+    with pytest.raises(ImportError, match=f"import powertrain.{folder}"):
+        __import__(folder)

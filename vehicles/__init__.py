@@ -1,0 +1,8 @@
+"""Assembled vehicles, a page each, built from ``powertrain.components``."""
+
+from __future__ import annotations
+
+__all__: list[str] = []
+
+if __name__ != "powertrain.vehicles":
+    raise ImportError(f"import powertrain.vehicles: as {__name__!r} its classes would exist twice")
