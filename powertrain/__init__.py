@@ -9,5 +9,62 @@ if not (_package / "components" / "__init__.py").is_file():
     # A checkout whose file system has no symbolic links: the two folders lie beside the package.
     __path__.append(str(_package.parent))
 
+from powertrain.component import (
+    Component,
+    Discrete,
+    Equations,
+    Parameter,
+    Variable,
+    discrete,
+    flow,
+    parameter,
+    port,
+    replace,
+    support,
+    variable,
+)
+from powertrain.connectors import Connector, Input, Output, Signal, signal_input, signal_output
+from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
+from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
+from powertrain.map import Map
+from powertrain.symbols import Symbol, time
+
 __version__ = "0.1.0"
-__all__ = ["__version__"]
+__all__ = [
+    "Component",
+    "Connector",
+    "Discrete",
+    "Equations",
+    "InitializationError",
+    "Input",
+    "Map",
+    "ModelError",
+    "Output",
+    "Parameter",
+    "ParameterError",
+    "PowertrainError",
+    "Signal",
+    "SimulationError",
+    "Symbol",
+    "Variable",
+    "__version__",
+    "connect",
+    "der",
+    "discrete",
+    "flow",
+    "friction",
+    "parameter",
+    "port",
+    "reinit",
+    "replace",
+    "schedule",
+    "signal_input",
+    "signal_output",
+    "support",
+    "switch",
+    "time",
+    "unilateral",
+    "variable",
+    "when",
+    "within",
+]

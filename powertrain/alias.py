@@ -1,0 +1,209 @@
+"""Affine aliases: variables that are a multiple of another one (or of its derivative) plus a constant.
+
+    a = k * der^n(b) + c          k, c depend on parameters only
+
+Connections, rigid flanges, w == der(phi), gear ratios, unconnected flows are of this kind; taking them out first leaves a model a
+fraction of the size, in which parts that are joined rigidly already share one angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from powertrain.errors import ModelError
+from powertrain.flatten import Equation, Flat
+from powertrain.symbols import Symbol, column, key, time
+
+Base = tuple[int, int]
+"""A variable by the key of its symbol, and the order of its derivative."""
+
+
+@dataclass(frozen=True)
+class Affine:
+    """factor * der^order(root) + offset; root None stands for a constant."""
+
+    factor: Symbol
+    root: int | None
+    order: int
+    offset: Symbol
+
+
+@dataclass
+class Reduced:
+    """The model after the aliases are out: ``equations`` contain only roots and their derivatives."""
+
+    flat: Flat
+    equations: list[Equation] = field(default_factory=list)
+    aliases: dict[int, Affine] = field(default_factory=dict)
+    symbols: dict[int, Symbol] = field(default_factory=dict)
+
+    def expression(self, base: int, order: int) -> Symbol:
+        """der^order of a variable in terms of its root."""
+        alias = self.aliases.get(base)
+        if alias is None:
+            return self.derivative(self.symbols[base], order)
+        offset = alias.offset if order == 0 else Symbol(0)
+        if alias.root is None:
+            return offset
+        return alias.factor * self.derivative(self.symbols[alias.root], alias.order + order) + offset
+
+    def derivative(self, symbol: Symbol, order: int) -> Symbol:
+        for _ in range(order):
+            symbol = self.flat.recorder.derivative(symbol)
+        return symbol
+
+    def rewrite(self, expressions: list[Symbol]) -> list[Symbol]:
+        """The expressions with every variable replaced by its root."""
+        whole = column(expressions)
+        bases = self.flat.recorder.bases
+        pairs = [(s, bases.get(key(s), (s, 0))) for s in ca.symvar(whole) if key(s) not in self.flat.recorder.constants]
+        pairs = [(s, base) for s, base in pairs if key(base[0]) in self.aliases]
+        if not pairs:
+            return expressions
+        new = [self.expression(key(base), order) for _, (base, order) in pairs]
+        (out,) = ca.substitute([whole], [column([s for s, _ in pairs])], [column(new)])
+        return list(ca.vertsplit(out)) if expressions else []
+
+
+@dataclass
+class _Row:
+    """sum of coefficient * der^order(base) + constant = 0."""
+
+    equation: int
+    terms: list[tuple[Symbol, Base]]
+    constant: Symbol
+
+
+def eliminate_aliases(flat: Flat, parameters: dict[int, float]) -> Reduced:
+    """Solves every affine equation that it can for one variable with a numeric coefficient, until none is left.
+
+    ``parameters`` are the values used to tell a redundant equation from a contradiction.
+    """
+    reduced = Reduced(flat, symbols={k: u.symbol for k, u in flat.unknowns.items()})
+    work = _Elimination(reduced, parameters)
+    rows = _affine_rows(flat)
+    for row in rows:
+        for _, (base, _) in row.terms:
+            work.watching.setdefault(base, set()).add(row.equation)
+    work.rows = {row.equation: row for row in rows}
+    pending = sorted(work.rows, key=lambda i: len(work.rows[i].terms), reverse=True)
+    while pending:
+        pending.extend(work.solve(pending.pop()))
+    for base in list(reduced.aliases):
+        work.resolve(base)
+    kept = [e for i, e in enumerate(flat.equations) if i not in work.used]
+    residuals = reduced.rewrite([e.residual for e in kept])
+    reduced.equations = [Equation(r, e.place) for r, e in zip(residuals, kept, strict=True)]
+    return reduced
+
+
+class _Elimination:
+    def __init__(self, reduced: Reduced, parameters: dict[int, float]) -> None:
+        self.reduced, self.parameters = reduced, parameters
+        self.rows: dict[int, _Row] = {}
+        self.used: set[int] = set()
+        self.watching: dict[int, set[int]] = {}
+
+    def resolve(self, base: int) -> Affine:
+        """The alias of ``base`` with its root followed to the end."""
+        path = []
+        while (alias := self.reduced.aliases.get(base)) is not None and alias.root is not None and alias.root in self.reduced.aliases:
+            path.append(base)
+            base = alias.root
+        result = self.reduced.aliases.get(base) or Affine(Symbol(1), base, 0, Symbol(0))
+        for b in reversed(path):
+            result = self.reduced.aliases[b] = _compose(self.reduced.aliases[b], result)
+        return result
+
+    def solve(self, index: int) -> set[int]:
+        """Uses one equation if it can be used; returns the equations that may have become usable."""
+        if index in self.used:
+            return set()
+        row = self.rows[index]
+        terms, constant = self._collect(row)
+        joined = len(terms) < len(row.terms) and len(terms) <= 1 and len({self.resolve(b).root for _, (b, _) in row.terms}) < len(row.terms)
+        if not terms or (joined and not next(iter(terms.values())).is_constant()):
+            self._redundant(index, next(iter(terms.values()), constant))
+            return set()
+        if len(terms) > 2:
+            return set()
+        for base, coefficient in terms.items():
+            others = [b for b in terms if b != base]
+            if base[1] == 0 and coefficient.is_constant() and float(coefficient) and not (others and others[0][0] == base[0]):
+                return self._eliminate(index, base[0], coefficient, others, terms, constant)
+        return set()
+
+    def _collect(self, row: _Row) -> tuple[dict[Base, Symbol], Symbol]:
+        terms: dict[Base, Symbol] = {}
+        constant = row.constant
+        for coefficient, (base, order) in row.terms:
+            alias = self.resolve(base)
+            if order == 0:
+                constant = constant + coefficient * alias.offset
+            if alias.root is not None:
+                place = (alias.root, alias.order + order)
+                terms[place] = terms[place] + coefficient * alias.factor if place in terms else coefficient * alias.factor
+        return {b: c for b, c in terms.items() if not c.is_zero()}, constant
+
+    def _eliminate(
+        self, index: int, base: int, coefficient: Symbol, others: list[Base], terms: dict[Base, Symbol], constant: Symbol
+    ) -> set[int]:
+        self.used.add(index)
+        if others:
+            (root, order), factor = others[0], -terms[others[0]] / coefficient
+            self.reduced.aliases[base] = Affine(factor, root, order, -constant / coefficient)
+        else:
+            self.reduced.aliases[base] = Affine(Symbol(0), None, 0, -constant / coefficient)
+        woken = self.watching.pop(base, set())
+        if others:
+            self.watching.setdefault(others[0][0], set()).update(woken)
+        return {i for i in woken if i not in self.used and len(self.rows[i].terms) <= 4}
+
+    def _redundant(self, index: int, constant: Symbol) -> None:
+        """An equation between variables that are already joined: harmless if it says 0 = 0, a contradiction otherwise."""
+        place = self.reduced.flat.equations[index].place
+        if constant.is_constant():
+            value = float(constant)
+        else:
+            symbols = ca.symvar(constant)
+            value = float(ca.substitute(constant, column(symbols), ca.DM([self.parameters[key(s)] for s in symbols])))
+        said = "repeats what other equations already say" if abs(value) < 1e-12 else f"contradicts other equations ({value:g} = 0)"
+        raise ModelError(
+            f"{place}\n  {said}: the parts it joins are already joined rigidly another way, so that "
+            "the torques in this loop are not determined; take one of the joints out, or give it a compliance"
+        )
+
+
+def _compose(outer: Affine, inner: Affine) -> Affine:
+    """outer applied to inner: outer.factor * der^outer.order(inner) + outer.offset."""
+    offset = outer.offset + (outer.factor * inner.offset if outer.order == 0 else 0)
+    return Affine(outer.factor * inner.factor, inner.root, outer.order + inner.order, offset)
+
+
+def _affine_rows(flat: Flat) -> list[_Row]:
+    """The equations that are affine in the variables with coefficients of parameters only."""
+    residuals = column([e.residual for e in flat.equations])
+    held = flat.recorder.constants
+    parameters = {key(c.symbol) for c in flat.parameters}
+    symbols = [s for s in ca.symvar(residuals) if key(s) not in held and key(s) != key(time)]
+    moving = [s for s in ca.symvar(residuals) if key(s) in held - parameters] + [time]
+    unknowns, bases = column(symbols), flat.recorder.bases
+    jacobian = ca.jacobian(residuals, unknowns)
+    entries = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
+    varying = ca.which_depends(column(entries), ca.vertcat(unknowns, *moving), 1, True) if entries else []
+    constants = ca.vertsplit(ca.substitute(residuals, unknowns, ca.DM.zeros(unknowns.shape)))
+    timed = ca.which_depends(residuals, column(moving), 1, True)
+    terms: list[list[tuple[Symbol, Base]] | None] = [[] for _ in flat.equations]
+    rows, columns = jacobian.sparsity().get_triplet()
+    for i, j, entry, varies in zip(rows, columns, entries, varying, strict=True):
+        row = terms[i]
+        if varies or row is None:
+            terms[i] = None
+            continue
+        base, order = bases.get(key(symbols[j]), (symbols[j], 0))
+        row.append((entry, (key(base), order)))
+    return [
+        _Row(i, row, constants[i]) for i, row in enumerate(terms) if row and not timed[i] and len(row) <= 8
+    ]

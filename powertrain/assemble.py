@@ -1,0 +1,438 @@
+"""From a model's text to the reduced hybrid DAE: runs the passes in their order and assembles what they give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from powertrain import linear
+from powertrain.alias import Base, Reduced, eliminate_aliases
+from powertrain.blocks import Solved, solve_blocks
+from powertrain.component import Component
+from powertrain.errors import ModelError
+from powertrain.flatten import Constant, Equation, Flat, Unknown, flatten
+from powertrain.hybrid import Contact, Friction, Guard, HybridDae, Reset, Schedule, Switch, When
+from powertrain.index import Differentiated, differentiate, select_states
+from powertrain.laws import FrictionLaw, Law, Reinit, UnilateralLaw, WhenLaw
+from powertrain.matching import Matching
+from powertrain.recorder import Place, reading
+from powertrain.symbols import Symbol, column, free_symbols, key, time, total_derivative
+
+
+@dataclass(frozen=True)
+class SignalEntry:
+    """A signal of the result: its unit, its meaning and its expression in (t, x, z, m, p)."""
+
+    unit: str
+    doc: str
+    expression: Symbol
+
+
+@dataclass
+class Compiled:
+    """The reduced model and everything that names its parts."""
+
+    flat: Flat
+    dae: HybridDae
+    states: list[str]
+    signals: dict[str, SignalEntry]
+    parameters: dict[str, Constant]
+    inputs: dict[str, Unknown]
+    resolve: Any = field(repr=False)
+
+
+@dataclass
+class _Torque:
+    """A friction law or contact, whose torque is the unknown ``symbol``."""
+
+    place: Place
+    law: FrictionLaw | UnilateralLaw
+    symbol: Symbol
+    mode: Symbol
+    algebraic: bool = False
+    speed: Symbol = Symbol(0)
+    rate: Symbol = Symbol(0)
+
+
+def compile_model(model: Component) -> Compiled:
+    """Flattens, reduces and solves the model symbolically. Raises ModelError where the text does not describe a solvable model."""
+    flat = flatten(model)
+    _bind_parameters(flat)
+    inputs = _schedule_inputs(flat)
+    values = {key(c.symbol): c.value for c in flat.parameters}
+    reduced = eliminate_aliases(flat, values)
+    with reading(flat.recorder):
+        torques, others = _declare_torques(reduced)
+        known = {key(t.symbol) for t in torques}
+        _check_structure(reduced, known)
+        system = differentiate(reduced, known)
+        _add_rates(system, torques)
+        states = select_states(system, _wishes(reduced, torques, others), values)
+    solved = solve_blocks(system, states, values)
+    return _assemble(reduced, states, solved, torques, others, inputs)
+
+
+def _bind_parameters(flat: Flat) -> None:
+    """Replaces the parameters of parts that the whole gives a value."""
+    if not flat.bindings:
+        return
+    old, new = map(column, zip(*flat.bindings.values(), strict=True))
+    for _ in range(20):
+        (new,) = ca.substitute([new], [old], [new])
+        if not {key(s) for s in ca.symvar(new)} & set(flat.bindings):
+            break
+
+    def bound(expression: Symbol) -> Symbol:
+        return ca.substitute(expression, old, new)
+
+    def bound_fields(record: Any) -> Any:
+        changes = {n: bound(v) for n, v in vars(record).items() if isinstance(v, ca.SX)}
+        if isinstance(record, WhenLaw):
+            return replace(record, resets=tuple(Reinit(r.variable, bound(r.value)) for r in record.resets), **changes)
+        return replace(record, **changes)
+
+    flat.equations = [Equation(bound(e.residual), e.place) for e in flat.equations]
+    flat.initial = [Equation(bound(e.residual), e.place) for e in flat.initial]
+    flat.laws = [(place, bound_fields(law)) for place, law in flat.laws]
+    flat.recorder.switches = [bound_fields(s) for s in flat.recorder.switches]
+    flat.recorder.guards = [bound_fields(g) for g in flat.recorder.guards]
+    flat.parameters = [c for c in flat.parameters if key(c.symbol) not in flat.bindings]
+
+
+def _schedule_inputs(flat: Flat) -> list[Unknown]:
+    """Inputs of the model become schedules: piecewise linear in time, held constant by default."""
+    from powertrain.laws import schedule
+
+    with reading(flat.recorder):
+        for unknown in flat.inputs:
+            flat.recorder.path, flat.recorder.text = unknown.name, None
+            flat.equations.append(Equation(unknown.symbol - schedule([0.0], [unknown.guess]), Place(unknown.name)))
+    return flat.inputs
+
+
+def _declare_torques(reduced: Reduced) -> tuple[list[_Torque], list[tuple[Place, Law]]]:
+    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root."""
+    flat, torques, others = reduced.flat, [], []
+    taken: dict[int, Place] = {}
+    for place, law in flat.laws:
+        if not isinstance(law, FrictionLaw | UnilateralLaw):
+            others.append((place, law))
+            continue
+        names = [n for n, v in vars(law).items() if isinstance(v, ca.SX)]
+        law = replace(law, **dict(zip(names, reduced.rewrite([getattr(law, n) for n in names]), strict=True)))
+        value = law.torque if isinstance(law, FrictionLaw) else law.force
+        inside = [s for s in free_symbols(value) if key(s) not in flat.recorder.constants]
+        linear_root = len(inside) == 1 and ca.jacobian(value, inside[0]).is_constant() and key(inside[0]) in reduced.symbols
+        if linear_root and key(inside[0]) in taken:
+            raise ModelError(
+                f"{place}\n{taken[key(inside[0])]}\n  these two carry the same torque, with nothing between them that has inertia or "
+                "compliance: what moves between them is not determined; put an inertia, mass or damper between"
+            )
+        if linear_root:
+            symbol = inside[0]
+        else:
+            symbol = Symbol.sym(f"{place.path}.{law.name}.torque")
+            reduced.symbols[key(symbol)] = symbol
+            reduced.equations.append(Equation(value - symbol, place))
+        taken[key(symbol)] = place
+        torques.append(_Torque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
+    return torques, others
+
+
+def _check_structure(reduced: Reduced, known: set[int]) -> None:
+    """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
+    system = Differentiated(reduced, known)
+    bases = [sorted({b for b, _ in system.bases(e.residual)}) for e in reduced.equations]
+    matching = Matching(lambda e: bases[e])
+    for e in range(len(bases)):
+        if not matching.augment(e):
+            quoted = "\n  ".join(dict.fromkeys(str(reduced.equations[i].place) for i in sorted(matching.seen_equations)))
+            names = sorted({_name(reduced, b) for b in matching.seen_variables})
+            said = f"{len(names)} unknowns ({', '.join(names[:8])})" if names else "nothing that is still unknown"
+            raise ModelError(f"over-determined: these {len(matching.seen_equations)} equations determine {said}\n  {quoted}")
+    free = [b for b in reduced.symbols if b not in reduced.aliases and b not in known and b not in matching.equation_of]
+    if free:
+        names = sorted(_name(reduced, b) for b in free)
+        raise ModelError(
+            f"under-determined: {len(free)} equation{'s are' if len(free) > 1 else ' is'} missing; nothing determines "
+            f"{', '.join(names[:8])}{' (and more)' if len(names) > 8 else ''}; is an input or a port not connected, or an equation missing?"
+        )
+
+
+def _name(reduced: Reduced, base: int) -> str:
+    unknown = reduced.flat.unknowns.get(base)
+    return unknown.name if unknown else reduced.symbols[base].name()
+
+
+def _add_rates(system: Differentiated, torques: list[_Torque]) -> None:
+    """The rate of each law: the derivative of its relative speed, or the speed itself where it depends on the torque at once."""
+    recorder = system.reduced.flat.recorder
+
+    def defined(name: str, expression: Symbol, place: Place) -> Symbol:
+        symbol = Symbol.sym(name)
+        system.reduced.symbols[key(symbol)] = symbol
+        system.add(Equation(symbol - expression, place))
+        return symbol
+
+    for torque in torques:
+        law, place, path = torque.law, torque.place, torque.mode.name()
+        if isinstance(law, FrictionLaw):
+            torque.speed = law.w
+            torque.algebraic = _follows_at_once(system, law.w, torque.symbol)
+        else:
+            torque.speed = defined(f"{path}.speed", total_derivative(law.gap, recorder.derivative), place)
+        if torque.algebraic:
+            torque.rate = law.w
+        else:
+            torque.rate = defined(f"{path}.rate", total_derivative(torque.speed, recorder.derivative), place)
+
+
+def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:
+    """Whether ``speed`` contains an unknown that the equations tie to ``torque`` without an integration between."""
+    stack = [b for b, order in system.bases(speed) if order == system.top.get(b, -1)]
+    seen: set[int] = set()
+    while stack:
+        base = stack.pop()
+        owner = system.matching.equation_of.get(base)
+        if owner is None or owner in seen:
+            continue
+        seen.add(owner)
+        residual = system.chains[owner][-1]
+        if any(key(s) == key(torque) for s in free_symbols(residual)):
+            return True
+        stack += [b for b, order in system.incidence[owner] if order == system.top[b]]
+    return False
+
+
+def _wishes(reduced: Reduced, torques: list[_Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
+    """How much each variable is wanted as a state: relative motions, then speeds of friction laws, then what a when resets."""
+    wishes: dict[int, int] = {}
+    bases = reduced.flat.recorder.bases
+
+    def wish(symbol: Symbol, level: int) -> None:
+        inside = [s for s in free_symbols(symbol) if key(s) not in reduced.flat.recorder.constants]
+        if len(inside) == 1 and ca.jacobian(symbol, inside[0]).is_constant():
+            base = key(bases.get(key(inside[0]), (inside[0], 0))[0])
+            wishes[base] = max(level, wishes.get(base, 0))
+
+    for unknown in reduced.flat.unknowns.values():
+        if unknown.prefer:
+            wish(reduced.expression(key(unknown.symbol), 0), 1)
+    for torque in torques:
+        wish(torque.speed, 2)
+    for _, law in others:
+        if isinstance(law, WhenLaw):
+            for reset in law.resets:
+                wish(reduced.rewrite([reset.variable])[0], 3)
+    return wishes
+
+
+def _assemble(
+    reduced: Reduced,
+    states: list[Base],
+    solved: Solved,
+    torques: list[_Torque],
+    others: list[tuple[Place, Law]],
+    inputs: list[Unknown],
+) -> Compiled:
+    flat, recorder = reduced.flat, reduced.flat.recorder
+    x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
+    rates = [recorder.derivative(s) for s in x]
+    resolver = _Resolver(reduced, solved, torques)
+    flags = [recorder.hold(f"{place.path}.when") for place, _ in others]
+    m = _held_symbols(flat, torques, flags)
+    layout = {key(s): i for i, s in enumerate(m)}
+    dae = HybridDae(
+        t=time,
+        x=column(x),
+        z=column(solved.implicit),
+        m=column(m),
+        p=column([c.symbol for c in flat.parameters]),
+        xdot=column(resolver.now(rates)),
+        residual=column(resolver.now(solved.residuals)),
+        state_names=tuple(_state_names(reduced, states)),
+        held_start=_held_start(flat, m),
+        frictions=tuple(_friction(t, resolver, layout, reduced) for t in torques if isinstance(t.law, FrictionLaw)),
+        contacts=tuple(_contact(t, resolver, layout) for t in torques if isinstance(t.law, UnilateralLaw)),
+        switches=tuple(
+            Switch(s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous)
+            for s, g in zip(recorder.switches, resolver.model([s.g for s in recorder.switches]), strict=True)
+        ),
+        whens=tuple(
+            _when(layout[key(flag)], place, law, resolver, layout, x, reduced)
+            for (place, law), flag in zip(others, flags, strict=True)
+        ),
+        schedules=tuple(Schedule(e.place.path or "input", layout[key(e.held[0])], e.times, e.values) for e in recorder.schedules),
+        guards=tuple(
+            Guard(g.name, str(g.place), *resolver.model([g.value, g.low, g.high]), g.unit, g.action) for g in recorder.guards
+        ),
+    )
+    dae = _with_impacts(dae, resolver, torques)
+    return Compiled(
+        flat=flat,
+        dae=dae,
+        states=list(dae.state_names),
+        signals=_signals(flat, resolver, torques),
+        parameters={c.name: c for c in flat.parameters},
+        inputs={u.name: u for u in inputs},
+        resolve=resolver.model,
+    )
+
+
+class _Resolver:
+    """Turns expressions of the model's variables into expressions of (t, x, z, m, p)."""
+
+    def __init__(self, reduced: Reduced, solved: Solved, torques: list[_Torque]) -> None:
+        self.reduced, self.torques = reduced, torques
+        self.names, self.expressions = solved.names, list(solved.expressions)
+        if self.names:
+            self.expressions = list(ca.substitute_inplace(self.names, solved.expressions, [], False)[0])
+        self.unknown, self.known = column(self.names), column(self.expressions)
+        self.symbols = column([t.symbol for t in torques])
+        self.open = self.known
+        self.torque = column(self._solve_torques())
+        (self.known,) = ca.substitute([self.known], [self.symbols], [self.torque])
+
+    def given_torques(self, expressions: list[Symbol]) -> list[Symbol]:
+        """In terms of (t, x, z, m, p) and the torques of the laws."""
+        if not expressions:
+            return []
+        return list(ca.vertsplit(ca.substitute([column(expressions)], [self.unknown], [self.open])[0]))
+
+    def now(self, expressions: list[Symbol]) -> list[Symbol]:
+        """Expressions of roots in terms of (t, x, z, m, p)."""
+        if not expressions:
+            return []
+        old, new = ca.vertcat(self.unknown, self.symbols), ca.vertcat(self.known, self.torque)
+        return list(ca.vertsplit(ca.substitute([column(expressions)], [old], [new])[0]))
+
+    def model(self, expressions: list[Symbol]) -> list[Symbol]:
+        """Expressions of any variable of the model in terms of (t, x, z, m, p)."""
+        return self.now(self.reduced.rewrite(expressions)) if expressions else []
+
+    def _solve_torques(self) -> list[Symbol]:
+        """The torques of all laws together: a sliding law gives its torque, a stuck one makes its rate zero."""
+        if not self.torques:
+            return []
+        rows = column(self.given_torques([_law_row(t) for t in self.torques]))
+        jacobian = ca.jacobian(rows, self.symbols)
+        n = len(self.torques)
+        right = ca.vertsplit(-ca.substitute(rows, self.symbols, ca.DM.zeros(n)))
+        entries: list[linear.Row] = [{} for _ in range(n)]
+        numbers: list[linear.Numbers] = [{} for _ in range(n)]
+        elements = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
+        for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
+            entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
+        solution = linear.solve(entries, right, numbers)
+        return [solution[j] for j in range(n)]
+
+
+def _law_row(t: _Torque) -> Symbol:
+    if isinstance(t.law, UnilateralLaw):
+        return ca.if_else(t.mode == 1, t.rate, t.law.force)
+    sliding = t.law.torque - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
+    return ca.if_else(t.mode == 0, t.rate, sliding)
+
+
+def _held_symbols(flat: Flat, torques: list[_Torque], flags: list[Symbol]) -> list[Symbol]:
+    held = [t.mode for t in torques] + [s.mode for s in flat.recorder.switches] + flags
+    held += [d.symbol for d in flat.discretes]
+    held += [s for entry in flat.recorder.schedules for s in entry.held]
+    return held
+
+
+def _held_start(flat: Flat, held: list[Symbol]) -> Any:
+    start = {key(d.symbol): d.value for d in flat.discretes}
+    start |= {key(e.held[1]): float(e.values[0]) for e in flat.recorder.schedules}
+    return np.array([start.get(key(s), 0.0) for s in held])
+
+
+def _friction(t: _Torque, resolver: _Resolver, layout: dict[int, int], reduced: Reduced) -> Friction:
+    law = t.law
+    assert isinstance(law, FrictionLaw)
+    w, torque, lower, upper, peak, rate = resolver.now([t.speed, law.torque, law.lower, law.upper, law.peak, t.rate])
+    open_rate, open_lower, open_upper = resolver.given_torques([t.rate, law.lower, law.upper])
+    bounds_fixed = not ca.which_depends(ca.vertcat(open_lower, open_upper), resolver.symbols, 1, False).count(True)
+    return Friction(
+        t.mode.name(), str(t.place), layout[key(t.mode)], w, torque, lower, upper, peak, rate,
+        algebraic=t.algebraic,
+        prescribed=not ca.which_depends(open_rate, t.symbol, 1, False)[0],
+        may_free=bounds_fixed,
+    )  # fmt: skip
+
+
+def _contact(t: _Torque, resolver: _Resolver, layout: dict[int, int]) -> Contact:
+    law = t.law
+    assert isinstance(law, UnilateralLaw)
+    gap, speed, rate, force, restitution = resolver.now([law.gap, t.speed, t.rate, law.force, law.restitution])
+    return Contact(t.mode.name(), str(t.place), layout[key(t.mode)], gap, speed, rate, force, restitution)
+
+
+def _with_impacts(dae: HybridDae, resolver: _Resolver, torques: list[_Torque]) -> HybridDae:
+    """The response of the states' derivatives and of the gaps' accelerations to the contact forces."""
+    contacts = [t for t in torques if isinstance(t.law, UnilateralLaw)]
+    if not contacts:
+        return dae
+    forces = column([t.symbol for t in contacts])
+    rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
+    opened = resolver.given_torques([*rates, *(t.rate for t in contacts)])
+    response = ca.substitute([ca.jacobian(column(opened), forces)], [resolver.symbols], [resolver.torque])[0]
+    return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
+
+
+def _when(
+    index: int, place: Place, law: Law, resolver: _Resolver, layout: dict[int, int], x: list[Symbol], reduced: Reduced
+) -> When:
+    assert isinstance(law, WhenLaw)
+    flat = reduced.flat
+    position = {key(s): i for i, s in enumerate(x)}
+    resets = []
+    for reset in law.resets:
+        (value,) = resolver.model([reset.value])
+        if key(reset.variable) in layout:
+            resets.append(Reset(True, layout[key(reset.variable)], value))
+            continue
+        (root,) = reduced.rewrite([reset.variable])
+        inside = [s for s in free_symbols(root) if key(s) in position]
+        if len(inside) != 1 or len(free_symbols(root)) != 1:
+            raise ModelError(f"{place}\n  reinit of {reset.variable.name()}: it is no state of the model")
+        slope = ca.jacobian(root, inside[0])
+        resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
+    (g,) = resolver.model([law.g])
+    return When(f"{place.path}.when", str(place), index, g, tuple(resets), _event_time(g, flat.recorder.constants))
+
+
+def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:
+    """The instant where g, affine in time and free of states, changes its sign."""
+    if any(key(s) not in constants and key(s) != key(time) for s in free_symbols(g)):
+        return None
+    slope = ca.jacobian(g, time)
+    if slope.is_zero() or any(key(s) == key(time) for s in free_symbols(slope)):
+        return None
+    return -ca.substitute(g, time, 0) / slope
+
+
+def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
+    named: dict[Base, str] = {}
+    for k, unknown in reduced.flat.unknowns.items():
+        alias = reduced.aliases.get(k)
+        base = (alias.root, alias.order) if alias and alias.root is not None else (k, 0)
+        plain = alias is None or (alias.factor.is_one() and alias.offset.is_zero())
+        if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
+            named[base] = unknown.name  # type: ignore[index]
+    symbols = {b: reduced.derivative(reduced.symbols[b[0]], b[1]).name() for b in states}
+    return [named.get(b, symbols[b]) for b in states]
+
+
+def _signals(flat: Flat, resolver: _Resolver, torques: list[_Torque]) -> dict[str, SignalEntry]:
+    unknowns = list(flat.unknowns.values())
+    expressions = resolver.model([u.symbol for u in unknowns])
+    signals = {u.name: SignalEntry(u.unit, u.doc, e) for u, e in zip(unknowns, expressions, strict=True)}
+    for t in torques:
+        signals[t.mode.name()] = SignalEntry("1", "Mode: 1 forward, 0 stuck, -1 backward, 2 free", t.mode)
+    for d in flat.discretes:
+        signals[d.name] = SignalEntry(d.unit, d.doc, d.symbol)
+    return signals

@@ -1,0 +1,287 @@
+"""What a component's text is written with: typed fields, frozen components, slots, tuples of components, ``replace``.
+
+A class declares its fields once; the annotation tells type checkers and editors what an equation sees (``self.flange_a.tau``
+is a symbol), the field specifier gives unit, meaning and default:
+
+    class Inertia(Component):
+        flange_a: Flange = port(Flange)
+        flange_b: Flange = port(Flange)
+        J: Parameter = parameter("kg.m2", "Moment of inertia", min=0)
+        w: Variable = variable("rad/s", "Angular velocity")
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import typing
+from collections.abc import Generator, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeVar, dataclass_transform, overload
+
+from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.symbols import Symbol
+from powertrain.units import checked_unit
+
+if TYPE_CHECKING:
+    from powertrain.laws import Law
+
+Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
+_MISSING: Any = object()
+P = TypeVar("P", bound="Component")
+
+
+class Quantity:
+    """A declared scalar of a component: name, unit and meaning. Inside equations it reads as its symbol."""
+
+    name: str
+
+    def __init__(self, unit: str, doc: str) -> None:
+        self.unit, self.doc = checked_unit(unit), doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, component: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, component: Component, owner: type) -> Symbol: ...
+    def __get__(self, component: Component | None, owner: type) -> Self | Symbol:
+        if component is None:
+            return self
+        return component._symbol(self)
+
+    def __set__(self, component: Component, value: float) -> None:
+        raise AttributeError(f"{type(component).__name__} is frozen: use replace(component, {self.name}={value!r})")
+
+
+class Parameter(Quantity):
+    """A constant of one simulation: tunable between runs without a new compilation."""
+
+    def __init__(self, unit: str, doc: str, default: float | None, min: float, max: float) -> None:
+        super().__init__(unit, doc)
+        self.default, self.min, self.max = default, min, max
+
+    def check(self, value: float, where: str) -> float:
+        """``value`` as a float, or ParameterError where it is no number or lies outside [min, max]."""
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})") from None
+        if math.isnan(number) or not self.min <= number <= self.max:
+            raise ParameterError(
+                f"{where} = {number:g} {self.unit} is outside its range [{self.min:g}, {self.max:g}] {self.unit} ({self.doc})"
+            )
+        return number
+
+
+class Variable(Quantity):
+    """An unknown of the model. ``start`` is a condition where a state needs one, ``guess`` only helps to find a solution."""
+
+    def __init__(
+        self, unit: str, doc: str, start: float | None = None, guess: float = 0.0, prefer: bool = False, flow: bool = False
+    ) -> None:
+        super().__init__(unit, doc)
+        self.start, self.guess, self.prefer, self.flow = start, guess, prefer, flow
+
+
+class Discrete(Quantity):
+    """A value that changes at events only, by ``reinit`` in a ``when``."""
+
+    def __init__(self, unit: str, doc: str, start: float) -> None:
+        super().__init__(unit, doc)
+        self.start = start
+
+
+class Port:
+    """Declares a connector of a component; ``grounded``: held at its reference potential where nothing is connected."""
+
+    def __init__(self, kind: type[Component], grounded: bool = False, values: Mapping[str, Any] | None = None) -> None:
+        self.kind, self.grounded, self.values = kind, grounded, dict(values or {})
+
+    def build(self) -> Component:
+        return self.kind(**self.values)
+
+
+def parameter(unit: str, doc: str, *, default: float | None = None, min: float = -math.inf, max: float = math.inf) -> Any:
+    """A tunable constant with unit, meaning and range; without a default it must be given."""
+    return Parameter(unit, doc, default, min, max)
+
+
+def variable(
+    unit: str, doc: str, *, start: float | None = None, guess: float = 0.0, prefer: bool = False, init: Literal[False] = False
+) -> Any:
+    """An unknown with unit and meaning; ``prefer`` asks for it as a state."""
+    return Variable(unit, doc, start, guess, prefer)
+
+
+def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:
+    """A connector's flow: sums to zero where ports are connected, positive into the component."""
+    return Variable(unit, doc, flow=True)
+
+
+def discrete(unit: str, doc: str, *, start: float = 0.0, init: Literal[False] = False) -> Any:
+    """A value held between events."""
+    return Discrete(unit, doc, start)
+
+
+def port(kind: type[P], *, init: Literal[False] = False) -> Any:
+    """A connector. Unconnected, its flows are zero."""
+    return Port(kind)
+
+
+def support(kind: type[P], *, init: Literal[False] = False) -> Any:
+    """A connector that is held at its reference potential (ground) where nothing is connected."""
+    return Port(kind, grounded=True)
+
+
+@dataclass_transform(
+    kw_only_default=True, frozen_default=False, field_specifiers=(parameter, variable, flow, discrete, port, support)
+)
+class Component:
+    """A part of a model: declared fields and the equations between them. Values are frozen; classes are partial or final."""
+
+    boundary: ClassVar[bool] = False
+    """True for sources and ground, through which power enters or leaves the model."""
+
+    _fields: ClassVar[dict[str, Any]] = {}
+    _slots: ClassVar[dict[str, Any] | None] = None
+    _values: dict[str, Any]
+    _path: str
+    _symbols: dict[str, Symbol]
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        bases = [base for base in cls.__mro__[1:] if "equations" in base.__dict__ and base is not Component]
+        if "equations" in cls.__dict__ and bases:
+            raise ModelError(
+                f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: classes are partial or final; "
+                "compose the component instead"
+            )
+        own = {name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"}
+        hints = cls.__dict__.get("__annotations__", {})
+        own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
+        cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
+        cls._slots = None
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **given):
+            unknown = [name for name in given if name not in self._fields or not _is_given(self._fields[name])]
+            if unknown:
+                known = [name for name, spec in self._fields.items() if _is_given(spec)]
+                raise ParameterError(
+                    f"{type(self).__name__} has no field {unknown[0]}{suggestion(unknown[0], known)} (its fields: {', '.join(known)})"
+                )
+            values = {name: self._value(name, spec, given) for name, spec in self._fields.items() if not _is_symbolic(spec)}
+            self.__dict__["_values"] = values
+            self.__dict__["_path"] = ""
+            self.__dict__.update({n: v for n, v in values.items() if not isinstance(self._fields[n], Parameter)})
+
+        def __setattr__(self, name, value):
+            raise AttributeError(f"{type(self).__name__} is frozen: use replace(component, {name}={value!r})")
+
+    def _value(self, name: str, spec: Any, given: dict[str, Any]) -> Any:
+        where = f"{type(self).__name__}.{name}"
+        if isinstance(spec, Port):
+            return spec.build()
+        if isinstance(spec, Parameter):
+            value = given.get(name, spec.default)
+            if value is None:
+                raise ParameterError(f"{where} must be given: {spec.doc} in {spec.unit}")
+            return spec.check(value, where)
+        value = given.get(name, spec)
+        if value is _MISSING:
+            kind = self._slot_types().get(name)
+            raise ParameterError(f"{where} must be given{f': a {kind.__name__}' if isinstance(kind, type) else ''}")
+        self._check_slot(where, name, value)
+        return value
+
+    def _check_slot(self, where: str, name: str, value: Any) -> None:
+        kind = self._slot_types().get(name)
+        if isinstance(kind, type) and issubclass(kind, Component) and not isinstance(value, kind):
+            raise ModelError(f"{where} takes a {kind.__name__}, not {type(value).__name__}")
+        if isinstance(value, type) and issubclass(value, Component):
+            raise ModelError(f"{where} is the class {value.__name__}: give a value, {value.__name__}(...)")
+
+    @classmethod
+    def _slot_types(cls) -> dict[str, Any]:
+        if cls.__dict__.get("_slots") is None:
+            cls._slots = {}
+            for base in reversed(cls.__mro__):
+                scope = vars(sys.modules.get(base.__module__, typing))
+                for name, text in base.__dict__.get("__annotations__", {}).items():
+                    cls._slots[name] = scope.get(text) if isinstance(text, str) else text
+        return cls._slots  # type: ignore[return-value]
+
+    def _symbol(self, quantity: Quantity) -> Symbol:
+        if self._path or "_symbols" in self.__dict__:
+            return self._symbols[quantity.name]
+        if isinstance(quantity, Parameter):
+            return Symbol(self._values[quantity.name])
+        raise ModelError(f"{type(self).__name__}.{quantity.name} has no symbol outside equations()")
+
+    def equations(self) -> Equations:
+        """Yields what holds at every instant: equations ``a == b``, connections and laws."""
+        yield from ()
+
+    def initial(self) -> Equations:
+        """Yields the equations that hold at the start."""
+        yield from ()
+
+    def energy(self) -> Symbol:
+        """Stored energy in joules, an expression of parameters and variables."""
+        return Symbol(0)
+
+    def loss(self) -> Symbol:
+        """Dissipated power in watts, written from the component's own law."""
+        return Symbol(0)
+
+    def __repr__(self) -> str:
+        shown = [f"{n}={v!r}" for n, v in self._values.items() if not isinstance(self._fields[n], Port)]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self._values == other._values  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
+
+
+def _is_symbolic(spec: Any) -> bool:
+    return isinstance(spec, Variable | Discrete)
+
+
+def _is_given(spec: Any) -> bool:
+    return not isinstance(spec, Variable | Discrete | Port)
+
+
+def children(component: Component) -> Iterator[tuple[str, Component]]:
+    """Ports, slots and members of tuples of components, with their names ('wheels[0]')."""
+    for name, value in component._values.items():
+        if isinstance(value, Component):
+            yield name, value
+        elif isinstance(value, tuple):
+            for i, item in enumerate(value):
+                if isinstance(item, Component):
+                    yield f"{name}[{i}]", item
+
+
+C = TypeVar("C", bound=Component)
+
+
+def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> C:
+    """A copy with other fields; ``changes`` may name parts of parts: ``replace(car, {"wheels[0].r": 0.3}, body=...)``."""
+    values = {n: v for n, v in component._values.items() if _is_given(component._fields[n])}
+    values.update(fields)
+    for path, value in (changes or {}).items():
+        head, _, rest = path.partition(".")
+        name, _, index = head.partition("[")
+        if name not in values:
+            raise ParameterError(f"{type(component).__name__} has no field {name}{suggestion(name, values)}")
+        if not index:
+            values[name] = replace(values[name], {rest: value}) if rest else value
+        else:
+            items, i = list(values[name]), int(index.rstrip("]"))
+            items[i] = replace(items[i], {rest: value}) if rest else value
+            values[name] = tuple(items)
+    return type(component)(**values)

@@ -1,0 +1,43 @@
+"""What can go wrong, in the user's terms: the component, the quoted line or the value with its unit, what is wrong, what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import Any
+
+
+class PowertrainError(Exception):
+    """Base of every error the library raises on purpose."""
+
+
+class ModelError(PowertrainError):
+    """The text of the model is wrong; the message names components and quotes their lines."""
+
+
+class ParameterError(PowertrainError):
+    """A value is missing, unknown or outside its range."""
+
+
+class InitializationError(PowertrainError):
+    """No consistent start was found; ``report`` says what was asked and what was reached."""
+
+    def __init__(self, message: str, report: Any = None) -> None:
+        super().__init__(message)
+        self.report = report
+
+
+class SimulationError(PowertrainError):
+    """The simulation ended early; ``result`` holds what was reached."""
+
+    def __init__(self, message: str, result: Any = None) -> None:
+        super().__init__(message)
+        self.result = result
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """'; did you mean ...?' with up to three near misses of ``name``, or '' where nothing is near."""
+    known = list(known)
+    near = difflib.get_close_matches(name, known, n=3, cutoff=0.6)
+    near += [k for k in known if k not in near and k.rpartition(".")[2] == name.rpartition(".")[2]][: 3 - len(near)]
+    return f"; did you mean {' or '.join(near)}?" if near else ""

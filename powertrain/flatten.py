@@ -1,0 +1,235 @@
+"""From the tree of components to one list of variables, equations and laws.
+
+Every component is bound to a path ('wheels[0].hub'), its quantities become symbols of that name, its equations are read once.
+Connections become equalities of potentials and one balance of flows for each node; what is not connected has zero flow, or is held
+at the reference potential where it is a support.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import casadi as ca
+
+from powertrain.component import Component, Discrete, Equations, Parameter, Port, Quantity, Variable, children
+from powertrain.connectors import Connector, Input, Output, Signal, declared
+from powertrain.errors import ModelError
+from powertrain.laws import Connection, Law
+from powertrain.recorder import Place, Recorder, reading
+from powertrain.symbols import Symbol, free_symbols, key
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A variable of the model."""
+
+    name: str
+    symbol: Symbol
+    unit: str
+    doc: str
+    start: float | None = None
+    guess: float = 0.0
+    prefer: bool = False
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A parameter (tunable) or a discrete variable of the model; ``check`` refuses values outside the range."""
+
+    name: str
+    symbol: Symbol
+    unit: str
+    doc: str
+    value: float
+    check: Callable[[float, str], float] = lambda value, where: float(value)
+
+
+@dataclass(frozen=True)
+class Equation:
+    """residual == 0, and where it was said."""
+
+    residual: Symbol
+    place: Place
+
+
+@dataclass
+class Flat:
+    """A model without hierarchy."""
+
+    recorder: Recorder = field(default_factory=Recorder)
+    unknowns: dict[int, Unknown] = field(default_factory=dict)
+    parameters: list[Constant] = field(default_factory=list)
+    discretes: list[Constant] = field(default_factory=list)
+    inputs: list[Unknown] = field(default_factory=list)
+    equations: list[Equation] = field(default_factory=list)
+    initial: list[Equation] = field(default_factory=list)
+    laws: list[tuple[Place, Law]] = field(default_factory=list)
+    components: list[Component] = field(default_factory=list)
+    bindings: dict[int, tuple[Symbol, Symbol]] = field(default_factory=dict)
+
+
+def flatten(model: Component) -> Flat:
+    """The flat model of ``model``; ModelError quotes the line that cannot be read."""
+    flat, nodes = Flat(), _Nodes()
+    root = _bind(model, "", flat)
+    with reading(flat.recorder):
+        for component in flat.components:
+            for place, row in _read(component, component.equations(), flat.recorder):
+                if isinstance(row, Connection):
+                    nodes.join(component, row, place)
+                elif isinstance(row, Law):
+                    flat.laws.append((place, row))
+                else:
+                    _add_equation(flat, row, place)
+            for place, row in _read(component, component.initial(), flat.recorder):
+                flat.initial.append(Equation(_residual(row, place), place))
+        nodes.write(flat, root)
+    return flat
+
+
+def _bind(component: Component, path: str, flat: Flat) -> Component:
+    """A copy of ``component`` whose quantities are symbols named by their path."""
+    bound: Component = object.__new__(type(component))
+    state: dict[str, Any] = dict(component.__dict__)
+    state["_path"] = path
+    state["_symbols"] = {n: _declare(component, path, s, flat) for n, s in component._fields.items() if isinstance(s, Quantity)}
+    bound.__dict__.update(state)
+    if type(component).equations is Component.equations and not isinstance(component, Connector):
+        raise ModelError(f"{path or 'the model'}: {type(component).__name__} is partial, it has no equations; use one of its kinds")
+    flat.components.append(bound)
+    parts = {name: _bind(part, f"{path}.{name}" if path else name, flat) for name, part in children(component)}
+    for name, value in component._values.items():
+        if isinstance(value, Component):
+            bound.__dict__[name] = parts[name]
+        elif isinstance(value, tuple):
+            bound.__dict__[name] = tuple(parts.get(f"{name}[{i}]", item) for i, item in enumerate(value))
+    return bound
+
+
+def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) -> Symbol:
+    name = path if isinstance(component, Signal) else f"{path}.{quantity.name}" if path else quantity.name
+    unit, doc = declared(component, quantity)
+    if isinstance(quantity, Variable):
+        symbol = Symbol.sym(name)
+        flat.unknowns[key(symbol)] = Unknown(name, symbol, unit, doc, quantity.start, quantity.guess, quantity.prefer)
+        return symbol
+    symbol = flat.recorder.hold(name)
+    if isinstance(quantity, Parameter):
+        flat.parameters.append(Constant(name, symbol, unit, doc, component._values[quantity.name], quantity.check))
+    elif isinstance(quantity, Discrete):
+        flat.discretes.append(Constant(name, symbol, unit, doc, quantity.start))
+    return symbol
+
+
+def _read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
+    active.path, active.text = component._path, text
+    try:
+        for row in text:
+            yield active.place, row
+    except RuntimeError as error:
+        if "bool" not in str(error) and "__nonzero__" not in str(error):
+            raise
+        raise ModelError(f"{active.place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)") from error
+
+
+def _residual(row: Any, place: Place) -> Symbol:
+    if isinstance(row, bool | int | float):
+        raise ModelError(f"{place}: this is the plain value {row!r}, not an equation between symbols")
+    if not isinstance(row, ca.SX):
+        raise ModelError(f"{place}: yields {type(row).__name__}; an equation is written  a == b")
+    if row.is_constant():
+        same = "both sides are the same" if float(row) else "the two sides are different numbers"
+        raise ModelError(f"{place}: {same}, so this says nothing about the model")
+    if not row.is_op(ca.OP_EQ):
+        raise ModelError(f"{place}: {row} is no equation; an equation is written  a == b")
+    return row.dep(0) - row.dep(1)
+
+
+def _add_equation(flat: Flat, row: Any, place: Place) -> None:
+    residual = _residual(row, place)
+    left, right = row.dep(0), row.dep(1)
+    if not all(key(s) in flat.recorder.constants for s in free_symbols(residual)):
+        flat.equations.append(Equation(residual, place))
+        return
+    if left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count("."):
+        left, right = right, left
+    if not left.is_symbolic() or key(left) in flat.bindings:
+        raise ModelError(f"{place}: only parameters stand here; to give a part's parameter a value write  self.part.name == expression")
+    flat.bindings[key(left)] = (left, right)
+
+
+class _Nodes:
+    """The sets of joined ports. A port has two faces: outward, to its component's surroundings, and inward, for a component's own parts."""
+
+    def __init__(self) -> None:
+        self.parent: dict[tuple[str, bool], tuple[str, bool]] = {}
+        self.ports: dict[tuple[str, bool], Connector] = {}
+        self.places: dict[tuple[str, bool], Place] = {}
+
+    def find(self, face: tuple[str, bool]) -> tuple[str, bool]:
+        while self.parent[face] != face:
+            self.parent[face] = self.parent[self.parent[face]]
+            face = self.parent[face]
+        return face
+
+    def join(self, owner: Component, row: Connection, place: Place) -> None:
+        own = {id(value) for value in owner.__dict__.values() if isinstance(value, Connector)}
+        faces = [(p._path, id(p) in own) for p in row.ports]
+        for face, p in zip(faces, row.ports, strict=True):
+            self.ports[face] = p
+            self.parent.setdefault(face, face)
+            self.places.setdefault(face, place)
+        for face in faces[1:]:
+            self.parent[self.find(face)] = self.find(faces[0])
+
+    def write(self, flat: Flat, root: Component) -> None:
+        """Adds the equations of all nodes and of all ports that are not connected."""
+        sets: dict[tuple[str, bool], list[tuple[str, bool]]] = {}
+        for face in self.ports:
+            sets.setdefault(self.find(face), []).append(face)
+        for faces in sets.values():
+            self._write_node(flat, faces)
+        for component in flat.components:
+            for name, spec in component._fields.items():
+                if isinstance(spec, Port) and (f"{component._path}.{name}".lstrip("."), False) not in self.ports:
+                    _write_unconnected(flat, component.__dict__[name], spec, top=component is root)
+
+    def _write_node(self, flat: Flat, faces: list[tuple[str, bool]]) -> None:
+        first, place = self.ports[faces[0]], self.places[faces[0]]
+        outputs = [f for f in faces if isinstance(self.ports[f], Output) and not f[1]]
+        if len(outputs) > 1:
+            raise ModelError(f"{place}: two outputs are connected: {' and '.join(f[0] for f in outputs)}")
+        for name, quantity in first._fields.items():
+            if not isinstance(quantity, Variable):
+                continue
+            symbols = [self.ports[face]._symbols[name] for face in faces]
+            if quantity.flow:
+                signed = [-s if face[1] else s for s, face in zip(symbols, faces, strict=True)]
+                flat.equations.append(Equation(sum(signed[1:], signed[0]), place))
+            else:
+                flat.equations.extend(Equation(s - symbols[0], place) for s in symbols[1:])
+
+
+def _write_unconnected(flat: Flat, port: Connector, spec: Port, top: bool) -> None:
+    place = Place(f"{port._path} (not connected)")
+    if isinstance(port, Signal):
+        _write_unconnected_signal(flat, port, place, top)
+        return
+    for name, quantity in port._fields.items():
+        if isinstance(quantity, Variable) and quantity.flow is not spec.grounded:
+            reference = port.reference if spec.grounded else 0.0
+            flat.equations.append(Equation(port._symbols[name] - reference, place))
+
+
+def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool) -> None:
+    symbol = port._symbols["value"]
+    if not isinstance(port, Input):
+        return
+    if top:
+        flat.inputs.append(Unknown(port._path, symbol, port.unit, port.doc, guess=port.default or 0.0))
+    elif port.default is not None:
+        constant = flat.recorder.hold(port._path)
+        flat.parameters.append(Constant(port._path, constant, port.unit, port.doc, port.default))
+        flat.equations.append(Equation(symbol - constant, place))

@@ -1,0 +1,129 @@
+"""The reduced hybrid DAE: what compilation hands to initialisation, simulation and every analysis.
+
+    der(x) = xdot(t, x, z, m, p)
+    0      = residual(t, x, z, m, p)
+
+``x`` are the differential states, ``z`` the algebraic unknowns that stay implicit, ``p`` the parameters and ``m`` the held values
+(modes of the laws, discrete variables, segments of schedules), which change at events only. Every expression is a scalar or column
+``casadi.SX`` of these five symbols; for given modes all linear algebra is already eliminated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Friction:
+    """w > 0: torque = upper; w < 0: torque = lower; w = 0: stuck, torque in [peak*lower, peak*upper] so that rate = 0."""
+
+    name: str
+    where: str
+    index: int
+    w: ca.SX
+    torque: ca.SX
+    lower: ca.SX
+    upper: ca.SX
+    peak: ca.SX
+    rate: ca.SX
+    unit: str = "N.m"
+    algebraic: bool = False
+    prescribed: bool = False
+    may_free: bool = True
+
+
+@dataclass(frozen=True)
+class Switch:
+    """m[index] is 1 while g > 0 and 0 otherwise; ``time`` is the instant of the change where g is affine in time."""
+
+    name: str
+    where: str
+    index: int
+    g: ca.SX
+    time: ca.SX | None = None
+    continuous: bool = False
+
+
+@dataclass(frozen=True)
+class Contact:
+    """gap >= 0, force >= 0, one of them zero; speed and acceleration are the derivatives of gap."""
+
+    name: str
+    where: str
+    index: int
+    gap: ca.SX
+    speed: ca.SX
+    acceleration: ca.SX
+    force: ca.SX
+    restitution: ca.SX
+
+
+@dataclass(frozen=True)
+class Reset:
+    """Assign ``value`` to x[index] (``discrete`` False) or to m[index] (``discrete`` True)."""
+
+    discrete: bool
+    index: int
+    value: ca.SX
+
+
+@dataclass(frozen=True)
+class When:
+    """When g becomes positive, apply the resets; m[index] holds whether g was positive."""
+
+    name: str
+    where: str
+    index: int
+    g: ca.SX
+    resets: tuple[Reset, ...]
+    time: ca.SX | None = None
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """A piecewise linear signal of time; m[index:index+3] = (t0, y0, slope) of the running segment."""
+
+    name: str
+    index: int
+    times: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Guard:
+    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside."""
+
+    name: str
+    where: str
+    value: ca.SX
+    low: ca.SX
+    high: ca.SX
+    unit: str
+    action: str
+
+
+@dataclass(frozen=True)
+class HybridDae:
+    """The symbols, the equations and the laws of one compiled model."""
+
+    t: ca.SX
+    x: ca.SX
+    z: ca.SX
+    m: ca.SX
+    p: ca.SX
+    xdot: ca.SX
+    residual: ca.SX
+    state_names: tuple[str, ...]
+    held_start: NDArray[np.float64]
+    frictions: tuple[Friction, ...] = ()
+    switches: tuple[Switch, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+    whens: tuple[When, ...] = ()
+    schedules: tuple[Schedule, ...] = ()
+    guards: tuple[Guard, ...] = ()
+    impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
+    impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))

@@ -1,0 +1,176 @@
+"""The laws that are not smooth, and the derivative: what equations are written with beside ``==`` and ``connect``.
+
+Components never write a bare ``if_else`` on a state. They declare one of these laws; the engine knows their modes, finds the
+modes of all laws together and locates every change as an event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.errors import ModelError
+from powertrain.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder
+from powertrain.symbols import Symbol, free_symbols, key, time, total_derivative
+
+if TYPE_CHECKING:
+    from powertrain.connectors import Connector
+
+Expression: TypeAlias = "Symbol | float"
+
+
+class Law:
+    """What a component yields beside equations."""
+
+
+@dataclass(frozen=True)
+class Connection(Law):
+    """Ports joined in one node: potentials equal, flows sum to zero."""
+
+    ports: tuple[Connector, ...]
+
+
+@dataclass(frozen=True)
+class FrictionLaw(Law):
+    """Set-valued friction; see ``friction``."""
+
+    w: Symbol
+    torque: Symbol
+    lower: Symbol
+    upper: Symbol
+    peak: Symbol
+    name: str
+
+
+@dataclass(frozen=True)
+class UnilateralLaw(Law):
+    """A contact; see ``unilateral``."""
+
+    gap: Symbol
+    force: Symbol
+    restitution: Symbol
+    name: str
+
+
+@dataclass(frozen=True)
+class Reinit:
+    """The new value of a state or a discrete variable; see ``reinit``."""
+
+    variable: Symbol
+    value: Symbol
+
+
+@dataclass(frozen=True)
+class WhenLaw(Law):
+    """Resets at the instant a condition becomes true; see ``when``."""
+
+    g: Symbol
+    resets: tuple[Reinit, ...]
+
+
+def der(expression: Symbol) -> Symbol:
+    """Time derivative of a variable or of an expression of variables."""
+    return total_derivative(Symbol(expression), recorder().derivative)
+
+
+def friction(
+    w: Symbol, torque: Symbol, lower: Expression, upper: Expression, *, peak: Expression = 1.0, name: str = "mode"
+) -> FrictionLaw:
+    """Dry friction between parts that slide with relative speed ``w`` and transmit ``torque``.
+
+    w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
+
+    The bounds may depend on states, on time and, piecewise linearly, on unknown torques; a bound may be infinite (one-way clutch).
+    ``torque`` opposes ``w`` where lower <= 0 <= upper: the power torque*w is dissipated. Where lower = upper the law is free.
+    The mode is a signal of the component called ``name``: 1 forward, 0 stuck, -1 backward, 2 free.
+    """
+    return FrictionLaw(Symbol(w), Symbol(torque), Symbol(lower), Symbol(upper), Symbol(peak), name)
+
+
+def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, name: str = "contact") -> UnilateralLaw:
+    """A rigid contact: gap >= 0, force >= 0, one of them zero; closing is an impact with the given coefficient of restitution."""
+    return UnilateralLaw(Symbol(gap), Symbol(force), Symbol(restitution), name)
+
+
+def reinit(variable: Symbol, value: Expression) -> Reinit:
+    """Gives a state or a discrete variable a new value, in a ``when``."""
+    return Reinit(variable, Symbol(value))
+
+
+def when(condition: Symbol, *resets: Reinit) -> WhenLaw:
+    """Applies the resets at the instant ``condition`` becomes true; right-hand sides are taken just before it."""
+    if not resets or not all(isinstance(r, Reinit) for r in resets):
+        raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
+    return WhenLaw(crossing(Symbol(condition)), resets)
+
+
+def switch(condition: Symbol, a: Expression, b: Expression, *, continuous: bool = False) -> Symbol:
+    """``a`` while ``condition`` holds, else ``b``, with the change as an exact event.
+
+    ``condition`` compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
+    ``continuous``: the branches agree where the condition changes, so that the integration need not restart there.
+    """
+    active, g = recorder(), crossing(Symbol(condition))
+    if all(key(s) in active.constants for s in free_symbols(g)):
+        return ca.if_else(Symbol(condition), a, b)
+    mode = active.hold(f"{active.path}.switch{len(active.switches)}")
+    active.switches.append(SwitchEntry(mode, g, active.place, continuous))
+    return ca.if_else(mode, a, b)
+
+
+def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
+    """A piecewise linear signal of time; a time that stands twice is a jump; constant before the first and after the last time."""
+    active = recorder()
+    t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
+    if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):
+        raise ModelError(f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease")
+    path = f"{active.path}.schedule{len(active.schedules)}"
+    t0, y0, slope = (active.hold(f"{path}.{part}") for part in ("t0", "y0", "slope"))
+    active.schedules.append(ScheduleEntry((t0, y0, slope), t, y, active.place))
+    return y0 + slope * (time - t0)
+
+
+def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit: str, action: str = "error") -> None:
+    """Declares low <= value <= high: ``action`` "error" ends the simulation with a message, "count" counts the steps outside."""
+    active = recorder()
+    active.guards.append(GuardEntry(name, Symbol(value), Symbol(low), Symbol(high), unit, action, active.place))
+
+
+def crossing(condition: Symbol) -> Symbol:
+    """The expression that is positive exactly while ``condition`` holds."""
+    if condition.is_op(ca.OP_LT) or condition.is_op(ca.OP_LE):
+        return condition.dep(1) - condition.dep(0)
+    if condition.is_op(ca.OP_AND):
+        return ca.fmin(crossing(condition.dep(0)), crossing(condition.dep(1)))
+    if condition.is_op(ca.OP_OR):
+        return ca.fmax(crossing(condition.dep(0)), crossing(condition.dep(1)))
+    if condition.is_op(ca.OP_NOT):
+        return -crossing(condition.dep(0))
+    if condition.is_constant():
+        return condition - 0.5
+    raise ModelError(f"{recorder().place}: {condition} is not a comparison such as w > 0")
+
+
+def connect(*ports: Connector) -> Connection:
+    """Joins ports in one node: their potentials are equal, their flows sum to zero; signals are equal."""
+    return Connection(_checked(ports))
+
+
+def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
+    from powertrain.connectors import Connector
+
+    for p in ports:
+        if not isinstance(p, Connector):
+            raise ModelError(f"{recorder().place}: connect() joins ports, and {p!r} is none")
+    kinds = {p.kind() for p in ports}
+    if len(ports) < 2:
+        raise ModelError(f"{recorder().place}: connect() needs at least two ports")
+    if len(kinds) > 1:
+        said = ", ".join(f"{p._path} ({p.kind().__name__})" for p in ports)
+        raise ModelError(f"{recorder().place}: connect() joins ports of one kind, got {said}")
+    return tuple(ports)

@@ -1,0 +1,83 @@
+"""Symbolic solution of sparse linear blocks by elimination, in an order chosen once from sparsity and numeric magnitudes."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+
+from powertrain.symbols import Symbol
+
+Row = dict[int, Symbol]
+Numbers = dict[int, float]
+
+
+class SingularBlock(Exception):
+    """Rows without a pivot: these equations depend on the others."""
+
+    def __init__(self, rows: list[int]) -> None:
+        super().__init__(str(rows))
+        self.rows = rows
+
+
+def solve(rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Numbers]) -> dict[int, Symbol]:
+    """x with sum_j rows[i][j] x_j = right[i], as expressions.
+
+    ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those
+    not below a hundredth of the row's largest value. Raises SingularBlock where a row has no pivot left.
+    """
+    table, values, b = [dict(r) for r in rows], [dict(n) for n in numbers], list(right)
+    holders: dict[int, set[int]] = {}
+    for i, row in enumerate(table):
+        for j in row:
+            holders.setdefault(j, set()).add(i)
+    heap = [(len(row), i) for i, row in enumerate(table)]
+    heapq.heapify(heap)
+    open_rows, order = set(range(len(table))), []
+    while heap:
+        length, i = heapq.heappop(heap)
+        if i not in open_rows or length != len(table[i]):
+            continue
+        largest = max((abs(v) for v in values[i].values()), default=0.0)
+        if largest == 0.0:
+            raise SingularBlock([i])
+        j = min((j for j in table[i] if abs(values[i][j]) >= 0.01 * largest), key=lambda j: (len(holders[j]), j))
+        open_rows.discard(i)
+        order.append((i, j))
+        for k in holders.pop(j):
+            if k in open_rows:
+                _subtract(table, values, b, holders, k, i, j)
+                heapq.heappush(heap, (len(table[k]), k))
+        for n in table[i]:
+            if n in holders:
+                holders[n].discard(i)
+    return _back_substitution(table, b, order)
+
+
+def _subtract(
+    table: list[Row], values: list[Numbers], b: list[Symbol], holders: dict[int, set[int]], k: int, i: int, j: int
+) -> None:
+    factor, number = table[k].pop(j) / table[i][j], values[k].pop(j) / values[i][j]
+    b[k] = b[k] - factor * b[i]
+    for n, entry in table[i].items():
+        if n == j:
+            continue
+        old, change = values[k].get(n, 0.0), number * values[i][n]
+        new = table[k][n] - factor * entry if n in table[k] else -factor * entry
+        if new.is_zero():
+            del table[k][n], values[k][n]
+            holders[n].discard(k)
+            continue
+        table[k][n] = new
+        values[k][n] = 0.0 if abs(old - change) <= 1e-11 * (abs(old) + abs(change)) else old - change
+        holders[n].add(k)
+
+
+def _back_substitution(table: list[Row], b: list[Symbol], order: list[tuple[int, int]]) -> dict[int, Symbol]:
+    solution: dict[int, Symbol] = {}
+    for i, j in reversed(order):
+        total = b[i]
+        for n, entry in table[i].items():
+            if n != j:
+                total = total - entry * solution[n]
+        solution[j] = total / table[i][j]
+    return solution

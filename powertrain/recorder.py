@@ -1,0 +1,131 @@
+"""Where the text of a model is written down while it is read: derivatives, switches, schedules and guards of the component at hand."""
+
+from __future__ import annotations
+
+import linecache
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.errors import ModelError
+from powertrain.symbols import Symbol, key, time
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something was said: the component's path and the line of its text, read only when an error quotes it."""
+
+    path: str
+    file: str = ""
+    line: int = 0
+
+    def __str__(self) -> str:
+        text = linecache.getline(self.file, self.line).strip()
+        short = self.file.replace("\\", "/").rsplit("/", 1)[-1]
+        return f"{self.path or 'the model'}: {text} ({short}:{self.line})" if text else (self.path or "the model")
+
+
+@dataclass(frozen=True)
+class SwitchEntry:
+    """A declared piecewise expression: ``mode`` is 1 while ``g`` > 0."""
+
+    mode: Symbol
+    g: Symbol
+    place: Place
+    continuous: bool
+
+
+@dataclass(frozen=True)
+class ScheduleEntry:
+    """A piecewise linear signal of time, as the held symbols (t0, y0, slope) of its running segment."""
+
+    held: tuple[Symbol, Symbol, Symbol]
+    times: NDArray[np.float64]
+    values: NDArray[np.float64]
+    place: Place
+
+
+@dataclass(frozen=True)
+class GuardEntry:
+    """A value that must stay within limits."""
+
+    name: str
+    value: Symbol
+    low: Symbol
+    high: Symbol
+    unit: str
+    action: str
+    place: Place
+
+
+@dataclass
+class Recorder:
+    """Collects what reading the equations brings up."""
+
+    path: str = ""
+    text: Generator[Any, None, None] | None = None
+    derivatives: dict[int, Symbol] = field(default_factory=dict)
+    bases: dict[int, tuple[Symbol, int]] = field(default_factory=dict)
+    constants: set[int] = field(default_factory=set)
+    switches: list[SwitchEntry] = field(default_factory=list)
+    schedules: list[ScheduleEntry] = field(default_factory=list)
+    guards: list[GuardEntry] = field(default_factory=list)
+
+    @property
+    def place(self) -> Place:
+        """The line of the text that is being read."""
+        text = self.text
+        while text is not None and isinstance(text.gi_yieldfrom, Generator):
+            text = text.gi_yieldfrom
+        frame = text.gi_frame if text is not None else None
+        return Place(self.path, frame.f_code.co_filename, frame.f_lineno) if frame else Place(self.path)
+
+    def derivative(self, symbol: Symbol) -> Symbol:
+        """The symbol of d/dt of a symbol; 1 for time, 0 for parameters and held values."""
+        k = key(symbol)
+        if k == key(time):
+            return Symbol(1)
+        if k in self.constants:
+            return Symbol(0)
+        if k not in self.derivatives:
+            rate = Symbol.sym(f"der({symbol.name()})")
+            base, order = self.bases.get(k, (symbol, 0))
+            self.derivatives[k], self.bases[key(rate)] = rate, (base, order + 1)
+        return self.derivatives[k]
+
+    def hold(self, name: str) -> Symbol:
+        """A new symbol whose value changes at events only."""
+        symbol = Symbol.sym(name)
+        self.constants.add(key(symbol))
+        return symbol
+
+
+_active: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
+
+
+@contextmanager
+def reading(active: Recorder) -> Iterator[Recorder]:
+    """Makes ``active`` the recorder that der, switch and the other words of the text write to."""
+    token = _active.set(active)
+    try:
+        yield active
+    finally:
+        _active.reset(token)
+
+
+def recorder() -> Recorder:
+    """The recorder of the model being read; ModelError outside equations()."""
+    active = _active.get()
+    if active is None:
+        raise ModelError("der, switch, schedule and tables can only be used inside equations() or initial()")
+    return active
+
+
+def recording() -> bool:
+    """Whether the text of a model is being read."""
+    return _active.get() is not None

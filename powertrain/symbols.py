@@ -1,0 +1,39 @@
+"""Helpers on ``casadi.SX`` scalars: keys of symbols, free symbols, time derivative."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import casadi as ca
+
+Symbol: TypeAlias = ca.SX
+
+time: Symbol = ca.SX.sym("time")
+"""Simulated time in seconds, for use in equations."""
+
+
+def key(symbol: Symbol) -> int:
+    """Identity of a scalar symbol, usable as a dictionary key."""
+    return int(symbol.element_hash())
+
+
+def free_symbols(expression: Symbol) -> list[Symbol]:
+    """The scalar symbols that occur in ``expression``."""
+    return [] if expression.is_constant() else list(ca.symvar(expression))
+
+
+def total_derivative(expression: Symbol, derivative: Callable[[Symbol], Symbol]) -> Symbol:
+    """d/dt of a scalar by the chain rule; ``derivative`` gives d/dt of each free symbol."""
+    symbols = free_symbols(expression)
+    if not symbols:
+        return Symbol(0)
+    rates = [derivative(s) for s in symbols]
+    if expression.is_symbolic():
+        return rates[0]
+    return ca.jtimes(expression, ca.vertcat(*symbols), ca.vertcat(*rates))
+
+
+def column(expressions: Sequence[Symbol]) -> Symbol:
+    """A column vector, also of nothing."""
+    return ca.vertcat(*expressions) if expressions else Symbol(0, 1)

@@ -1,0 +1,21 @@
+"""Units as texts in Modelica's notation: ``kg.m2``, ``N.m/rad``, ``rad/s``, ``1``."""
+
+from __future__ import annotations
+
+import re
+
+from powertrain.errors import ModelError
+
+BASE = frozenset(
+    "1 m s kg g A K mol cd rad deg N Pa J W V C F H Ohm Hz degC bar l h min rpm kW kJ MJ kWh km mm cm t MPa GPa".split()
+)
+_FACTOR = re.compile(r"([A-Za-z]+|1)(-?\d+)?$")
+
+
+def checked_unit(unit: str) -> str:
+    """``unit`` itself where it is a product or quotient of known units, else ModelError."""
+    for part in unit.replace("(", "").replace(")", "").replace("/", ".").split("."):
+        match = _FACTOR.match(part)
+        if match is None or match.group(1) not in BASE:
+            raise ModelError(f"{unit!r} is not a unit: {part!r} is unknown (write kg.m2, N.m/rad, rad/s, 1)")
+    return unit
