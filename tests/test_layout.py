@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import shutil
+import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -24,6 +26,7 @@ ORDER = [
     "flatten alias index blocks compile",
     "buffers pivots indicators modes",
     "step dopri5 rodas5p steps",
+    "schedules trajectory consistent jam enumeration resolve",
     "initial simulate result",
     "steady linearize eigenmodes powerflow sweep optimize",
     "plot",
@@ -114,3 +117,18 @@ def test_folder_cannot_be_imported_by_its_own_name(folder: str, monkeypatch: pyt
     monkeypatch.syspath_prepend(str(ROOT))
     with pytest.raises(ImportError, match=f"import powertrain.{folder}"):
         __import__(folder)
+
+
+def test_checkout_without_links(tmp_path: Path) -> None:
+    """Where a file system has no links, git leaves a file with the link's text in its place."""
+    for folder in PACKAGES:
+        (tmp_path / folder).mkdir()
+        for path in modules(folder):
+            target = tmp_path / path.relative_to(ROOT)
+            target.parent.mkdir(exist_ok=True)
+            shutil.copy(path, target)
+    for link in "components", "vehicles":
+        (tmp_path / "powertrain" / link).write_text(f"../{link}", encoding="utf-8")
+    program = "import powertrain.components as parts, powertrain.vehicles; print(parts.__name__, parts.__file__)"
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["powertrain.components", str(tmp_path / "components" / "__init__.py")], done.stderr
