@@ -1,0 +1,78 @@
+"""The last resort of mode finding: try all combinations of the laws that are involved and keep the consistent ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+
+import numpy as np
+
+from powertrain.buffers import Array, Memory
+from powertrain.hybrid import HybridDae
+from powertrain.jam import law_values
+from powertrain.modes import ZONE
+
+_LIMIT = 20_000
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Found:
+    """The different consistent mode vectors, the laws that were tried, and how many combinations there were."""
+
+    modes: tuple[Array, ...]
+    involved: tuple[int, ...]
+    combinations: int
+
+
+def enumerate_modes(
+    dae: HybridDae, memory: Memory, side: int, varied: set[int], consistent: Callable[[], bool], rates: Callable[[], Array]
+) -> Found:
+    """Try them on ``memory.m``, which is left as it was. Combinations that give the same rates count as one; with peaks above one, more stuck laws are preferred."""
+    choices = _choices(dae, memory, side, varied)
+    size = prod(len(values) for values in choices.values())
+    if size > _LIMIT:
+        return Found((), tuple(choices), size)
+    m = memory.m
+    start = m.copy()
+    found: list[tuple[Array, Array]] = []
+    for combination in product(*choices.values()):
+        m[list(choices)] = combination
+        if not consistent():
+            continue
+        slope = rates()
+        if np.isfinite(slope).all() and not any(_same(slope, other) for _, other in found):
+            found.append((m.copy(), slope))
+    if len(found) > 1:
+        found = _most_stuck(dae, [modes for modes, _ in found], found)
+    m[:] = start
+    return Found(tuple(modes for modes, _ in found), tuple(choices), size)
+
+
+def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dict[int, tuple[float, ...]]:
+    """The modes to try: of friction laws at rest or varied, of switches and contacts that varied."""
+    m = memory.m
+    choices: dict[int, tuple[float, ...]] = {}
+    speeds = law_values(dae, memory, side)[:, 0]
+    for k, friction in enumerate(dae.frictions):
+        at_rest = friction.algebraic or abs(speeds[k]) <= ZONE
+        if m[friction.index] != 2 and at_rest:
+            choices[friction.index] = (1.0, -1.0) if friction.prescribed else (0.0, 1.0, -1.0)
+    for switch in dae.switches:
+        if switch.index in varied and switch.time is None:
+            choices[switch.index] = (0.0, 1.0)
+    for contact in dae.contacts:
+        if contact.index in varied:
+            choices[contact.index] = (0.0, 1.0)
+    return choices
+
+
+def _same(a: Array, b: Array) -> bool:
+    return bool(np.all(np.abs(a - b) <= _SAME * (1.0 + np.abs(a))))
+
+
+def _most_stuck(dae: HybridDae, modes: list[Array], found: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+    stuck = [sum(m[f.index] == 0 for f in dae.frictions) for m in modes]
+    return [pair for pair, count in zip(found, stuck, strict=True) if count == max(stuck)]

@@ -1,0 +1,69 @@
+"""What to say where the modes of the laws have no solution, or several, or torques that are not determined."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.buffers import Array, Memory
+from powertrain.hybrid import HybridDae
+
+_MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
+
+
+def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]:
+    """One row (w, torque, lower, upper, rate) per friction law at the current point."""
+    fields = ("w", "torque", "lower", "upper", "rate")
+    columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
+    values = ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.horzcat(*columns))])
+    n, nz, nm, count = dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel()
+    y = memory.y[side]
+    row = values(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count])
+    return np.array(row).reshape(len(dae.frictions), len(fields))
+
+
+def jam_message(
+    dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], involved: Sequence[int], combinations: int
+) -> str:
+    """No consistent combination, several, or too many to try."""
+    names = {law.index: law.name for law in (*dae.frictions, *dae.switches, *dae.contacts)}
+    parts = ", ".join(names[i] for i in involved)
+    values = law_values(dae, memory, side)
+    lines = [
+        f"  {law.name} ({law.where}): torque {row[1]:.6g} {law.unit}, bounds {row[2]:.6g} .. {row[3]:.6g} {law.unit}, speed {row[0]:.3g}"
+        for law, row in zip(dae.frictions, values, strict=True)
+        if law.index in involved
+    ]
+    if modes:
+        options = " or ".join("(" + ", ".join(_mode(names[i], m[i]) for i in involved) + ")" for m in modes[:3])
+        problem = f"{len(modes)} combinations of modes are possible, with different accelerations: {options}"
+        advice = "The laws lock each other in more than one way; a little compliance or damping between them decides."
+    elif combinations > 20_000:
+        problem = f"the modes are not found, and {combinations} combinations are too many to try"
+        advice = "Separate some of the laws by a shaft stiffness."
+    else:
+        problem = f"none of the {combinations} combinations of modes is consistent (the mechanism jams)"
+        advice = "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
+    return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
+
+
+def _mode(name: str, value: float) -> str:
+    return f"{name} {_MODES.get(float(value), f'{value:g}')}"
+
+
+def undetermined_message(dae: HybridDae, memory: Memory, side: int) -> str | None:
+    """Two or more stuck laws whose torques are not finite lock the same motion."""
+    if not dae.frictions:
+        return None
+    torques = law_values(dae, memory, side)[:, 1]
+    laws = [law for law, torque in zip(dae.frictions, torques, strict=True) if memory.m[law.index] == 0 and not np.isfinite(torque)]
+    if len(laws) < 2:
+        return None
+    names = " and ".join(f"{law.name} ({law.where})" for law in laws)
+    return (
+        f"at t = {memory.time[0]:.9g} s the torques of {names} are not determined: all are stuck and lock the same motion. "
+        "Put a shaft stiffness between them, or remove one."
+    )

@@ -1,0 +1,32 @@
+"""Which row serves as pivot of which column: the matching that makes an elimination without run-time pivoting safe."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+_STRUCTURAL_ZERO = 1e9
+_NUMERIC_ZERO = 1e6
+
+
+def match_rows(pattern: ca.Sparsity, values: NDArray[np.float64]) -> list[int]:
+    """Return ``rows``: row ``rows[j]`` is the pivot of column j, chosen to maximise the product of the pivots' sizes.
+
+    ``values`` is the matrix at a typical point. Entries that vanish there but may not elsewhere are taken only where nothing else fits.
+    Raises ValueError with the unmatched columns if the matrix is structurally singular.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    n = pattern.size1()
+    cost = np.full((n, n), _STRUCTURAL_ZERO)
+    size = np.abs(np.nan_to_num(values, nan=0.0, posinf=1e300, neginf=1e300))
+    scale = size.max(axis=1, keepdims=True) if n else size
+    relative = size / np.where(scale > 0.0, scale, 1.0)
+    for i, j in zip(pattern.row(), pattern.get_col(), strict=True):
+        cost[i, j] = -np.log(relative[i, j]) if relative[i, j] > 1e-300 else _NUMERIC_ZERO
+    _, rows = linear_sum_assignment(cost.T)
+    unmatched = [j for j in range(n) if cost[rows[j], j] >= _STRUCTURAL_ZERO]
+    if unmatched:
+        raise ValueError(f"structurally singular: no equation is left for the unknowns {unmatched}")
+    return [int(row) for row in rows]

@@ -1,0 +1,177 @@
+"""All modes of all laws at one instant, found together: fixed point, principal pivoting, enumeration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from powertrain.buffers import Array, Bound, Memory
+from powertrain.consistent import Algebra, NotConsistent
+from powertrain.enumeration import enumerate_modes
+from powertrain.errors import SimulationError
+from powertrain.hybrid import Contact, HybridDae, When
+from powertrain.jam import jam_message, undetermined_message
+from powertrain.steps import PREFIX
+
+_PASSES = 20
+_ROUNDS = 10_000
+REST_SPEED = 1e-4
+"""A contact that would rebound slower than this (m/s or rad/s) stays closed."""
+
+
+class Resolver:
+    """Brings ``memory.m`` (and x, z after resets and impacts) to a consistent state on one side of the buffers."""
+
+    def __init__(self, dae: HybridDae, memory: Memory, update: Sequence[Bound], fresh: Sequence[Bound], algebra: Algebra | None) -> None:
+        self.dae, self.memory, self.algebra = dae, memory, algebra
+        self.n = dae.x.numel()
+        self._update, self._fresh = update, fresh
+        self._values = _Events(dae, memory) if dae.whens or dae.contacts else None
+        self.extra: list[tuple[str, str]] = []
+
+    def resolve(self, side: int) -> None:
+        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
+        self.extra = []
+        for _ in range(_ROUNDS):
+            if self._fixed_point(side):
+                return
+        names = sorted({name for name, _ in self.extra})
+        raise SimulationError(f"at t = {self.memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}")
+
+    def _fixed_point(self, side: int) -> bool:
+        """Iterate the mode rules; False if a reset or an impact happened and the round must start again."""
+        memory, call = self.memory, self._update[side].call
+        m, held, flags = memory.m, memory.held, memory.flags
+        seen: set[bytes] = set()
+        varied: set[int] = set()
+        for n in range(_PASSES):
+            self._solve(side)
+            call()
+            if (flags[1] or flags[2]) and self._discontinuity(side):
+                return False
+            memory.fire.fill(0.0)
+            memory.jumped[0] = 0.0
+            if not flags[0]:
+                return True
+            if n > 2:
+                varied.update(np.flatnonzero(m != held).tolist())
+                key = m.tobytes()
+                if key in seen:
+                    break
+                seen.add(key)
+            m[:] = held
+        return self._pivot(side, varied)
+
+    def _pivot(self, side: int, varied: set[int]) -> bool:
+        """Flip the first violated law only, until none is left or the modes repeat; then enumerate."""
+        memory, call = self.memory, self._update[side].call
+        m, held, flags = memory.m, memory.held, memory.flags
+        seen: set[bytes] = set()
+        while m.tobytes() not in seen:
+            seen.add(m.tobytes())
+            self._solve(side)
+            call()
+            if (flags[1] or flags[2]) and self._discontinuity(side):
+                return False
+            if not flags[0]:
+                return True
+            changed = np.flatnonzero(m != held)
+            varied.update(changed.tolist())
+            m[changed[0]] = held[changed[0]]
+        self._enumerate(side, varied)
+        return False
+
+    def _enumerate(self, side: int, varied: set[int]) -> None:
+        found = enumerate_modes(
+            self.dae, self.memory, side, varied, lambda: self._consistent(side), lambda: self._rates(side)
+        )
+        if len(found.modes) == 1:
+            self.memory.m[:] = found.modes[0]
+            self._solve(side)
+            return
+        raise SimulationError(jam_message(self.dae, self.memory, side, found.modes, found.involved, found.combinations))
+
+    def _consistent(self, side: int) -> bool:
+        if self.algebra is not None:
+            try:
+                self.algebra.solve(side)
+            except NotConsistent:
+                return False
+        self._update[side].call()
+        return not self.memory.flags[0]
+
+    def _rates(self, side: int) -> Array:
+        self._fresh[side].call()
+        return self.memory.slope[1 - side].copy()
+
+    def _solve(self, side: int) -> None:
+        if self.algebra is not None:
+            self.algebra.solve(side)
+
+    def _discontinuity(self, side: int) -> bool:
+        """Apply the resets of all rising edges, else one impact of all closing contacts."""
+        memory = self.memory
+        assert self._values is not None
+        if memory.flags[1]:
+            rising = [when for k, when in enumerate(self.dae.whens) if memory.edges[k]]
+            self._values.reset(side, rising)
+            self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
+        else:
+            closing = [k for k in range(len(self.dae.contacts)) if memory.closing[k]]
+            self._values.impact(side, closing)
+            self.extra += [(self.dae.contacts[k].name, "impact") for k in closing]
+        memory.jumped[0] = 1.0
+        return True
+
+    def undetermined(self, side: int) -> str | None:
+        """Why the rates of resolved modes are not finite, if laws lock each other; else None."""
+        return undetermined_message(self.dae, self.memory, side)
+
+
+class _Events:
+    """Values of resets and impacts, evaluated when one happens."""
+
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self.dae, self.memory = dae, memory
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
+        contacts = [ca.vertcat(*[getattr(c, field) for c in dae.contacts]) for field in ("speed", "restitution")]
+        self._resets = ca.Function(PREFIX + "resets", inputs, [ca.densify(values)])
+        outputs = [ca.densify(e) for e in (*contacts, dae.impact_x, dae.impact_a)]
+        self._impact = ca.Function(PREFIX + "impact", inputs, outputs)
+        self._first = {}
+        count = 0
+        for when in dae.whens:
+            self._first[when.index] = count
+            count += len(when.resets)
+
+    def _arguments(self, side: int) -> list[ca.DM]:
+        memory, n = self.memory, self.dae.x.numel()
+        y = memory.y[side]
+        nz, nm, np_ = self.dae.z.numel(), self.dae.m.numel(), self.dae.p.numel()
+        return [ca.DM(v) for v in (memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:np_])]
+
+    def reset(self, side: int, rising: Sequence[When]) -> None:
+        """Assign all right sides, evaluated with the values before."""
+        values = np.array(self._resets(*self._arguments(side))).ravel()
+        for when in rising:
+            self.memory.m[when.index] = 1.0
+            for k, reset in enumerate(when.resets, self._first[when.index]):
+                target = self.memory.m if reset.discrete else self.memory.y[side]
+                target[reset.index] = values[k]
+
+    def impact(self, side: int, closing: Sequence[int]) -> None:
+        """Impulses on the closing contacts and on closed ones that would move inwards; slow rebounds stay closed."""
+        contacts: Sequence[Contact] = self.dae.contacts
+        m = self.memory.m
+        speed, restitution, on_x, on_a = (np.array(v) for v in self._impact(*self._arguments(side)))
+        speed, restitution = speed.ravel(), restitution.ravel()
+        closed = [k for k, c in enumerate(contacts) if m[c.index] and speed[k] < 0.0 and k not in closing]
+        struck = [*closing, *closed]
+        rebound = np.where(-restitution[struck] * speed[struck] < REST_SPEED, 0.0, restitution[struck])
+        impulse = np.linalg.lstsq(on_a[np.ix_(struck, struck)], -(1.0 + rebound) * speed[struck], rcond=None)[0]
+        self.memory.y[side][: self.dae.x.numel()] += on_x[:, struck] @ impulse
+        for k, e in zip(struck, rebound, strict=True):
+            m[contacts[k].index] = 1.0 if e == 0.0 else 0.0

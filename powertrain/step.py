@@ -1,0 +1,29 @@
+"""What one symbolic step of an integration method consists of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+
+@dataclass(frozen=True)
+class Step:
+    """The unknowns at the end, their slope there, the error estimate and the dense output of one step.
+
+    ``dense`` has five columns c0 ... c4: y(t + q h) = c0 + q (c1 + q (c2 + q (c3 + q c4))), 0 <= q <= 1.
+    """
+
+    end: ca.SX
+    slope: ca.SX
+    error: ca.SX
+    dense: ca.SX
+    stiffness: ca.SX
+
+
+def on_polynomial(dense: ca.SX, q: ca.SX | float) -> ca.SX:
+    """The unknowns at the fraction ``q`` of the step."""
+    value = dense[:, 4]
+    for column in (3, 2, 1, 0):
+        value = dense[:, column] + q * value
+    return value

@@ -1,0 +1,94 @@
+"""Reduced models written by hand, as compilation would give them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from powertrain.hybrid import Friction, HybridDae, Switch
+
+
+def solve_linear(matrix: ca.SX, right: ca.SX) -> ca.SX:
+    """Gaussian elimination along the sparsity."""
+    from powertrain.sparse_lu import factorize
+
+    return factorize(ca.sparsify(matrix))(right)
+
+
+def coupled_clutches() -> HybridDae:
+    """Four inertias in a row, three clutches; x = (J1.phi, J1.w, then phi_rel, w_rel of each clutch); p = J1..J4, amp, peak, fn_max, mu0."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 8), ca.SX.sym("m", 5), ca.SX.sym("p", 8)
+    inertia, (amplitude, peak, fn_max, mu) = [p[i] for i in range(4)], [p[4], p[5], p[6], p[7]]
+    drive = amplitude * ca.sin(2 * np.pi * 5 * t)
+    force = [fn_max * ca.fmax(ca.sin(2 * np.pi * 0.2 * t + np.pi / 2), 0), fn_max * m[3], fn_max * m[4]]
+    w = [x[3], x[5], x[7]]
+    slip, locked = [], []
+    for k in range(3):
+        loose = ca.if_else(m[k] == 1, mu * force[k], ca.if_else(m[k] == -1, -mu * force[k], 0.0))
+        slip.append(loose)
+        locked.append(m[k] == 0)
+    # tau: locked rows  tau_k / J_k + tau_k / J_k+1 - neighbours = relative acceleration without them
+    free = [-drive / inertia[0], ca.SX(0), ca.SX(0)]
+    full = ca.SX.zeros(3, 3)
+    for k in range(3):
+        full[k, k] = -(1 / inertia[k] + 1 / inertia[k + 1])
+        if k > 0:
+            full[k, k - 1] = 1 / inertia[k]
+        if k < 2:
+            full[k, k + 1] = 1 / inertia[k + 1]
+    rows = [ca.if_else(locked[k], full[k, :], ca.SX.eye(3)[k, :]) for k in range(3)]
+    tau = solve_linear(_tridiagonal(ca.vertcat(*rows)), ca.vertcat(*[ca.if_else(locked[k], -free[k], slip[k]) for k in range(3)]))
+    acceleration = [
+        (drive + tau[0]) / inertia[0],
+        (tau[1] - tau[0]) / inertia[1],
+        (tau[2] - tau[1]) / inertia[2],
+        -tau[2] / inertia[3],
+    ]
+    relative = [acceleration[k + 1] - acceleration[k] for k in range(3)]
+    xdot = ca.vertcat(x[1], acceleration[0], x[3], relative[0], x[5], relative[1], x[7], relative[2])
+    frictions = tuple(
+        Friction(f"clutch{k + 1}", "hand", k, w[k], tau[k], -mu * force[k], mu * force[k], peak, relative[k]) for k in range(3)
+    )
+    switches = tuple(Switch(f"step{k}", "hand", 1 + k, t - at, time=ca.SX(at)) for k, at in ((2, 0.4), (3, 0.9)))
+    names = ("J1.phi", "J1.w", *(f"clutch{k}.{v}" for k in (1, 2, 3) for v in ("phi_rel", "w_rel")))
+    return dae(t, x, m, p, xdot, names, frictions=frictions, switches=switches)
+
+
+def _tridiagonal(matrix: ca.SX) -> ca.SX:
+    result = ca.SX(3, 3)
+    for i in range(3):
+        for j in range(max(0, i - 1), min(3, i + 2)):
+            result[i, j] = matrix[i, j]
+    return result
+
+
+COUPLED_START = np.array([0.0, 10.0, 0.0, -10.0, 0.0, 0.0, 0.0, 0.0])
+COUPLED_PARAMETERS = np.array([1.0, 1.0, 1.0, 1.0, 10.0, 1.1, 20.0, 0.5])
+
+
+def dae(
+    t: ca.SX,
+    x: ca.SX,
+    m: ca.SX,
+    p: ca.SX,
+    xdot: ca.SX,
+    names: Sequence[str],
+    z: ca.SX | None = None,
+    residual: ca.SX | None = None,
+    **laws: object,
+) -> HybridDae:
+    """A model with the fields that are rarely needed filled in."""
+    return HybridDae(
+        t=t,
+        x=x,
+        z=ca.SX.sym("z", 0) if z is None else z,
+        m=m,
+        p=p,
+        xdot=xdot,
+        residual=ca.SX(0, 1) if residual is None else residual,
+        state_names=tuple(names),
+        held_start=np.zeros(m.numel()),
+        **laws,  # type: ignore[arg-type]
+    )
