@@ -1,0 +1,102 @@
+"""One-dimensional rotational mechanics: shafts, springs, friction, clutches, gears, sources and sensors."""
+
+from __future__ import annotations
+
+from powertrain.components.rotational.adaptors import AngleToTorqueAdaptor, TorqueToAngleAdaptor
+from powertrain.components.rotational.backlash import ElastoBacklash, ElastoBacklash2
+from powertrain.components.rotational.bearing_friction import BearingFriction
+from powertrain.components.rotational.brake import Brake
+from powertrain.components.rotational.clutch import Clutch, OneWayClutch
+from powertrain.components.rotational.disc import Disc
+from powertrain.components.rotational.eddy_current import EddyCurrentTorque
+from powertrain.components.rotational.fixed import Fixed
+from powertrain.components.rotational.freewheel import Freewheel
+from powertrain.components.rotational.gear import Gear, LossyGear
+from powertrain.components.rotational.ideal_gear import IdealGear, IdealPlanetary
+from powertrain.components.rotational.inertia import Inertia
+from powertrain.components.rotational.interfaces import (
+    Compliant,
+    CompliantWithRelativeStates,
+    Flange,
+    Lossy,
+    OneFlangeAndSupport,
+    TwoFlanges,
+    TwoFlangesAndSupport,
+)
+from powertrain.components.rotational.motions import Accelerate, ConstantSpeed, Position, Speed
+from powertrain.components.rotational.rolling import IdealGearR2T, IdealRollingWheel
+from powertrain.components.rotational.sensors import (
+    AccSensor,
+    AngleSensor,
+    MultiSensor,
+    PowerSensor,
+    RelAccSensor,
+    RelAngleSensor,
+    RelSpeedSensor,
+    SpeedSensor,
+    TorqueSensor,
+)
+from powertrain.components.rotational.spring import Damper, Spring, SpringDamper
+from powertrain.components.rotational.torques import (
+    ConstantTorque,
+    InverseSpeedDependentTorque,
+    LinearSpeedDependentTorque,
+    QuadraticSpeedDependentTorque,
+    SignTorque,
+    Torque,
+    Torque2,
+    TorqueStep,
+)
+
+__all__ = [
+    "AccSensor",
+    "Accelerate",
+    "AngleSensor",
+    "AngleToTorqueAdaptor",
+    "BearingFriction",
+    "Brake",
+    "Clutch",
+    "Compliant",
+    "CompliantWithRelativeStates",
+    "ConstantSpeed",
+    "ConstantTorque",
+    "Damper",
+    "Disc",
+    "EddyCurrentTorque",
+    "ElastoBacklash",
+    "ElastoBacklash2",
+    "Fixed",
+    "Flange",
+    "Freewheel",
+    "Gear",
+    "IdealGear",
+    "IdealGearR2T",
+    "IdealPlanetary",
+    "IdealRollingWheel",
+    "Inertia",
+    "InverseSpeedDependentTorque",
+    "LinearSpeedDependentTorque",
+    "Lossy",
+    "LossyGear",
+    "MultiSensor",
+    "OneFlangeAndSupport",
+    "OneWayClutch",
+    "Position",
+    "PowerSensor",
+    "QuadraticSpeedDependentTorque",
+    "RelAccSensor",
+    "RelAngleSensor",
+    "RelSpeedSensor",
+    "SignTorque",
+    "Speed",
+    "SpeedSensor",
+    "Spring",
+    "SpringDamper",
+    "Torque",
+    "Torque2",
+    "TorqueSensor",
+    "TorqueStep",
+    "TorqueToAngleAdaptor",
+    "TwoFlanges",
+    "TwoFlangesAndSupport",
+]

@@ -1,0 +1,48 @@
+"""Flanges as signals, for blocks that know inputs and outputs only."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from powertrain import Component, Equations, Input, Output, der, port, signal_input, signal_output
+from powertrain.components.rotational.interfaces import Flange
+
+
+class TorqueToAngleAdaptor(Component):
+    """Gives a flange's motion as signals and takes the torque on it from a signal.
+
+    phi = flange.phi,  w = der(phi) where use_w,  a = der(w) where use_a (else 0),  flange.tau = tau
+    """
+
+    boundary: ClassVar[bool] = True
+    use_w: bool = True
+    use_a: bool = True
+    flange: Flange = port(Flange)
+    phi: Output = signal_output("rad", "Angle of the flange")
+    w: Output = signal_output("rad/s", "Speed of the flange")
+    a: Output = signal_output("rad/s2", "Angular acceleration of the flange")
+    tau: Input = signal_input("N.m", "Torque that the outer block takes from the flange, flange.tau")
+
+    def equations(self) -> Equations:
+        """Motion out, torque in."""
+        yield self.phi.value == self.flange.phi
+        yield self.w.value == (der(self.flange.phi) if self.use_w else 0)
+        yield self.a.value == (der(der(self.flange.phi)) if self.use_a else 0)
+        yield self.flange.tau == self.tau.value
+
+
+class AngleToTorqueAdaptor(Component):
+    """Forces a flange's angle by a signal and gives the torque that this takes.
+
+    flange.phi = phi,  tau = flange.tau.  Speed and acceleration follow by differentiation of phi.
+    """
+
+    boundary: ClassVar[bool] = True
+    flange: Flange = port(Flange)
+    phi: Input = signal_input("rad", "Angle of the flange")
+    tau: Output = signal_output("N.m", "Torque into the adaptor at the flange, flange.tau")
+
+    def equations(self) -> Equations:
+        """Motion in, torque out."""
+        yield self.flange.phi == self.phi.value
+        yield self.tau.value == self.flange.tau

@@ -1,0 +1,79 @@
+"""Shafts with play: an elastic contact on either side of a gap."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Parameter, Symbol, Variable, parameter, switch, variable
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+
+NO_PLAY = 1e-10
+"""Backlash in rad up to which the element is a plain spring and damper."""
+
+
+class _Play(CompliantWithRelativeStates, Lossy):
+    """Partial: the spring behind a gap of width b that lies around phi_rel0."""
+
+    c: Parameter = parameter("N.m/rad", "Stiffness of the contact", min=1e-60)
+    d: Parameter = parameter("N.m.s/rad", "Damping of the contact", min=0)
+    b: Parameter = parameter("rad", "Backlash from contact to contact", default=0.0, min=0)
+    phi_rel0: Parameter = parameter("rad", "Relative angle in the middle of the gap", default=0.0)
+    tau_c: Variable = variable("N.m", "Spring torque")
+
+    def _spring(self) -> Symbol:
+        """Spring torque: zero in the gap, linear behind either contact."""
+        x = self.phi_rel - self.phi_rel0
+        behind = switch(x < -self.b / 2, self.c * (x + self.b / 2), 0.0, continuous=True)
+        return switch(x > self.b / 2, self.c * (x - self.b / 2), behind, continuous=True)
+
+    def energy(self) -> Symbol:
+        """Elastic energy of the contact tau_c^2/(2 c)."""
+        return self.tau_c**2 / (2 * self.c)
+
+    def loss(self) -> Symbol:
+        """What the torque takes up beyond the spring: (tau - tau_c) w_rel."""
+        return (self.tau - self.tau_c) * self.w_rel
+
+
+class ElastoBacklash(_Play):
+    """Backlash in series with a spring and damper; the torque is continuous and never pulls.
+
+    With x = phi_rel - phi_rel0: tau_c = c (x - b/2) for x > b/2, c (x + b/2) for x < -b/2, else 0;
+    tau = tau_c + tau_d with tau_d = d w_rel limited to [-|tau_c|, |tau_c|].
+
+    The limit lets the damper torque grow from zero at contact and end at a torque of zero when the sides part
+    (the law of the Modelica Standard Library 4.0.0). lossPower = tau_d w_rel; so it also counts the spring's energy
+    that is lost where the sides part before it is relaxed, which that library leaves out.
+    Up to b = 1e-10 rad the element is a SpringDamper.
+    """
+
+    def equations(self) -> Equations:
+        """Spring behind the gap, and a damper that is never stronger than the spring."""
+        yield from self._transmit()
+        yield self.tau_c == self._spring()
+        damping, limit = self.d * self.w_rel, ca.fabs(self.tau_c)
+        above = switch(damping > limit, limit, damping, continuous=True)
+        limited = switch(damping < -limit, -limit, above, continuous=True)
+        yield self.tau == self.tau_c + switch(self.b <= NO_PLAY, damping, limited)
+        yield from self._dissipate()
+
+
+class ElastoBacklash2(_Play):
+    """Backlash in series with a spring and damper; the torque jumps at contact and never pulls.
+
+    With x = phi_rel - phi_rel0: tau_c = c (x - b/2) for x > b/2, c (x + b/2) for x < -b/2, else 0;
+    tau = tau_c + d w_rel where that pushes in the direction of tau_c, else 0.
+
+    lossPower = (tau - tau_c) w_rel. Up to b = 1e-10 rad the element is a SpringDamper.
+    """
+
+    def equations(self) -> Equations:
+        """Spring and damper behind the gap."""
+        yield from self._transmit()
+        yield self.tau_c == self._spring()
+        x, full = self.phi_rel - self.phi_rel0, self.tau_c + self.d * self.w_rel
+        push = switch(full > 0, full, 0.0, continuous=True)
+        pull = switch(full < 0, full, 0.0, continuous=True)
+        contact = switch(x > self.b / 2, push, switch(x < -self.b / 2, pull, 0.0))
+        yield self.tau == switch(self.b <= NO_PLAY, full, contact)
+        yield from self._dissipate()

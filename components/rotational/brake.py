@@ -1,0 +1,47 @@
+"""Brakes: dry friction against the housing, pressed by a controlled force."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain.components.rotational.friction_table import Table, at_speed
+from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+
+
+class Brake(TwoFlangesAndSupport, Lossy):
+    """Coulomb friction between a shaft and the support, in proportion to a normal force that a signal controls.
+
+    phi = flange_a.phi - support.phi = flange_b.phi - support.phi,  w = der(phi),  flange_a.tau + flange_b.tau = tau
+    fn = fn_max f_normalized;  w > 0: tau = cgeo mue_pos(w) fn;  w < 0: tau = -cgeo mue_pos(-w) fn;
+    w = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0
+
+    ``mue_pos``: rows (speed rad/s, coefficient of friction), linear between them and beyond the last.
+    For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.
+    """
+
+    mue_pos: Table = ((0.0, 0.5),)
+    peak: Parameter = parameter("1", "Coefficient at which the brake breaks loose over mue_pos(0)", default=1.0, min=1)
+    cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
+    fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
+    f_normalized: Input = signal_input("1", "Normal force over fn_max; the brake is open where it is not positive")
+    phi: Variable = variable("rad", "Angle of the shaft against the support", start=0.0)
+    w: Variable = variable("rad/s", "Speed of the shaft against the support", start=0.0)
+    tau: Variable = variable("N.m", "Friction torque")
+    fn: Variable = variable("N", "Normal force")
+
+    def equations(self) -> Equations:
+        """A rigid shaft that is pressed to its support."""
+        yield from self._balance()
+        yield self.phi == self.flange_a.phi - self.support.phi
+        yield self.flange_b.phi == self.flange_a.phi
+        yield self.w == der(self.phi)
+        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        yield self.fn == self.fn_max * self.f_normalized.value
+        limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self.mue_pos, self.w, "1", "mue_pos")
+        yield friction(self.w, self.tau, -limit, limit, peak=self.peak)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction torque times speed."""
+        return self.tau * self.w

@@ -1,0 +1,70 @@
+"""Clutches: dry friction between two shafts, pressed by a controlled force."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain import Equations, Input, Parameter, Symbol, Variable, friction, parameter, signal_input, variable
+from powertrain.components.rotational.friction_table import Table, at_speed
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+
+
+class _Pressed(CompliantWithRelativeStates, Lossy):
+    """Partial: plates that a signal presses together."""
+
+    mue_pos: Table = ((0.0, 0.5),)
+    peak: Parameter = parameter("1", "Coefficient at which the clutch breaks loose over mue_pos(0)", default=1.0, min=1)
+    cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
+    fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
+    f_normalized: Input = signal_input("1", "Normal force over fn_max; the clutch is open where it is not positive")
+    fn: Variable = variable("N", "Normal force")
+
+    def _press(self) -> Equations:
+        yield from self._transmit()
+        yield self.fn == self.fn_max * self.f_normalized.value
+
+    def _limit(self) -> Symbol:
+        """Torque of the sliding plates at |w_rel|."""
+        return self.cgeo * ca.fmax(self.fn, 0) * at_speed(self.mue_pos, self.w_rel, "1", "mue_pos")
+
+    def loss(self) -> Symbol:
+        """Friction torque times relative speed."""
+        return self.tau * self.w_rel
+
+
+class Clutch(_Pressed):
+    """Coulomb friction between two shafts, in proportion to a normal force that a signal controls.
+
+    w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
+    fn = fn_max f_normalized;  w_rel > 0: tau = cgeo mue_pos(w_rel) fn;  w_rel < 0: tau = -cgeo mue_pos(-w_rel) fn;
+    w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0
+
+    ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
+    For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.
+    """
+
+    def equations(self) -> Equations:
+        """Friction in both directions."""
+        yield from self._press()
+        limit = self._limit()
+        yield friction(self.w_rel, self.tau, -limit, limit, peak=self.peak)
+        yield from self._dissipate()
+
+
+class OneWayClutch(_Pressed):
+    """A clutch with a freewheel beside it: flange_b may run ahead of flange_a, against friction, but never fall behind.
+
+    w_rel = der(flange_b.phi - flange_a.phi) >= 0,  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
+    w_rel > 0: tau = cgeo mue_pos(w_rel) fn (0 where fn <= 0);  w_rel = 0: tau <= peak cgeo mue_pos(0) fn
+
+    ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
+    One element, because the torques of a locked clutch and a locked freewheel side by side would not be determined.
+    """
+
+    def equations(self) -> Equations:
+        """Friction forward, locked backward."""
+        yield from self._press()
+        yield friction(self.w_rel, self.tau, -math.inf, self._limit(), peak=self.peak)
+        yield from self._dissipate()

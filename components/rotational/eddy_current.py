@@ -1,0 +1,35 @@
+"""Eddy-current brakes."""
+
+from __future__ import annotations
+
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
+
+
+class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
+    """A disc that brakes by eddy currents; a warm disc brakes most at a higher speed.
+
+    tau = flange.tau = 2 tau_nominal v/(1 + v^2),  v = w/(w_nominal R(T)/R(TRef)),  w = der(phi)
+    R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
+    """
+
+    tau_nominal: Parameter = parameter("N.m", "Largest torque; it brakes in both directions")
+    w_nominal: Parameter = parameter("rad/s", "Speed of the largest torque at TRef", min=1e-15)
+    TRef: Parameter = parameter("K", "Temperature that w_nominal belongs to", default=293.15, min=0)
+    alpha20: Parameter = parameter("1/K", "Temperature coefficient of the disc's resistance at 293.15 K", default=0.0)
+    w: Variable = variable("rad/s", "Speed of the disc against the support", start=0.0)
+    tau: Variable = variable("N.m", "Braking torque, flange.tau")
+
+    def equations(self) -> Equations:
+        """Kloss' characteristic with a slip speed that grows with the disc's resistance."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        alpha = self.alpha20 / (1 + self.alpha20 * (self.TRef - 293.15))
+        v = self.w / (self.w_nominal * (1 + alpha * (self.heat_port.T - self.TRef)))
+        yield self.tau == 2 * self.tau_nominal * v / (1 + v**2)
+        yield self.flange.tau == self.tau
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Braking torque times speed."""
+        return self.tau * self.w

@@ -1,0 +1,122 @@
+"""Gears with loss: a constant efficiency, or a table of losses over speed."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    switch,
+    variable,
+)
+from powertrain.components.rotational.friction_table import Table, at_speed
+from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+
+
+class _LossyPair(TwoFlangesAndSupport, Lossy):
+    """Partial: a gear pair that loses the torque tauLoss, counted at flange_a."""
+
+    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
+    phi_a: Variable = variable("rad", "Angle of flange_a against the support", start=0.0)
+    phi_b: Variable = variable("rad", "Angle of flange_b against the support", start=0.0)
+    w_a: Variable = variable("rad/s", "Speed of flange_a against the support", start=0.0)
+    tauLoss: Variable = variable("N.m", "Torque loss at flange_a")
+
+    def _mesh(self) -> Equations:
+        yield from self._balance()
+        yield self.phi_a == self.flange_a.phi - self.support.phi
+        yield self.phi_b == self.flange_b.phi - self.support.phi
+        yield self.phi_a == self.ratio * self.phi_b
+        yield self.w_a == der(self.phi_a)
+        yield self.flange_b.tau + self.ratio * (self.flange_a.tau - self.tauLoss) == 0
+
+    def loss(self) -> Symbol:
+        """Torque loss times speed."""
+        return self.tauLoss * self.w_a
+
+
+class Gear(_LossyPair):
+    """A gear pair of constant efficiency, whichever side drives.
+
+    phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss),  output power = efficiency input power:
+    tauLoss = (1 - efficiency) flange_a.tau where flange_a drives, (1 - 1/efficiency) flange_a.tau where flange_b drives
+
+    At rest the mesh holds while its torques lie between the two: one side must overcome the other by
+    1/efficiency to start.
+    """
+
+    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, min=1e-6, max=1)
+
+    def equations(self) -> Equations:
+        """The loss opposes the motion and grows with the torque that drives."""
+        yield from self._mesh()
+        tau = self.flange_a.tau
+        a_drives, b_drives = (1 - self.efficiency) * tau, (1 - 1 / self.efficiency) * tau
+        upper = switch(tau >= 0, a_drives, b_drives, continuous=True)
+        lower = switch(tau >= 0, b_drives, a_drives, continuous=True)
+        yield friction(self.w_a, self.tauLoss, lower, upper)
+        yield from self._dissipate()
+
+
+class LossyGear(_LossyPair):
+    """A gear pair with mesh efficiencies and bearing friction that depend on speed and on the side that drives.
+
+    phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss)
+    flange_a drives: tauLoss = (1 - eta_mf1) flange_a.tau + tau_bf1 sign(w_a)
+    flange_b drives: tauLoss = (1 - 1/eta_mf2) flange_a.tau + tau_bf2 sign(w_a)
+    w_a = 0: tauLoss anywhere between what it would be forward and backward
+
+    ``lossTable``: rows (|w_a| rad/s, eta_mf1, eta_mf2, |tau_bf1| N.m, |tau_bf2| N.m), linear between them and beyond
+    the last: mesh efficiency where flange_a and where flange_b drives, bearing friction at flange_a in either case.
+    The driving side changes where the mesh carries no torque:
+    flange_a.tau = sign(w_a) (tau_bf1 - tau_bf2)/(eta_mf1 - 1/eta_mf2).
+    Errors: ParameterError where without mesh loss the two bearing frictions differ, because no such bearing exists.
+    """
+
+    lossTable: Table = ((0.0, 1.0, 1.0, 0.0, 0.0),)
+
+    def equations(self) -> Equations:
+        """The four quadrants of speed and torque."""
+        yield from self._mesh()
+        eta1, eta2, bearing1, bearing2 = self._losses()
+        tau, side = self.flange_a.tau, _bearing_at_a(eta1, eta2, bearing1, bearing2)
+        a_drives, b_drives = (1 - eta1) * tau, (1 - 1 / eta2) * tau
+        upper = switch(tau >= side, a_drives + bearing1, b_drives + bearing2, continuous=True)
+        lower = switch(tau >= -side, b_drives - bearing2, a_drives - bearing1, continuous=True)
+        yield friction(self.w_a, self.tauLoss, lower, upper)
+        yield from self._dissipate()
+
+    def _losses(self) -> tuple[Symbol, Symbol, Symbol, Symbol]:
+        """The columns of the table at |w_a|."""
+        for row in self.lossTable:
+            if len(row) != 5 or not (0 < row[1] <= 1 and 0 < row[2] <= 1):
+                raise ParameterError(
+                    f"{self._path}.lossTable: the row {row} is not (|w_a|, eta_mf1, eta_mf2, |tau_bf1|, |tau_bf2|) "
+                    "with efficiencies in (0, 1]"
+                )
+            if row[1] == row[2] == 1 and abs(row[3]) != abs(row[4]):
+                raise ParameterError(
+                    f"{self._path}.lossTable: the row {row} has no mesh loss, so its bearing friction cannot "
+                    f"depend on the side that drives ({row[3]:g} N.m and {row[4]:g} N.m)"
+                )
+        units = ("1", "1", "N.m", "N.m")
+        eta1, eta2, b1, b2 = (at_speed(self.lossTable, self.w_a, u, "lossTable", i) for i, u in enumerate(units, 1))
+        return eta1, eta2, ca.fabs(b1), ca.fabs(b2)
+
+
+def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol) -> Symbol:
+    """The part of the bearing friction on the side of flange_a; half of it where the mesh has no loss."""
+    mesh = eta1 - 1 / eta2
+    if mesh.is_constant() and abs(float(mesh)) < 1e-12:
+        return bearing1 / 2
+    if mesh.is_constant():
+        return (bearing1 - bearing2) / mesh
+    lossless = ca.fabs(mesh) < 1e-12
+    return ca.if_else(lossless, bearing1 / 2, (bearing1 - bearing2) / ca.if_else(lossless, 1, mesh))

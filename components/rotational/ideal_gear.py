@@ -1,0 +1,44 @@
+"""Gears without loss."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, Parameter, Variable, parameter, port, variable
+from powertrain.components.rotational.interfaces import Flange, TwoFlangesAndSupport
+
+
+class IdealGear(TwoFlangesAndSupport):
+    """A gear pair in a housing (the support), without inertia, elasticity and loss.
+
+    phi_a = flange_a.phi - support.phi = ratio phi_b,  phi_b = flange_b.phi - support.phi
+    ratio flange_a.tau + flange_b.tau = 0
+    """
+
+    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
+    phi_a: Variable = variable("rad", "Angle of flange_a against the support", start=0.0)
+    phi_b: Variable = variable("rad", "Angle of flange_b against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """One ratio for angles and torques."""
+        yield from self._balance()
+        yield self.phi_a == self.flange_a.phi - self.support.phi
+        yield self.phi_b == self.flange_b.phi - self.support.phi
+        yield self.phi_a == self.ratio * self.phi_b
+        yield self.ratio * self.flange_a.tau + self.flange_b.tau == 0
+
+
+class IdealPlanetary(Component):
+    """A planetary gear of sun, carrier and ring, without inertia, elasticity and loss.
+
+    (1 + ratio) carrier.phi = sun.phi + ratio ring.phi,  ring.tau = ratio sun.tau,  carrier.tau = -(1 + ratio) sun.tau
+    """
+
+    ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the sun")
+    sun: Flange = port(Flange)
+    carrier: Flange = port(Flange)
+    ring: Flange = port(Flange)
+
+    def equations(self) -> Equations:
+        """Willis' equation and the torques that belong to it."""
+        yield (1 + self.ratio) * self.carrier.phi == self.sun.phi + self.ratio * self.ring.phi
+        yield self.ring.tau == self.ratio * self.sun.tau
+        yield self.carrier.tau == -(1 + self.ratio) * self.sun.tau

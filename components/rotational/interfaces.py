@@ -1,0 +1,91 @@
+"""Rotational flange and the partial components that the rotational library is written with."""
+
+from __future__ import annotations
+
+from powertrain import Component, Connector, Equations, Symbol, Variable, der, flow, port, support, variable
+from powertrain.components.thermal import HeatPort
+
+
+class Flange(Connector):
+    """A shaft's end: its angle phi and the torque tau on the component, whose power is tau der(phi)."""
+
+    phi: Variable = variable("rad", "Absolute rotation angle")
+    tau: Variable = flow("N.m", "Cut torque")
+
+    def power(self) -> Symbol:
+        """Power into the component [W]."""
+        return self.tau * der(self.phi)
+
+
+class TwoFlanges(Component):
+    """Partial: a left and a right flange."""
+
+    flange_a: Flange = port(Flange)
+    flange_b: Flange = port(Flange)
+
+
+class OneFlangeAndSupport(Component):
+    """Partial: one flange that acts against a support, which is ground where nothing is connected.
+
+    phi = flange.phi - support.phi,  flange.tau + support.tau = 0
+    """
+
+    flange: Flange = port(Flange)
+    support: Flange = support(Flange)
+    phi: Variable = variable("rad", "Angle of the flange against the support", start=0.0)
+
+    def _against_support(self) -> Equations:
+        yield self.phi == self.flange.phi - self.support.phi
+        yield self.flange.tau + self.support.tau == 0
+
+
+class TwoFlangesAndSupport(TwoFlanges):
+    """Partial: two flanges and a support that takes up their torques' difference; ground where nothing is connected."""
+
+    support: Flange = support(Flange)
+
+    def _balance(self) -> Equations:
+        yield self.flange_a.tau + self.flange_b.tau + self.support.tau == 0
+
+
+class Compliant(TwoFlanges):
+    """Partial: a massless element that transmits one torque.
+
+    phi_rel = flange_b.phi - flange_a.phi,  tau = flange_b.tau = -flange_a.tau
+    """
+
+    phi_rel: Variable = variable("rad", "Relative angle, flange_b.phi - flange_a.phi", start=0.0)
+    tau: Variable = variable("N.m", "Torque between the flanges, flange_b.tau")
+
+    def _transmit(self) -> Equations:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+
+class CompliantWithRelativeStates(TwoFlanges):
+    """Partial: a massless element whose torque depends on relative speed. Relative angle and speed make good states.
+
+    phi_rel = flange_b.phi - flange_a.phi,  w_rel = der(phi_rel),  tau = flange_b.tau = -flange_a.tau
+    """
+
+    phi_rel: Variable = variable("rad", "Relative angle, flange_b.phi - flange_a.phi", start=0.0, prefer=True)
+    w_rel: Variable = variable("rad/s", "Relative speed, der(phi_rel)", start=0.0, prefer=True)
+    tau: Variable = variable("N.m", "Torque between the flanges, flange_b.tau")
+
+    def _transmit(self) -> Equations:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.w_rel == der(self.phi_rel)
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+
+class Lossy(Component):
+    """Partial: dissipates into a heat port, which is held at its reference temperature where nothing is connected."""
+
+    lossPower: Variable = variable("W", "Dissipated power")
+    heat_port: HeatPort = support(HeatPort)
+
+    def _dissipate(self) -> Equations:
+        yield self.lossPower == self.loss()
+        yield self.heat_port.Q_flow == -self.lossPower

@@ -1,0 +1,105 @@
+"""Motions that are forced on a shaft, whatever torque that takes."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from powertrain import Equations, Input, Parameter, Variable, der, parameter, signal_input, variable
+from powertrain.components.rotational.interfaces import OneFlangeAndSupport
+
+BESSEL = (1.3617, 0.6180)
+"""Coefficients of s and s^2 of a second-order Bessel filter of critical frequency 1 rad/s."""
+
+
+class Position(OneFlangeAndSupport):
+    """Moves a shaft by an angle signal.
+
+    exact: phi = phi_ref, which must be differentiable as often as the model needs.
+    Else phi is phi_ref behind a second-order Bessel filter of critical frequency f_crit:
+    phi + 1.3617 w/w_crit + 0.6180 der(w)/w_crit^2 = phi_ref,  w_crit = 2 pi f_crit,  starting at phi = phi_ref
+    """
+
+    boundary: ClassVar[bool] = True
+    exact: bool = False
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    phi_ref: Input = signal_input("rad", "Angle of the flange against the support")
+    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """The signal, or the filtered signal."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        if self.exact:
+            yield self.phi == self.phi_ref.value
+        else:
+            w_crit = 2 * math.pi * self.f_crit
+            yield der(self.w) * BESSEL[1] == ((self.phi_ref.value - self.phi) * w_crit - BESSEL[0] * self.w) * w_crit
+
+    def initial(self) -> Equations:
+        """The filter starts on the signal."""
+        if not self.exact:
+            yield self.phi == self.phi_ref.value
+
+
+class Speed(OneFlangeAndSupport):
+    """Moves a shaft by a speed signal.
+
+    exact: w = w_ref, which must be differentiable as often as the model needs.
+    Else w is w_ref behind a first-order filter of critical frequency f_crit:
+    der(w) = 2 pi f_crit (w_ref - w),  starting at w = w_ref
+    """
+
+    boundary: ClassVar[bool] = True
+    exact: bool = False
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    w_ref: Input = signal_input("rad/s", "Speed of the flange against the support")
+    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """The signal, or the filtered signal."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        if self.exact:
+            yield self.w == self.w_ref.value
+        else:
+            yield der(self.w) == 2 * math.pi * self.f_crit * (self.w_ref.value - self.w)
+
+    def initial(self) -> Equations:
+        """The filter starts on the signal."""
+        if not self.exact:
+            yield self.w == self.w_ref.value
+
+
+class Accelerate(OneFlangeAndSupport):
+    """Moves a shaft by an acceleration signal.
+
+    w = der(phi),  der(w) = a_ref
+    """
+
+    boundary: ClassVar[bool] = True
+    a_ref: Input = signal_input("rad/s2", "Angular acceleration of the flange against the support")
+    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """The signal's acceleration."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        yield der(self.w) == self.a_ref.value
+
+
+class ConstantSpeed(OneFlangeAndSupport):
+    """Turns a shaft at a constant speed.
+
+    w = der(phi) = w_fixed
+    """
+
+    boundary: ClassVar[bool] = True
+    w_fixed: Parameter = parameter("rad/s", "Speed of the flange against the support")
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
+
+    def equations(self) -> Equations:
+        """A constant."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        yield self.w == self.w_fixed

@@ -1,0 +1,191 @@
+"""Torques that act on a shaft, given by signals, by constants or by speed."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, Literal, TypeAlias
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Input,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    parameter,
+    signal_input,
+    switch,
+    time,
+    variable,
+)
+from powertrain.components.rotational.interfaces import OneFlangeAndSupport, TwoFlanges
+
+Regularization: TypeAlias = Literal["exp", "sine", "linear", "cosine"]
+
+
+class Torque(OneFlangeAndSupport):
+    """A signal as torque on a shaft: a positive signal accelerates it.
+
+    flange.tau = -tau,  support.tau = tau
+    """
+
+    boundary: ClassVar[bool] = True
+    tau: Input = signal_input("N.m", "Accelerating torque on the flange")
+
+    def equations(self) -> Equations:
+        """The signal's torque."""
+        yield from self._against_support()
+        yield self.flange.tau == -self.tau.value
+
+
+class Torque2(TwoFlanges):
+    """A signal as torque between two shafts: a positive signal accelerates flange_b and slows flange_a down.
+
+    flange_a.tau = tau,  flange_b.tau = -tau
+    """
+
+    boundary: ClassVar[bool] = True
+    tau: Input = signal_input("N.m", "Torque that drives the flanges apart")
+
+    def equations(self) -> Equations:
+        """The signal's torque and its reaction."""
+        yield self.flange_a.tau == self.tau.value
+        yield self.flange_b.tau == -self.tau.value
+
+
+class _TorqueOnFlange(OneFlangeAndSupport):
+    """Partial: a torque that accelerates the flange."""
+
+    boundary: ClassVar[bool] = True
+    tau: Variable = variable("N.m", "Accelerating torque on the flange, -flange.tau")
+
+    def _act(self) -> Equations:
+        yield from self._against_support()
+        yield self.flange.tau == -self.tau
+
+
+class ConstantTorque(_TorqueOnFlange):
+    """The same torque at every speed; a negative one is a load while the shaft turns forward.
+
+    flange.tau = -tau_constant
+    """
+
+    tau_constant: Parameter = parameter("N.m", "Accelerating torque")
+
+    def equations(self) -> Equations:
+        """A constant."""
+        yield from self._act()
+        yield self.tau == self.tau_constant
+
+
+class TorqueStep(_TorqueOnFlange):
+    """A torque that steps at a time.
+
+    flange.tau = -offsetTorque before startTime, -(offsetTorque + stepTorque) from then on
+    """
+
+    stepTorque: Parameter = parameter("N.m", "Height of the step", default=1.0)
+    offsetTorque: Parameter = parameter("N.m", "Torque before the step", default=0.0)
+    startTime: Parameter = parameter("s", "Time of the step", default=0.0)
+
+    def equations(self) -> Equations:
+        """A step."""
+        yield from self._act()
+        yield self.tau == self.offsetTorque + switch(time >= self.startTime, self.stepTorque, 0.0)
+
+
+class _SpeedDependentTorque(_TorqueOnFlange):
+    """Partial: a torque that depends on the flange's speed against the support."""
+
+    tau_nominal: Parameter = parameter(
+        "N.m", "Torque at w_nominal; negative, it is a load while the shaft turns forward"
+    )
+    w_nominal: Parameter = parameter("rad/s", "Nominal speed", min=1e-15)
+    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+    TorqueDirection: bool = True
+
+    def _depend(self) -> Equations:
+        yield from self._act()
+        yield self.w == der(self.phi)
+
+
+class LinearSpeedDependentTorque(_SpeedDependentTorque):
+    """A torque in proportion to speed.
+
+    tau = tau_nominal |w/w_nominal| with TorqueDirection (the same direction whichever way the shaft turns),
+    else tau_nominal w/w_nominal
+    """
+
+    def equations(self) -> Equations:
+        """Proportional."""
+        yield from self._depend()
+        v = self.w / self.w_nominal
+        yield self.tau == self.tau_nominal * (switch(v >= 0, v, -v, continuous=True) if self.TorqueDirection else v)
+
+
+class QuadraticSpeedDependentTorque(_SpeedDependentTorque):
+    """A torque in proportion to the square of speed.
+
+    tau = tau_nominal (w/w_nominal)^2 with TorqueDirection (the same direction whichever way the shaft turns),
+    else tau_nominal (w/w_nominal) |w/w_nominal|
+    """
+
+    def equations(self) -> Equations:
+        """Square law."""
+        yield from self._depend()
+        v = self.w / self.w_nominal
+        yield self.tau == self.tau_nominal * (v**2 if self.TorqueDirection else v * ca.fabs(v))
+
+
+class InverseSpeedDependentTorque(_SpeedDependentTorque):
+    """A torque in inverse proportion to speed (constant power).
+
+    With TorqueDirection (the same direction whichever way the shaft turns):
+    tau = tau_nominal w_nominal/|w|, held constant below w0.
+    Else tau = tau_nominal w_nominal/w; below w0 tau = tau_nominal w/w0, as in the Modelica Standard Library 4.0.0,
+    so that the torque jumps at w0 unless w0 = w_nominal.
+    """
+
+    w0: Parameter = parameter("rad/s", "Speed below which the torque is limited", default=0.1, min=1e-15)
+
+    def equations(self) -> Equations:
+        """Constant power above w0."""
+        yield from self._depend()
+        speed, power = ca.fabs(self.w), self.tau_nominal * self.w_nominal
+        fast = ca.fmax(speed, self.w0)
+        if self.TorqueDirection:
+            yield self.tau == switch(speed < self.w0, power / self.w0, power / fast, continuous=True)
+        else:
+            yield self.tau == switch(speed < self.w0, self.tau_nominal * self.w / self.w0, power * self.w / fast**2)
+
+
+class SignTorque(_TorqueOnFlange):
+    """A constant torque that changes sign with speed; a negative one brakes in both directions.
+
+    tau = tau_nominal sign(w), smoothed around w = 0 by ``reg``:
+    "exp": 2/(1 + exp(-w/(0.01 w0))) - 1;  below w0 "sine": sin(pi/2 w/w0);  "linear": w/w0;
+    "cosine": sign(w) (1 - cos(pi/2 w/w0))
+    """
+
+    tau_nominal: Parameter = parameter("N.m", "Torque; negative, it brakes")
+    w0: Parameter = parameter("rad/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
+    reg: Regularization = "exp"
+    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """A smoothed sign."""
+        yield from self._act()
+        yield self.w == der(self.phi)
+        yield self.tau == self.tau_nominal * self._sign(self.w / self.w0)
+
+    def _sign(self, v: Symbol) -> Symbol:
+        if self.reg == "exp":
+            return ca.tanh(v / 0.02)
+        slow = {
+            "linear": v,
+            "sine": ca.sin(math.pi / 2 * v),
+            "cosine": switch(v >= 0, 1.0, -1.0, continuous=True) * (1 - ca.cos(math.pi / 2 * v)),
+        }[self.reg]
+        return switch(v >= 1, 1.0, switch(v <= -1, -1.0, slow, continuous=True), continuous=True)
