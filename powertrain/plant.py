@@ -1,0 +1,197 @@
+"""The compiled model a user holds: built once, run many times with other parameters, starts and inputs."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Generic, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain.assemble import Compiled, compile_model
+from powertrain.component import Component
+from powertrain.engine import Engine, Method
+from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
+from powertrain.hybrid import Schedule
+from powertrain.initial import InitialReport, Initializer
+from powertrain.result import Result
+from powertrain.schedules import Schedules
+
+M = TypeVar("M", bound=Component)
+Array = NDArray[np.float64]
+InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
+"""The value of an input: a number, or (times in s, values), linear between, constant outside, a repeated time is a jump."""
+
+
+class Plant(Generic[M]):
+    """A model compiled to a hybrid DAE. Picklable (it is compiled anew where it is unpickled); may be used from several threads."""
+
+    def __init__(self, model: M) -> None:
+        if not isinstance(model, Component):
+            raise ParameterError(f"pt.compile takes a component, not {type(model).__name__}")
+        self.model = model
+        self.compiled: Compiled = compile_model(model)
+        self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
+        self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
+        self._local = threading.local()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compile, (self.model,)
+
+    def __repr__(self) -> str:
+        c = self.compiled
+        return f"Plant({type(self.model).__name__}: {len(c.states)} states, {len(c.parameters)} parameters, {len(c.inputs)} inputs)"
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Names and values of all parameters that can be changed from run to run."""
+        return {name: c.value for name, c in self.compiled.parameters.items()}
+
+    def parameter_vector(self, parameters: Mapping[str, float] | None = None) -> Array:
+        """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range."""
+        p = self._defaults.copy()
+        for name, value in (parameters or {}).items():
+            if name not in self._position:
+                raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
+            p[self._position[name]] = self.compiled.parameters[name].check(value, name)
+        return p
+
+    def simulate(
+        self,
+        stop: float,
+        *,
+        start: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+        starts: Mapping[str, float] | None = None,
+        guesses: Mapping[str, float] | None = None,
+        inputs: Mapping[str, InputValue] | None = None,
+        times: ArrayLike | None = None,
+        points: int = 500,
+        rtol: float = 1e-6,
+        atol: float = 1e-8,
+        max_step: float = np.inf,
+        method: Method = "auto",
+        compile: bool = False,
+        record: Sequence[str] | None = None,
+        progress: bool | Callable[[float], None] = False,
+    ) -> Result[M]:
+        """Simulates from ``start`` to ``stop`` (s).
+
+        ``parameters``: other values by name; ``starts``: values of variables that hold at the start; ``guesses``: where the search for the
+        start begins; ``inputs``: the model's inputs; ``times`` or ``points`` (intervals): where results are wanted beside events; ``rtol``,
+        ``atol``: tolerances of the states; ``method``: "auto", "dopri5", "rodas5p" or "cvodes"; ``compile``: use the machine's C compiler;
+        ``record``: names or patterns of the signals to keep; ``progress``: a bar, or a function of the time reached.
+
+        Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
+        """
+        grid = _grid(start, stop, times, points)
+        p = self.parameter_vector(parameters)
+        engine = self._engine(method, compile)
+        held = self._set_inputs(engine, inputs or {}, start)
+        x, z, m, report = self._initializer().solve(engine, start, p, held, starts or {}, guesses or {})
+        watch = _progress(progress, start, stop)
+        try:
+            trajectory = engine.run(x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch)
+        except SimulationError as error:
+            if error.result is not None:
+                error.result = Result(self.compiled, error.result, grid, p, report, record, message=str(error))
+            raise
+        return Result(self.compiled, trajectory, grid, p, report, record)
+
+    def initialize(
+        self,
+        t: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+        starts: Mapping[str, float] | None = None,
+        guesses: Mapping[str, float] | None = None,
+        inputs: Mapping[str, InputValue] | None = None,
+    ) -> tuple[Array, Array, Array, InitialReport]:
+        """States, algebraic unknowns and held values at the start, with all modes resolved, and the report."""
+        engine, p = self._engine("auto", False), self.parameter_vector(parameters)
+        held = self._set_inputs(engine, inputs or {}, t)
+        x, z, m, report = self._initializer().solve(engine, t, p, held, starts or {}, guesses or {})
+        return (*engine.resolve(t, x, z, m, p), report)
+
+    def _engine(self, method: Method, compiled: bool) -> Engine:
+        engines: dict[tuple[str, bool], Engine] = self._local.__dict__.setdefault("engines", {})
+        if (method, compiled) not in engines:
+            engines[method, compiled] = Engine(self.compiled.dae, method, compiled)
+        return engines[method, compiled]
+
+    def _initializer(self) -> Initializer:
+        if "initializer" not in self._local.__dict__:
+            self._local.initializer = Initializer(self.compiled)
+        initializer: Initializer = self._local.initializer
+        return initializer
+
+    def _set_inputs(self, engine: Engine, inputs: Mapping[str, InputValue], t: float) -> Array:
+        """Gives the engine the time signals of this run; returns the held values at the start."""
+        dae = self.compiled.dae
+        held = dae.held_start.copy()
+        for name in inputs:
+            if name not in self.compiled.inputs:
+                raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
+        if self.compiled.inputs:
+            engine.schedules = Schedules([_scheduled(s, inputs) for s in dae.schedules])
+        if engine.schedules:
+            engine.schedules.enter(held, t)
+        return held
+
+
+def compile(model: M) -> Plant[M]:  # noqa: A001
+    """Compiles a model once; the plant runs it with other parameters, starts and inputs without a new compilation."""
+    return Plant(model)
+
+
+def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
+    """Compiles ``model`` if it is none of a plant, and simulates it to ``stop`` (s); options as for ``Plant.simulate``."""
+    plant = model if isinstance(model, Plant) else compile(model)
+    return plant.simulate(stop, **options)
+
+
+def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
+    if not (np.isfinite(start) and np.isfinite(stop)) or stop < start:
+        raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
+    if times is None:
+        if points < 1:
+            raise ParameterError(f"points = {points} must be at least 1")
+        return np.linspace(start, stop, points + 1)
+    grid = np.asarray(times, float).ravel()
+    if not np.isfinite(grid).all() or (np.diff(grid) < 0).any():
+        raise ParameterError("times must be finite and must not decrease")
+    outside = grid[(grid < start) | (grid > stop)]
+    if outside.size:
+        raise ParameterError(f"times: {outside[0]:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
+    return grid
+
+
+def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule:
+    if schedule.name not in inputs:
+        return schedule
+    value = inputs[schedule.name]
+    pair = value if isinstance(value, tuple) else ([0.0], [value])
+    times, values = (np.asarray(v, float).ravel() for v in pair)
+    if times.size != values.size or not times.size or (np.diff(times) < 0).any() or not np.isfinite([*times, *values]).all():
+        raise ParameterError(f"input {schedule.name}: give a finite number, or (times, values) of equal length with times that do not decrease")
+    return Schedule(schedule.name, schedule.index, times, values)
+
+
+def _progress(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:
+    if progress is False:
+        return None
+    if callable(progress):
+        return progress
+    from tqdm.auto import tqdm
+
+    bar = tqdm(total=stop - start, unit="s", desc="simulated")
+
+    def watch(t: float) -> None:
+        bar.update(t - start - bar.n)
+        if t >= stop:
+            bar.close()
+
+    return watch
+
+
+__all__ = ["InputValue", "Plant", "PowertrainError", "compile", "simulate"]
