@@ -16,6 +16,8 @@ from powertrain.errors import ModelError
 from powertrain.flatten import Equation, Flat
 from powertrain.symbols import Symbol, column, key, time
 
+Coefficient = float | Symbol
+"""A number where it is one, else an expression of parameters."""
 Base = tuple[int, int]
 """A variable by the key of its symbol, and the order of its derivative."""
 
@@ -24,10 +26,15 @@ Base = tuple[int, int]
 class Affine:
     """factor * der^order(root) + offset; root None stands for a constant."""
 
-    factor: Symbol
+    factor: Coefficient
     root: int | None
     order: int
-    offset: Symbol
+    offset: Coefficient
+
+    @property
+    def plain(self) -> bool:
+        """Whether this is just another name of (a derivative of) the root."""
+        return isinstance(self.factor, float) and self.factor == 1.0 and isinstance(self.offset, float) and self.offset == 0.0
 
 
 @dataclass
@@ -44,10 +51,11 @@ class Reduced:
         alias = self.aliases.get(base)
         if alias is None:
             return self.derivative(self.symbols[base], order)
-        offset = alias.offset if order == 0 else Symbol(0)
+        offset = alias.offset if order == 0 else 0.0
         if alias.root is None:
-            return offset
-        return alias.factor * self.derivative(self.symbols[alias.root], alias.order + order) + offset
+            return Symbol(offset)
+        root = self.derivative(self.symbols[alias.root], alias.order + order)
+        return root if alias.plain else alias.factor * root + offset
 
     def derivative(self, symbol: Symbol, order: int) -> Symbol:
         for _ in range(order):
@@ -72,8 +80,8 @@ class _Row:
     """sum of coefficient * der^order(base) + constant = 0."""
 
     equation: int
-    terms: list[tuple[Symbol, Base]]
-    constant: Symbol
+    terms: list[tuple[Coefficient, Base]]
+    constant: Coefficient
 
 
 def eliminate_aliases(flat: Flat, parameters: dict[int, float]) -> Reduced:
@@ -112,7 +120,7 @@ class _Elimination:
         while (alias := self.reduced.aliases.get(base)) is not None and alias.root is not None and alias.root in self.reduced.aliases:
             path.append(base)
             base = alias.root
-        result = self.reduced.aliases.get(base) or Affine(Symbol(1), base, 0, Symbol(0))
+        result = self.reduced.aliases.get(base) or Affine(1.0, base, 0, 0.0)
         for b in reversed(path):
             result = self.reduced.aliases[b] = _compose(self.reduced.aliases[b], result)
         return result
@@ -124,48 +132,48 @@ class _Elimination:
         row = self.rows[index]
         terms, constant = self._collect(row)
         joined = len(terms) < len(row.terms) and len(terms) <= 1 and len({self.resolve(b).root for _, (b, _) in row.terms}) < len(row.terms)
-        if not terms or (joined and not next(iter(terms.values())).is_constant()):
+        if not terms or (joined and not isinstance(next(iter(terms.values())), float)):
             self._redundant(index, next(iter(terms.values()), constant))
             return set()
         if len(terms) > 2:
             return set()
         for base, coefficient in terms.items():
             others = [b for b in terms if b != base]
-            if base[1] == 0 and coefficient.is_constant() and float(coefficient) and not (others and others[0][0] == base[0]):
+            if base[1] == 0 and isinstance(coefficient, float) and not (others and others[0][0] == base[0]):
                 return self._eliminate(index, base[0], coefficient, others, terms, constant)
         return set()
 
-    def _collect(self, row: _Row) -> tuple[dict[Base, Symbol], Symbol]:
-        terms: dict[Base, Symbol] = {}
+    def _collect(self, row: _Row) -> tuple[dict[Base, Coefficient], Coefficient]:
+        terms: dict[Base, Coefficient] = {}
         constant = row.constant
         for coefficient, (base, order) in row.terms:
             alias = self.resolve(base)
             if order == 0:
-                constant = constant + coefficient * alias.offset
+                constant = constant + coefficient * alias.offset if not _is_zero(alias.offset) else constant
             if alias.root is not None:
                 place = (alias.root, alias.order + order)
                 terms[place] = terms[place] + coefficient * alias.factor if place in terms else coefficient * alias.factor
-        return {b: c for b, c in terms.items() if not c.is_zero()}, constant
+        return {b: c for b, c in terms.items() if not _is_zero(c)}, constant
 
     def _eliminate(
-        self, index: int, base: int, coefficient: Symbol, others: list[Base], terms: dict[Base, Symbol], constant: Symbol
+        self, index: int, base: int, coefficient: float, others: list[Base], terms: dict[Base, Coefficient], constant: Coefficient
     ) -> set[int]:
         self.used.add(index)
         if others:
             (root, order), factor = others[0], -terms[others[0]] / coefficient
             self.reduced.aliases[base] = Affine(factor, root, order, -constant / coefficient)
         else:
-            self.reduced.aliases[base] = Affine(Symbol(0), None, 0, -constant / coefficient)
+            self.reduced.aliases[base] = Affine(0.0, None, 0, -constant / coefficient)
         woken = self.watching.pop(base, set())
         if others:
             self.watching.setdefault(others[0][0], set()).update(woken)
         return {i for i in woken if i not in self.used and len(self.rows[i].terms) <= 4}
 
-    def _redundant(self, index: int, constant: Symbol) -> None:
+    def _redundant(self, index: int, constant: Coefficient) -> None:
         """An equation between variables that are already joined: harmless if it says 0 = 0, a contradiction otherwise."""
         place = self.reduced.flat.equations[index].place
-        if constant.is_constant():
-            value = float(constant)
+        if isinstance(constant, float):
+            value = constant
         else:
             symbols = ca.symvar(constant)
             value = float(ca.substitute(constant, column(symbols), ca.DM([self.parameters[key(s)] for s in symbols])))
@@ -178,8 +186,16 @@ class _Elimination:
 
 def _compose(outer: Affine, inner: Affine) -> Affine:
     """outer applied to inner: outer.factor * der^outer.order(inner) + outer.offset."""
-    offset = outer.offset + (outer.factor * inner.offset if outer.order == 0 else 0)
+    offset = outer.offset + (outer.factor * inner.offset if outer.order == 0 else 0.0)
     return Affine(outer.factor * inner.factor, inner.root, outer.order + inner.order, offset)
+
+
+def _is_zero(coefficient: Coefficient) -> bool:
+    return coefficient == 0.0 if isinstance(coefficient, float) else bool(coefficient.is_zero())
+
+
+def _number(expression: Symbol) -> Coefficient:
+    return float(expression) if expression.is_constant() else expression
 
 
 def _affine_rows(flat: Flat) -> list[_Row]:
@@ -195,7 +211,7 @@ def _affine_rows(flat: Flat) -> list[_Row]:
     varying = ca.which_depends(column(entries), ca.vertcat(unknowns, *moving), 1, True) if entries else []
     constants = ca.vertsplit(ca.substitute(residuals, unknowns, ca.DM.zeros(unknowns.shape)))
     timed = ca.which_depends(residuals, column(moving), 1, True)
-    terms: list[list[tuple[Symbol, Base]] | None] = [[] for _ in flat.equations]
+    terms: list[list[tuple[Coefficient, Base]] | None] = [[] for _ in flat.equations]
     rows, columns = jacobian.sparsity().get_triplet()
     for i, j, entry, varies in zip(rows, columns, entries, varying, strict=True):
         row = terms[i]
@@ -203,7 +219,7 @@ def _affine_rows(flat: Flat) -> list[_Row]:
             terms[i] = None
             continue
         base, order = bases.get(key(symbols[j]), (symbols[j], 0))
-        row.append((entry, (key(base), order)))
+        row.append((_number(entry), (key(base), order)))
     return [
-        _Row(i, row, constants[i]) for i, row in enumerate(terms) if row and not timed[i] and len(row) <= 8
+        _Row(i, row, _number(constants[i])) for i, row in enumerate(terms) if row and not timed[i] and len(row) <= 8
     ]

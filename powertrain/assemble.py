@@ -420,7 +420,7 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
     for k, unknown in reduced.flat.unknowns.items():
         alias = reduced.aliases.get(k)
         base = (alias.root, alias.order) if alias and alias.root is not None else (k, 0)
-        plain = alias is None or (alias.factor.is_one() and alias.offset.is_zero())
+        plain = alias is None or alias.plain
         if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
             named[base] = unknown.name  # type: ignore[index]
     symbols = {b: reduced.derivative(reduced.symbols[b[0]], b[1]).name() for b in states}

@@ -27,23 +27,23 @@ class Differentiated:
         self.top: dict[int, int] = {}
         self.chains: list[list[Symbol]] = []
         self.places: list[Place] = []
-        self.incidence: list[set[Base]] = []
+        self.incidence: list[list[Base]] = []
         self.matching = Matching(self._highest)
 
     def _highest(self, e: int) -> list[int]:
         return [b for b, order in self.incidence[e] if order == self.top[b]]
 
-    def bases(self, expression: Symbol) -> set[Base]:
+    def bases(self, expression: Symbol) -> list[Base]:
         """The variables in an expression and the orders of their derivatives, without what is known (laws' torques, parameters)."""
         recorder = self.reduced.flat.recorder
-        found = set()
+        found: dict[Base, None] = {}
         for s in free_symbols(expression):
             if key(s) in recorder.constants or key(s) == key(time):
                 continue
             base, order = recorder.bases.get(key(s), (s, 0))
             if key(base) not in self.known:
-                found.add((key(base), order))
-        return found
+                found[key(base), order] = None
+        return list(found)
 
     def add(self, equation: Equation) -> None:
         """Adds an equation and differentiates until the system is structurally regular again."""
@@ -64,7 +64,7 @@ class Differentiated:
                 self.chains[e].append(self._rate(e))
                 self.incidence[e] = self.bases(self.chains[e][-1])
 
-    def _raise_tops(self, found: set[Base]) -> list[int]:
+    def _raise_tops(self, found: list[Base]) -> list[int]:
         freed = []
         for base, order in found:
             if order > self.top.get(base, 0):
