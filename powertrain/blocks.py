@@ -103,7 +103,7 @@ def _solve_linear(square: _System, rows: list[int], columns: list[int], entries:
     residuals = column([square.residuals[i] for i in rows])
     right = ca.vertsplit(-ca.substitute(residuals, unknowns, ca.DM.zeros(len(columns))))
     try:
-        solution = linear.solve(entries, right, [square.numbers[i] for i in rows])
+        solution = linear.solve(entries, right, [{j: square.numbers[i][j] for j in row} for i, row in zip(rows, entries, strict=True)])
     except linear.SingularBlock:
         raise ModelError(_not_determined(square, rows)) from None
     for j in columns:
