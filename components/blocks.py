@@ -1,0 +1,275 @@
+"""Signals: sources over time and simple arithmetic between outputs and inputs."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain import (
+    Component,
+    Discrete,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Symbol,
+    der,
+    discrete,
+    parameter,
+    reinit,
+    schedule,
+    signal_input,
+    signal_output,
+    switch,
+    time,
+    when,
+)
+
+INSTANT = 1e-300
+"""Shortest ramp in s, so that a duration of zero (a step) divides by something."""
+
+
+class _Source(Component):
+    """Partial: a signal y."""
+
+    y: Output = signal_output("1", "Signal")
+
+
+class _StartingSource(_Source):
+    """Partial: a signal that is ``offset`` before ``startTime``."""
+
+    offset: Parameter = parameter("1", "Value before startTime, added after it", default=0.0)
+    startTime: Parameter = parameter("s", "Time at which the signal starts", default=0.0)
+
+    def _after_start(self, value: Symbol, continuous: bool = False) -> Symbol:
+        return self.offset + switch(time >= self.startTime, value, 0.0, continuous=continuous)
+
+
+class Constant(_Source):
+    """A constant signal: y = k."""
+
+    k: Parameter = parameter("1", "Value")
+
+    def equations(self) -> Equations:
+        """A constant."""
+        yield self.y.value == self.k
+
+
+class Step(_StartingSource):
+    """A jump: y = offset before startTime, offset + height from then on."""
+
+    height: Parameter = parameter("1", "Height of the step", default=1.0)
+
+    def equations(self) -> Equations:
+        """A jump at a time."""
+        yield self.y.value == self._after_start(self.height)
+
+
+class Ramp(_StartingSource):
+    """A straight rise from offset at startTime to offset + height at startTime + duration; a duration of 0 is a step."""
+
+    height: Parameter = parameter("1", "Height of the ramp", default=1.0)
+    duration: Parameter = parameter("s", "Duration of the ramp", min=0)
+
+    def equations(self) -> Equations:
+        """A slope between two corners."""
+        elapsed = time - self.startTime
+        slope = self.height / ca.fmax(self.duration, INSTANT)
+        ramp = switch(elapsed >= self.duration, self.height, slope * elapsed, continuous=True)
+        yield self.y.value == self._after_start(ramp, continuous=True)
+
+
+class _Wave(_StartingSource):
+    """Partial: a harmonic signal."""
+
+    amplitude: Parameter = parameter("1", "Amplitude", default=1.0)
+    f: Parameter = parameter("Hz", "Frequency")
+    phase: Parameter = parameter("rad", "Phase at startTime", default=0.0)
+
+    def _angle(self) -> Symbol:
+        return 2 * math.pi * self.f * (time - self.startTime) + self.phase
+
+
+class Sine(_Wave):
+    """A sine from startTime on: y = offset + amplitude sin(2 pi f (time - startTime) + phase)."""
+
+    def equations(self) -> Equations:
+        """A sine."""
+        yield self.y.value == self._after_start(self.amplitude * ca.sin(self._angle()))
+
+
+class Cosine(_Wave):
+    """A cosine from startTime on: y = offset + amplitude cos(2 pi f (time - startTime) + phase)."""
+
+    def equations(self) -> Equations:
+        """A cosine."""
+        yield self.y.value == self._after_start(self.amplitude * ca.cos(self._angle()))
+
+
+class _Periodic(_StartingSource):
+    """Partial: a signal that starts anew with every period, nperiod times (without end where nperiod < 0)."""
+
+    period: Parameter = parameter("s", "Time for one period", min=1e-60)
+    nperiod: Parameter = parameter("1", "Number of periods, or -1 for no end", default=-1.0)
+    count: Discrete = discrete("1", "Number of periods that are over")
+
+    def _elapsed(self) -> Symbol:
+        """Time since the period began."""
+        return time - (self.startTime + self.count * self.period)
+
+    def _count(self) -> Equations:
+        yield when(self._elapsed() >= self.period, reinit(self.count, self.count + 1))
+
+    def _running(self, value: Symbol) -> Symbol:
+        over = ca.logic_and(self.nperiod >= 0, self.count >= self.nperiod - 0.5)
+        return self._after_start(ca.if_else(over, 0.0, value))
+
+    def initial(self) -> Equations:
+        """Periods that are over where a simulation starts late."""
+        yield self.count == ca.fmax(ca.floor((time - self.startTime) / self.period), 0)
+
+
+class Pulse(_Periodic):
+    """A rectangular wave: y = offset + amplitude in the first ``width`` percent of every period, else offset."""
+
+    amplitude: Parameter = parameter("1", "Height of the pulse", default=1.0)
+    width: Parameter = parameter("1", "Width of the pulse in percent of the period", default=50.0, min=1e-60, max=100)
+
+    def equations(self) -> Equations:
+        """A rectangular wave."""
+        yield from self._count()
+        width = self.period * self.width / 100
+        yield self.y.value == self._running(switch(self._elapsed() < width, self.amplitude, 0.0))
+
+
+class Trapezoid(_Periodic):
+    """A wave that rises from offset to offset + amplitude, stays, falls and rests at offset, once in every period."""
+
+    amplitude: Parameter = parameter("1", "Height of the trapezoid", default=1.0)
+    rising: Parameter = parameter("s", "Duration of the rise", default=0.0, min=0)
+    width: Parameter = parameter("s", "Duration at the top", default=0.5, min=0)
+    falling: Parameter = parameter("s", "Duration of the fall", default=0.0, min=0)
+
+    def equations(self) -> Equations:
+        """Four pieces."""
+        yield from self._count()
+        t, fall = self._elapsed(), self.rising + self.width
+        rise = self.amplitude * t / ca.fmax(self.rising, INSTANT)
+        down = self.amplitude * (1 - (t - fall) / ca.fmax(self.falling, INSTANT))
+        late = switch(t < fall + self.falling, down, 0.0, continuous=True)
+        top = switch(t < fall, self.amplitude, late, continuous=True)
+        yield self.y.value == self._running(switch(t < self.rising, rise, top, continuous=True))
+
+
+class Exponentials(_StartingSource):
+    """A rise towards outMax from startTime on, and a fall from startTime + riseTime on, both exponential.
+
+    t < riseTime: y = offset + outMax (1 - exp(-t/riseTimeConst)) with t = time - startTime;
+    then y = offset + y_r exp(-(t - riseTime)/fallTimeConst) with y_r what was reached.
+    """
+
+    outMax: Parameter = parameter("1", "Value towards which y rises", default=1.0)
+    riseTime: Parameter = parameter("s", "Duration of the rise", min=0)
+    riseTimeConst: Parameter = parameter("s", "Time constant of the rise", min=1e-60)
+    fallTimeConst: Parameter = parameter("s", "Time constant of the fall", min=1e-60)
+
+    def equations(self) -> Equations:
+        """Two exponentials."""
+        t = time - self.startTime
+        rise = self.outMax * (1 - ca.exp(-ca.fmin(t, self.riseTime) / self.riseTimeConst))
+        fall = ca.exp(-ca.fmax(t - self.riseTime, 0) / self.fallTimeConst)
+        value = switch(t < self.riseTime, rise, rise * fall, continuous=True)
+        yield self.y.value == self._after_start(value, continuous=True)
+
+
+class TimeTable(_Source):
+    """Rows (time in s, value), joined by straight lines; constant before the first and after the last.
+
+    A time that stands in two rows is a jump.
+    """
+
+    table: tuple[tuple[float, float], ...]
+
+    def equations(self) -> Equations:
+        """The rows' polygon."""
+        yield self.y.value == schedule([row[0] for row in self.table], [row[1] for row in self.table])
+
+
+class Gain(_Source):
+    """A factor: y = k u."""
+
+    k: Parameter = parameter("1", "Gain")
+    u: Input = signal_input("1", "Signal")
+
+    def equations(self) -> Equations:
+        """A product with a constant."""
+        yield self.y.value == self.k * self.u.value
+
+
+class Add(_Source):
+    """A weighted sum: y = k1 u1 + k2 u2."""
+
+    k1: Parameter = parameter("1", "Gain of u1", default=1.0)
+    k2: Parameter = parameter("1", "Gain of u2", default=1.0)
+    u1: Input = signal_input("1", "First signal")
+    u2: Input = signal_input("1", "Second signal")
+
+    def equations(self) -> Equations:
+        """A weighted sum."""
+        yield self.y.value == self.k1 * self.u1.value + self.k2 * self.u2.value
+
+
+class Product(_Source):
+    """A product: y = u1 u2."""
+
+    u1: Input = signal_input("1", "First signal")
+    u2: Input = signal_input("1", "Second signal")
+
+    def equations(self) -> Equations:
+        """A product."""
+        yield self.y.value == self.u1.value * self.u2.value
+
+
+class Feedback(_Source):
+    """A difference: y = u1 - u2."""
+
+    u1: Input = signal_input("1", "Command")
+    u2: Input = signal_input("1", "Value fed back")
+
+    def equations(self) -> Equations:
+        """A difference."""
+        yield self.y.value == self.u1.value - self.u2.value
+
+
+class Integrator(_Source):
+    """An integral that starts at y_start: der(y) = k u."""
+
+    k: Parameter = parameter("1/s", "Gain", default=1.0)
+    y_start: Parameter = parameter("1", "y at the start", default=0.0)
+    u: Input = signal_input("1", "Signal")
+
+    def equations(self) -> Equations:
+        """An integral."""
+        yield der(self.y.value) == self.k * self.u.value
+
+    def initial(self) -> Equations:
+        """The start."""
+        yield self.y.value == self.y_start
+
+
+class FirstOrder(_Source):
+    """A first-order lag that starts at y_start: T der(y) + y = k u."""
+
+    k: Parameter = parameter("1", "Gain", default=1.0)
+    T: Parameter = parameter("s", "Time constant", min=1e-60)
+    y_start: Parameter = parameter("1", "y at the start", default=0.0)
+    u: Input = signal_input("1", "Signal")
+
+    def equations(self) -> Equations:
+        """A first-order lag."""
+        yield self.T * der(self.y.value) + self.y.value == self.k * self.u.value
+
+    def initial(self) -> Equations:
+        """The start."""
+        yield self.y.value == self.y_start

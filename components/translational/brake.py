@@ -1,0 +1,86 @@
+"""Dry friction against the housing: guides and brakes."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Input,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    signal_input,
+    variable,
+)
+from powertrain.components.translational.friction_table import Table, at_speed
+from powertrain.components.translational.interfaces import Lossy, TwoFlangesAndSupport
+
+
+class _SlidesOnSupport(TwoFlangesAndSupport, Lossy):
+    """Partial: a massless rod between two flanges that rubs on its support with the force f."""
+
+    s: Variable = variable("m", "Position of the rod against the support", start=0.0)
+    v: Variable = variable("m/s", "Speed of the rod against the support", start=0.0)
+    f: Variable = variable("N", "Friction force, positive against positive v")
+
+    def _slide(self) -> Equations:
+        yield from self._balance()
+        yield self.s == self.flange_a.s - self.support.s
+        yield self.flange_b.s == self.flange_a.s
+        yield self.v == der(self.s)
+        yield self.flange_a.f + self.flange_b.f == self.f
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction force times speed."""
+        return self.f * self.v
+
+
+class SupportFriction(_SlidesOnSupport):
+    """Coulomb friction of a rod in its guide.
+
+    s = flange_a.s - support.s = flange_b.s - support.s,  v = der(s),  flange_a.f + flange_b.f = f
+    v > 0: f = f_pos(v);  v < 0: f = -f_pos(-v);  v = 0: |f| <= peak f_pos(0)
+
+    ``f_pos``: rows (speed m/s, friction force N), linear between them and beyond the last.
+    """
+
+    f_pos: Table = ((0.0, 1.0),)
+    peak: Parameter = parameter(
+        "1", "Friction force at which a resting rod breaks loose over f_pos(0)", default=1.0, min=1
+    )
+
+    def equations(self) -> Equations:
+        """A rod that rubs on its support."""
+        yield from self._slide()
+        limit = at_speed(self.f_pos, self.v, "N", "f_pos")
+        yield friction(self.v, self.f, -limit, limit, peak=self.peak)
+
+
+class Brake(_SlidesOnSupport):
+    """Coulomb friction between a rod and the support, in proportion to a normal force that a signal controls.
+
+    s = flange_a.s - support.s = flange_b.s - support.s,  v = der(s),  flange_a.f + flange_b.f = f
+    fn = fn_max f_normalized;  v > 0: f = cgeo mue_pos(v) fn;  v < 0: f = -cgeo mue_pos(-v) fn;
+    v = 0: |f| <= peak cgeo mue_pos(0) fn;  fn <= 0: f = 0
+
+    ``mue_pos``: rows (speed m/s, coefficient of friction), linear between them and beyond the last.
+    """
+
+    mue_pos: Table = ((0.0, 0.5),)
+    peak: Parameter = parameter("1", "Coefficient at which the brake breaks loose over mue_pos(0)", default=1.0, min=1)
+    cgeo: Parameter = parameter("1", "Geometry factor, such as the number of friction faces", default=1.0, min=0)
+    fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
+    f_normalized: Input = signal_input("1", "Normal force over fn_max; the brake is open where it is not positive")
+    fn: Variable = variable("N", "Normal force")
+
+    def equations(self) -> Equations:
+        """A rod that is pressed to its support."""
+        yield from self._slide()
+        yield self.fn == self.fn_max * self.f_normalized.value
+        limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self.mue_pos, self.v, "1", "mue_pos")
+        yield friction(self.v, self.f, -limit, limit, peak=self.peak)

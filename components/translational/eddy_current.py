@@ -1,0 +1,35 @@
+"""Eddy-current brakes."""
+
+from __future__ import annotations
+
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
+
+
+class EddyCurrentForce(OneFlangeAndSupport, Lossy):
+    """A fin that brakes by eddy currents; a warm fin brakes most at a higher speed.
+
+    f = flange.f = 2 f_nominal x/(1 + x^2),  x = v/(v_nominal R(T)/R(TRef)),  v = der(s)
+    R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
+    """
+
+    f_nominal: Parameter = parameter("N", "Largest force; it brakes in both directions", min=0)
+    v_nominal: Parameter = parameter("m/s", "Speed of the largest force at TRef", min=1e-15)
+    TRef: Parameter = parameter("K", "Temperature that v_nominal belongs to", default=293.15, min=0)
+    alpha20: Parameter = parameter("1/K", "Temperature coefficient of the fin's resistance at 293.15 K", default=0.0)
+    v: Variable = variable("m/s", "Speed of the fin against the support", start=0.0)
+    f: Variable = variable("N", "Braking force, flange.f")
+
+    def equations(self) -> Equations:
+        """Kloss' characteristic with a speed of largest force that grows with the fin's resistance."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        alpha = self.alpha20 / (1 + self.alpha20 * (self.TRef - 293.15))
+        x = self.v / (self.v_nominal * (1 + alpha * (self.heat_port.T - self.TRef)))
+        yield self.f == 2 * self.f_nominal * x / (1 + x**2)
+        yield self.flange.f == self.f
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Braking force times speed."""
+        return self.f * self.v

@@ -1,0 +1,173 @@
+"""Forces that act on a rod, given by signals, by constants or by speed."""
+
+from __future__ import annotations
+
+from typing import ClassVar, TypeAlias
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Input,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    parameter,
+    signal_input,
+    switch,
+    time,
+    variable,
+)
+from powertrain.components.translational.interfaces import OneFlangeAndSupport, TwoFlanges
+from powertrain.components.translational.regularization import Regularization, smooth_sign
+
+Expression: TypeAlias = "Symbol | float"
+
+
+class Force(OneFlangeAndSupport):
+    """A signal as force on a rod: a positive signal accelerates it.
+
+    flange.f = -f,  support.f = f
+    """
+
+    boundary: ClassVar[bool] = True
+    f: Input = signal_input("N", "Accelerating force on the flange")
+
+    def equations(self) -> Equations:
+        """The signal's force."""
+        yield from self._against_support()
+        yield self.flange.f == -self.f.value
+
+
+class Force2(TwoFlanges):
+    """A signal as force between two rods: a positive signal accelerates flange_b and slows flange_a down.
+
+    flange_a.f = f,  flange_b.f = -f
+    """
+
+    boundary: ClassVar[bool] = True
+    f: Input = signal_input("N", "Force that drives the flanges apart")
+
+    def equations(self) -> Equations:
+        """The signal's force and its reaction."""
+        yield self.flange_a.f == self.f.value
+        yield self.flange_b.f == -self.f.value
+
+
+class _ForceOnFlange(OneFlangeAndSupport):
+    """Partial: a force on the flange. As in the Modelica Standard Library f is flange.f, negative where it drives."""
+
+    boundary: ClassVar[bool] = True
+    f: Variable = variable("N", "Force on the source, flange.f; the rod is driven by -f")
+
+    def _drive(self, force: Expression) -> Equations:
+        yield from self._against_support()
+        yield self.f == -force
+        yield self.flange.f == self.f
+
+
+class ConstantForce(_ForceOnFlange):
+    """The same force at every speed; a negative one is a load while the rod moves forward.
+
+    f = -f_constant
+    """
+
+    f_constant: Parameter = parameter("N", "Accelerating force")
+
+    def equations(self) -> Equations:
+        """A constant."""
+        yield from self._drive(self.f_constant)
+
+
+class ForceStep(_ForceOnFlange):
+    """A force that steps at a time.
+
+    f = -offsetForce before startTime, -(offsetForce + stepForce) from then on
+    """
+
+    stepForce: Parameter = parameter("N", "Height of the step", default=1.0)
+    offsetForce: Parameter = parameter("N", "Force before the step", default=0.0)
+    startTime: Parameter = parameter("s", "Time of the step", default=0.0)
+
+    def equations(self) -> Equations:
+        """A step."""
+        yield from self._drive(self.offsetForce + switch(time >= self.startTime, self.stepForce, 0.0))
+
+
+class _SpeedDependentForce(_ForceOnFlange):
+    """Partial: a force that depends on the flange's speed against the support."""
+
+    f_nominal: Parameter = parameter("N", "Force at v_nominal; negative, it is a load while the rod moves forward")
+    v_nominal: Parameter = parameter("m/s", "Nominal speed", min=1e-15)
+    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+    ForceDirection: bool = True
+
+
+class LinearSpeedDependentForce(_SpeedDependentForce):
+    """A force in proportion to speed.
+
+    f = -f_nominal |v/v_nominal| with ForceDirection (the same direction whichever way the rod moves),
+    else f = -f_nominal v/v_nominal
+    """
+
+    def equations(self) -> Equations:
+        """Proportional."""
+        yield self.v == der(self.s)
+        x = self.v / self.v_nominal
+        yield from self._drive(self.f_nominal * (switch(x >= 0, x, -x, continuous=True) if self.ForceDirection else x))
+
+
+class QuadraticSpeedDependentForce(_SpeedDependentForce):
+    """A force in proportion to the square of speed.
+
+    f = -f_nominal (v/v_nominal)^2 with ForceDirection (the same direction whichever way the rod moves),
+    else f = -f_nominal (v/v_nominal) |v/v_nominal|
+    """
+
+    def equations(self) -> Equations:
+        """Square law."""
+        yield self.v == der(self.s)
+        x = self.v / self.v_nominal
+        yield from self._drive(self.f_nominal * (x**2 if self.ForceDirection else x * ca.fabs(x)))
+
+
+class InverseSpeedDependentForce(_SpeedDependentForce):
+    """A force in inverse proportion to speed (constant power).
+
+    With ForceDirection (the same direction whichever way the rod moves):
+    f = -f_nominal v_nominal/|v|, held constant below v0.
+    Else f = -f_nominal v_nominal/v; below v0 f = -f_nominal v/v0, as in the Modelica Standard Library 4.0.0,
+    so that the force jumps at v0 unless v0 = v_nominal.
+    """
+
+    v0: Parameter = parameter("m/s", "Speed below which the force is limited", default=0.1, min=1e-15)
+
+    def equations(self) -> Equations:
+        """Constant power above v0."""
+        yield self.v == der(self.s)
+        speed, power = ca.fabs(self.v), self.f_nominal * self.v_nominal
+        fast = ca.fmax(speed, self.v0)
+        if self.ForceDirection:
+            yield from self._drive(switch(speed < self.v0, power / self.v0, power / fast, continuous=True))
+        else:
+            yield from self._drive(switch(speed < self.v0, self.f_nominal * self.v / self.v0, power * self.v / fast**2))
+
+
+class SignForce(_ForceOnFlange):
+    """A constant force that changes sign with speed; a negative one brakes in both directions.
+
+    f = -f_nominal sign(v), smoothed around v = 0 by ``reg``:
+    "exp": 2/(1 + exp(-v/(0.01 v0))) - 1;  below v0 "sine": sin(pi/2 v/v0);  "linear": v/v0;
+    "cosine": sign(v) (1 - cos(pi/2 v/v0))
+    """
+
+    f_nominal: Parameter = parameter("N", "Force; negative, it brakes")
+    v0: Parameter = parameter("m/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
+    reg: Regularization = "exp"
+    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """A smoothed sign."""
+        yield self.v == der(self.s)
+        yield from self._drive(self.f_nominal * smooth_sign(self.v / self.v0, self.reg))

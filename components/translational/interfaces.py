@@ -1,0 +1,118 @@
+"""Translational flange and the partial components that the translational library is written with."""
+
+from __future__ import annotations
+
+from powertrain import (
+    Component,
+    Connector,
+    Equations,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    flow,
+    parameter,
+    port,
+    support,
+    variable,
+)
+from powertrain.components.thermal import HeatPort
+
+
+class Flange(Connector):
+    """A rod's end: its position s and the force f on the component, whose power is f der(s)."""
+
+    s: Variable = variable("m", "Absolute position")
+    f: Variable = flow("N", "Cut force")
+
+    def power(self) -> Symbol:
+        """Power into the component [W]."""
+        return self.f * der(self.s)
+
+
+class TwoFlanges(Component):
+    """Partial: a left and a right flange."""
+
+    flange_a: Flange = port(Flange)
+    flange_b: Flange = port(Flange)
+
+
+class OneFlangeAndSupport(Component):
+    """Partial: one flange that acts against a support, which is ground where nothing is connected.
+
+    s = flange.s - support.s,  flange.f + support.f = 0
+    """
+
+    flange: Flange = port(Flange)
+    support: Flange = support(Flange)
+    s: Variable = variable("m", "Position of the flange against the support", start=0.0)
+
+    def _against_support(self) -> Equations:
+        yield self.s == self.flange.s - self.support.s
+        yield self.flange.f + self.support.f == 0
+
+
+class TwoFlangesAndSupport(TwoFlanges):
+    """Partial: two flanges and a support that takes up their forces' sum; ground where nothing is connected."""
+
+    support: Flange = support(Flange)
+
+    def _balance(self) -> Equations:
+        yield self.flange_a.f + self.flange_b.f + self.support.f == 0
+
+
+class Rigid(TwoFlanges):
+    """Partial: a rigid rod of length L whose middle is at s.
+
+    flange_a.s = s - L/2,  flange_b.s = s + L/2
+    """
+
+    L: Parameter = parameter("m", "Length from flange_a to flange_b", default=0.0)
+    s: Variable = variable("m", "Position of the middle between the flanges", start=0.0)
+
+    def _span(self) -> Equations:
+        yield self.flange_a.s == self.s - self.L / 2
+        yield self.flange_b.s == self.s + self.L / 2
+
+
+class Compliant(TwoFlanges):
+    """Partial: a massless element that transmits one force.
+
+    s_rel = flange_b.s - flange_a.s,  f = flange_b.f = -flange_a.f
+    """
+
+    s_rel: Variable = variable("m", "Relative position, flange_b.s - flange_a.s", start=0.0)
+    f: Variable = variable("N", "Force between the flanges, flange_b.f (positive pulls)")
+
+    def _transmit(self) -> Equations:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+
+class CompliantWithRelativeStates(TwoFlanges):
+    """Partial: a massless element whose force depends on relative speed. Relative position and speed make good states.
+
+    s_rel = flange_b.s - flange_a.s,  v_rel = der(s_rel),  f = flange_b.f = -flange_a.f
+    """
+
+    s_rel: Variable = variable("m", "Relative position, flange_b.s - flange_a.s", start=0.0, prefer=True)
+    v_rel: Variable = variable("m/s", "Relative speed, der(s_rel)", start=0.0, prefer=True)
+    f: Variable = variable("N", "Force between the flanges, flange_b.f (positive pulls)")
+
+    def _transmit(self) -> Equations:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.v_rel == der(self.s_rel)
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+
+class Lossy(Component):
+    """Partial: dissipates into a heat port, which is held at its reference temperature where nothing is connected."""
+
+    lossPower: Variable = variable("W", "Dissipated power")
+    heat_port: HeatPort = support(HeatPort)
+
+    def _dissipate(self) -> Equations:
+        yield self.lossPower == self.loss()
+        yield self.heat_port.Q_flow == -self.lossPower

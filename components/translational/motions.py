@@ -1,0 +1,134 @@
+"""Motions that are forced on a rod, whatever force that takes."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from powertrain import Equations, Input, Parameter, Variable, der, parameter, signal_input, variable
+from powertrain.components.translational.interfaces import OneFlangeAndSupport
+
+BESSEL = (1.3617, 0.6180)
+"""Coefficients of s and s^2 of a second-order Bessel filter of critical frequency 1 rad/s."""
+
+
+class Position(OneFlangeAndSupport):
+    """Moves a rod to a position signal.
+
+    exact: s = s_ref, which must be differentiable as often as the model needs.
+    Else s is s_ref behind a second-order Bessel filter of critical frequency f_crit:
+    s + 1.3617 v/w_crit + 0.6180 der(v)/w_crit^2 = s_ref,  w_crit = 2 pi f_crit,  starting at s = s_ref
+    """
+
+    boundary: ClassVar[bool] = True
+    exact: bool = False
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    s_ref: Input = signal_input("m", "Position of the flange against the support")
+    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """The signal, or the filtered signal."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        if self.exact:
+            yield self.s == self.s_ref.value
+        else:
+            w_crit = 2 * math.pi * self.f_crit
+            yield der(self.v) * BESSEL[1] == ((self.s_ref.value - self.s) * w_crit - BESSEL[0] * self.v) * w_crit
+
+    def initial(self) -> Equations:
+        """The filter starts on the signal."""
+        if not self.exact:
+            yield self.s == self.s_ref.value
+
+
+class Speed(OneFlangeAndSupport):
+    """Moves a rod by a speed signal.
+
+    exact: v = v_ref, which must be differentiable as often as the model needs.
+    Else v is v_ref behind a first-order filter of critical frequency f_crit:
+    der(v) = 2 pi f_crit (v_ref - v),  starting at v = v_ref
+    """
+
+    boundary: ClassVar[bool] = True
+    exact: bool = False
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    v_ref: Input = signal_input("m/s", "Speed of the flange against the support")
+    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """The signal, or the filtered signal."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        if self.exact:
+            yield self.v == self.v_ref.value
+        else:
+            yield der(self.v) == 2 * math.pi * self.f_crit * (self.v_ref.value - self.v)
+
+    def initial(self) -> Equations:
+        """The filter starts on the signal."""
+        if not self.exact:
+            yield self.v == self.v_ref.value
+
+
+class Accelerate(OneFlangeAndSupport):
+    """Moves a rod by an acceleration signal.
+
+    v = der(s),  a = der(v) = a_ref
+    """
+
+    boundary: ClassVar[bool] = True
+    a_ref: Input = signal_input("m/s2", "Acceleration of the flange against the support")
+    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+    a: Variable = variable("m/s2", "Acceleration of the flange against the support")
+
+    def equations(self) -> Equations:
+        """The signal's acceleration."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        yield self.a == der(self.v)
+        yield self.a == self.a_ref.value
+
+
+class Move(OneFlangeAndSupport):
+    """Moves a rod by a position signal whose derivatives are given as signals too.
+
+    s = u_s,  v = der(s) = u_v,  a = der(v) = u_a
+
+    u_s gives the position at the start, u_v the speed at the start, and u_a moves the rod from then on: where
+    the signals are consistent that is u_s and u_v at every time.
+    """
+
+    boundary: ClassVar[bool] = True
+    u_s: Input = signal_input("m", "Position of the flange against the support")
+    u_v: Input = signal_input("m/s", "Derivative of u_s")
+    u_a: Input = signal_input("m/s2", "Derivative of u_v")
+    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+
+    def equations(self) -> Equations:
+        """The acceleration signal, integrated."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        yield der(self.v) == self.u_a.value
+
+    def initial(self) -> Equations:
+        """Position and speed start on their signals."""
+        yield self.s == self.u_s.value
+        yield self.v == self.u_v.value
+
+
+class ConstantSpeed(OneFlangeAndSupport):
+    """Moves a rod at a constant speed.
+
+    v = der(s) = v_fixed
+    """
+
+    boundary: ClassVar[bool] = True
+    v_fixed: Parameter = parameter("m/s", "Speed of the flange against the support")
+    v: Variable = variable("m/s", "Speed of the flange against the support")
+
+    def equations(self) -> Equations:
+        """A constant."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        yield self.v == self.v_fixed

@@ -1,0 +1,72 @@
+"""What a road wheel and the air take from a vehicle."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable
+from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
+from powertrain.components.translational.regularization import Regularization, smooth_sign
+
+
+class RollingResistance(OneFlangeAndSupport, Lossy):
+    """The resistance of a rolling wheel against the road.
+
+    f = flange.f = Cr fWeight cos(alpha) sign(v),  tan(alpha) = inclination,  v = der(s)
+
+    The sign is smoothed below v0 by ``reg``: "exp": 2/(1 + exp(-v/(0.01 v0))) - 1;  "sine": sin(pi/2 v/v0);
+    "linear": v/v0;  "cosine": sign(v) (1 - cos(pi/2 v/v0)). So a vehicle on a slope does not stand still by it.
+    With ``useCrInput`` and ``useInclinationInput`` the signals cr and inclination take the place of the constants.
+    """
+
+    fWeight: Parameter = parameter("N", "Wheel load due to gravity", min=0)
+    CrConstant: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
+    inclinationConstant: Parameter = parameter("1", "Inclination of the road, tan(alpha)", default=0.0)
+    v0: Parameter = parameter("m/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
+    useCrInput: bool = False
+    useInclinationInput: bool = False
+    reg: Regularization = "exp"
+    cr: Input = signal_input("1", "Rolling resistance coefficient", default=0.0)
+    inclination: Input = signal_input("1", "Inclination of the road, tan(alpha)", default=0.0)
+    v: Variable = variable("m/s", "Speed against the road", start=0.0)
+    f: Variable = variable("N", "Resistance, flange.f")
+
+    def equations(self) -> Equations:
+        """Resistance in proportion to the load on the road."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        cr = self.cr.value if self.useCrInput else self.CrConstant
+        slope = self.inclination.value if self.useInclinationInput else self.inclinationConstant
+        load = self.fWeight / ca.sqrt(1 + slope**2)
+        yield self.f == cr * load * smooth_sign(self.v / self.v0, self.reg)
+        yield self.flange.f == self.f
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Resistance times speed."""
+        return self.f * self.v
+
+
+class AirDrag(OneFlangeAndSupport, Lossy):
+    """The resistance of the air; the support moves with the wind.
+
+    f = flange.f = Cd A rho v |v|/2,  v = der(s)
+    """
+
+    A: Parameter = parameter("m2", "Cross section", min=0)
+    Cd: Parameter = parameter("1", "Drag coefficient", min=0)
+    rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
+    v: Variable = variable("m/s", "Speed against the air", start=0.0)
+    f: Variable = variable("N", "Resistance, flange.f")
+
+    def equations(self) -> Equations:
+        """Square law."""
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        yield self.f == self.Cd * self.A * self.rho * self.v * ca.fabs(self.v) / 2
+        yield self.flange.f == self.f
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Resistance times speed against the air."""
+        return self.f * self.v
