@@ -17,12 +17,13 @@ BLOCK = re.compile(r"^```(bash|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INSTALL = re.compile(r"(git clone|cd|pip install|python -m venv|source)\b")
 
 
-def commands(language: str, text: str) -> list[str]:
-    """Return the command line that runs one block, empty if nothing of it is left to run."""
+def run(language: str, text: str, folder: Path) -> int:
+    """Run one block and return its exit code; ``folder`` is empty."""
     if language == "python":
-        return [sys.executable, "-W", "error", "-c", text]
-    script = "\n".join(line for line in text.splitlines() if not INSTALL.match(line)).strip()
-    return ["bash", "-euo", "pipefail", "-c", script] if script else []
+        (folder / "program.py").write_text(text, encoding="utf-8")
+        return subprocess.run([sys.executable, "-W", "error", "program.py"], cwd=folder, check=False).returncode
+    script = "".join(line for line in text.splitlines(keepends=True) if not INSTALL.match(line))
+    return subprocess.run(["bash", "-euo", "pipefail", "-c", script], cwd=ROOT, check=False).returncode
 
 
 def main() -> int:
@@ -31,14 +32,11 @@ def main() -> int:
     if not blocks:
         sys.exit("README.md has no program and no command to run")
     for language, text in blocks:
-        command = commands(language, text)
-        if not command:
-            continue
         print(f"-- {language}\n{text}", flush=True)
-        with tempfile.TemporaryDirectory() as empty:
-            done = subprocess.run(command, cwd=ROOT if language == "bash" else empty, check=False)
-        if done.returncode:
-            return done.returncode
+        with tempfile.TemporaryDirectory() as folder:
+            code = run(language, text, Path(folder))
+        if code:
+            return code
     return 0
 
 

@@ -7,7 +7,8 @@ shaft swings: the shuffle a driver feels. Nobody says when the clutch stops slip
 from __future__ import annotations
 
 import powertrain as pt
-from powertrain.components import Clutch, ConstantTorque, IdealGear, Inertia, Ramp, SpringDamper
+from powertrain.components.blocks import Ramp
+from powertrain.components.rotational import Clutch, ConstantTorque, IdealGear, Inertia, SpringDamper
 
 
 class MovingOff(pt.Component):
