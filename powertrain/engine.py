@@ -20,6 +20,7 @@ from powertrain.loop import Run
 from powertrain.modes import timed
 from powertrain.packing import pack, unpack
 from powertrain.pivots import match_rows
+from powertrain.projection import project
 from powertrain.resolve import Resolver
 from powertrain.schedules import Schedules
 from powertrain.trajectory import Trajectory
@@ -87,6 +88,8 @@ class Engine:
         self._load(t, x, z, m, p, 1e-6, 1e-8)
         side = self._settle(t)
         self.fresh[side].call()
+        if self.memory.start[1] > 1e-13:
+            project(self.dae, self.memory, 1 - side)
         n, nz = self.dae.x.numel(), self.dae.z.numel()
         y = self.memory.y[1 - side]
         return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[: self.dae.m.numel()].copy()
@@ -151,6 +154,8 @@ class Engine:
     def _settle(self, t: float) -> int:
         """Resolve the modes of a start on side 0 of the buffers."""
         self.memory.jumped[0] = 1.0
+        self.memory.fire.fill(0.0)
+        self.resolver.forget()
         self.fire(t, t)
         try:
             self.resolver.resolve(0)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
+import casadi as ca
 import numpy as np
 
 from powertrain.buffers import Array, Memory
@@ -28,9 +29,12 @@ class Found:
 
 
 def enumerate_modes(
-    dae: HybridDae, memory: Memory, side: int, varied: set[int], consistent: Callable[[], bool], rates: Callable[[], Array]
+    dae: HybridDae, memory: Memory, side: int, varied: set[int], attempt: Callable[[], Array | None]
 ) -> Found:
-    """Try them on ``memory.m``, which is left as it was. Combinations that give the same rates count as one; with peaks above one, more stuck laws are preferred."""
+    """Try them on ``memory.m``, which is left as it was; ``attempt`` gives the rates, or None if the modes contradict them.
+
+    Combinations with the same rates count as one; with peaks above one, those with most stuck laws are preferred.
+    """
     choices = _choices(dae, memory, side, varied)
     size = prod(len(values) for values in choices.values())
     if size > _LIMIT:
@@ -40,19 +44,19 @@ def enumerate_modes(
     found: list[tuple[Array, Array]] = []
     for combination in product(*choices.values()):
         m[list(choices)] = combination
-        if not consistent():
-            continue
-        slope = rates()
-        if np.isfinite(slope).all() and not any(_same(slope, other) for _, other in found):
-            found.append((m.copy(), slope))
-    if len(found) > 1:
-        found = _most_stuck(dae, [modes for modes, _ in found], found)
+        rates = attempt()
+        if rates is not None and not any(_same(rates, other) for _, other in found):
+            found.append((m.copy(), rates))
     m[:] = start
-    return Found(tuple(modes for modes, _ in found), tuple(choices), size)
+    modes = [each for each, _ in found]
+    if len(modes) > 1 and (law_values(dae, memory, side)[:, 5] > 1.0).any():
+        stuck = [sum(each[law.index] == 0 for law in dae.frictions) for each in modes]
+        modes = [each for each, count in zip(modes, stuck, strict=True) if count == max(stuck)]
+    return Found(tuple(modes), tuple(choices), size)
 
 
 def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dict[int, tuple[float, ...]]:
-    """The modes to try: of friction laws at rest or varied, of switches and contacts that varied."""
+    """The modes to try: of friction laws at rest or varied, of switches that depend on torques, of contacts that varied."""
     m = memory.m
     choices: dict[int, tuple[float, ...]] = {}
     speeds = law_values(dae, memory, side)[:, 0]
@@ -60,8 +64,9 @@ def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dic
         at_rest = friction.algebraic or abs(speeds[k]) <= ZONE
         if m[friction.index] != 2 and at_rest:
             choices[friction.index] = (1.0, -1.0) if friction.prescribed else (0.0, 1.0, -1.0)
+    laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
     for switch in dae.switches:
-        if switch.index in varied and switch.time is None:
+        if switch.index in varied or (switch.time is None and ca.depends_on(switch.g, laws)):
             choices[switch.index] = (0.0, 1.0)
     for contact in dae.contacts:
         if contact.index in varied:
@@ -71,8 +76,3 @@ def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dic
 
 def _same(a: Array, b: Array) -> bool:
     return bool(np.all(np.abs(a - b) <= _SAME * (1.0 + np.abs(a))))
-
-
-def _most_stuck(dae: HybridDae, modes: list[Array], found: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
-    stuck = [sum(m[f.index] == 0 for f in dae.frictions) for m in modes]
-    return [pair for pair, count in zip(found, stuck, strict=True) if count == max(stuck)]

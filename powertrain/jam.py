@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.buffers import Array, Memory
-from powertrain.hybrid import HybridDae
+from powertrain.hybrid import Friction, HybridDae
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 
 
 def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]:
-    """One row (w, torque, lower, upper, rate) per friction law at the current point."""
-    fields = ("w", "torque", "lower", "upper", "rate")
+    """One row (w, torque, lower, upper, rate, peak) per friction law at the current point."""
+    fields = ("w", "torque", "lower", "upper", "rate", "peak")
     columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
     values = ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.horzcat(*columns))])
     n, nz, nm, count = dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel()
@@ -54,16 +54,27 @@ def _mode(name: str, value: float) -> str:
     return f"{name} {_MODES.get(float(value), f'{value:g}')}"
 
 
-def undetermined_message(dae: HybridDae, memory: Memory, side: int) -> str | None:
-    """Two or more stuck laws whose torques are not finite lock the same motion."""
+def undetermined_laws(dae: HybridDae, memory: Memory, side: int) -> list[Friction]:
+    """The stuck laws whose torques are not finite."""
     if not dae.frictions:
-        return None
+        return []
     torques = law_values(dae, memory, side)[:, 1]
-    laws = [law for law, torque in zip(dae.frictions, torques, strict=True) if memory.m[law.index] == 0 and not np.isfinite(torque)]
-    if len(laws) < 2:
-        return None
-    names = " and ".join(f"{law.name} ({law.where})" for law in laws)
+    pairs = zip(dae.frictions, torques, strict=True)
+    return [law for law, torque in pairs if memory.m[law.index] == 0 and not np.isfinite(torque)]
+
+
+def undetermined_message(laws: Sequence[Friction], t: float) -> str:
+    """Stuck laws that lock the same motion, and no way to share the torque between them."""
     return (
-        f"at t = {memory.time[0]:.9g} s the torques of {names} are not determined: all are stuck and lock the same motion. "
+        f"at t = {t:.9g} s the torques of {_names(laws)} are not determined: all are stuck and lock the same motion. "
         "Put a shaft stiffness between them, or remove one."
     )
+
+
+def undetermined_note(laws: Sequence[Friction], t: float) -> str:
+    """Stuck laws that lock the same motion: the motion is unique, their torques are not."""
+    return f"from t = {t:.9g} s: {_names(laws)} are stuck and lock the same motion; the sum of their torques is unique, how they share it is not"
+
+
+def _names(laws: Sequence[Friction]) -> str:
+    return " and ".join(f"{law.name} ({law.where})" for law in laws)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,8 +61,6 @@ class Run:
         except SimulationError as error:
             error.result = self._trajectory()
             raise
-        except KeyboardInterrupt:
-            raise SimulationError(f"interrupted at t = {self.t:.9g} s", self._trajectory()) from None
         if self.progress is not None:
             self.progress(self.stop)
         return self._trajectory()
@@ -69,7 +68,8 @@ class Run:
     def _trajectory(self) -> Trajectory:
         statistics = {"steps": float(len(self.recorder.times)), "rejected": float(self.rejected), "events": float(len(self.recorder.instants))}
         statistics |= {f"outside {guard.name}": float(n) for guard, n in zip(self.counted, self.outside, strict=True)}
-        return self.recorder.trajectory(self.t, self.memory.y[self.side], self.memory.m, statistics)
+        trajectory = self.recorder.trajectory(self.t, self.memory.y[self.side], self.memory.m, statistics)
+        return replace(trajectory, notes=tuple(self.engine.resolver.notes))
 
     def _next_stop(self) -> None:
         self.instant = min(self.engine.next_instant(self.t), self.engine.schedules.following(self.t))
@@ -93,9 +93,7 @@ class Run:
             project(self.dae, self.memory, self.side)
 
     def _refuse_rates(self) -> None:
-        side = self.side
-        reason = self.engine.resolver.undetermined(side)
-        raise SimulationError(reason or not_finite(self.dae, self.memory, side, self.t))
+        raise SimulationError(not_finite(self.dae, self.memory, self.side, self.t))
 
     def _smooth(self) -> bool:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""

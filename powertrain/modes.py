@@ -15,7 +15,7 @@ ZONE = 2 * EPS
 
 @dataclass(frozen=True)
 class Pass:
-    """The next held values, and flags: [entries that change, whens with a rising edge, contacts that close]."""
+    """The next held values, and flags: [entries that change, whens with a rising edge, contacts that close, sum of all torques]."""
 
     held: ca.SX
     flags: ca.SX
@@ -29,12 +29,16 @@ def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
     return ca.vertcat(*[law.time for law in laws]), [law.index for law in laws]
 
 
-def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX) -> Pass:
-    """The mode rules. ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found."""
+def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
+    """The mode rules.
+
+    ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found; a law at rest may
+    count as sliding while its acceleration is above ``-slack`` (0 but in the search among all combinations).
+    """
     held = [dae.m[i] for i in range(dae.m.numel())]
     fires = {index: fire[k] for k, index in enumerate(timed(dae)[1])}
     for friction in dae.frictions:
-        held[friction.index] = friction_rule(dae, friction, jumped)
+        held[friction.index] = friction_rule(dae, friction, jumped, slack)
     for switch in dae.switches:
         old = dae.m[switch.index]
         g = switch.g if switch.time is None else in_time(dae, switch.g)
@@ -61,11 +65,12 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX) -> Pass:
         held[when.index] = ca.if_else(relation(old, g) <= 0, 0.0, old)
     new_held = ca.vertcat(*held)
     changes = ca.sum1(new_held != dae.m) if held else ca.SX(0)
-    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)))
+    torques = sum((friction.torque for friction in dae.frictions), ca.SX(0))
+    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques)
     return Pass(new_held, ca.densify(flags), ca.vertcat(*edges), ca.vertcat(*closing))
 
 
-def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX) -> ca.SX:
+def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
     """The next mode of one friction law."""
     mode, w, rate = dae.m[friction.index], friction.w, friction.rate
     below, above = torque_margins(friction)
@@ -77,8 +82,8 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX) -> ca.SX:
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
-        forward = rate > -EPS if friction.algebraic else rate > 0
-        backward = rate < EPS if friction.algebraic else rate < 0
+        forward = rate > -EPS - slack if friction.algebraic else rate > -slack
+        backward = rate < EPS + slack if friction.algebraic else rate < slack
         loose = ca.if_else(mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0))
         new = ca.if_else(mode == 0, ca.if_else(still, stuck, sign), ca.if_else(zone, loose, sign))
     if not friction.may_free:

@@ -12,11 +12,12 @@ from powertrain.consistent import Algebra, NotConsistent
 from powertrain.enumeration import enumerate_modes
 from powertrain.errors import SimulationError
 from powertrain.hybrid import Contact, HybridDae, When
-from powertrain.jam import jam_message, undetermined_message
+from powertrain.jam import jam_message, undetermined_laws, undetermined_message, undetermined_note
 from powertrain.steps import PREFIX
 
 _PASSES = 20
 _ROUNDS = 10_000
+_SLACK = 1e-9
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -30,6 +31,8 @@ class Resolver:
         self._update, self._fresh = update, fresh
         self._values = _Events(dae, memory) if dae.whens or dae.contacts else None
         self.extra: list[tuple[str, str]] = []
+        self.notes: list[str] = []
+        self._noted: set[tuple[str, ...]] = set()
 
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
@@ -54,7 +57,7 @@ class Resolver:
             memory.fire.fill(0.0)
             memory.jumped[0] = 0.0
             if not flags[0]:
-                return True
+                return self._finite(side, varied)
             if n > 2:
                 varied.update(np.flatnonzero(m != held).tolist())
                 key = m.tobytes()
@@ -76,31 +79,57 @@ class Resolver:
             if (flags[1] or flags[2]) and self._discontinuity(side):
                 return False
             if not flags[0]:
-                return True
+                return self._finite(side, varied)
             changed = np.flatnonzero(m != held)
             varied.update(changed.tolist())
             m[changed[0]] = held[changed[0]]
-        self._enumerate(side, varied)
-        return False
+        return self._enumerate(side, varied)
 
-    def _enumerate(self, side: int, varied: set[int]) -> None:
-        found = enumerate_modes(
-            self.dae, self.memory, side, varied, lambda: self._consistent(side), lambda: self._rates(side)
-        )
+    def _finite(self, side: int, varied: set[int]) -> bool:
+        """Stuck laws that lock the same motion leave their torques undetermined: look for a combination that gives the same motion."""
+        total = self.memory.flags[3]
+        if total - total == 0.0:
+            return True
+        laws = undetermined_laws(self.dae, self.memory, side)
+        if len(laws) < 2:
+            return True
+        self._enumerate(side, varied, undetermined_message(laws, self.memory.time[0]))
+        key = tuple(law.name for law in laws)
+        if key not in self._noted:
+            self._noted.add(key)
+            self.notes.append(undetermined_note(laws, self.memory.time[0]))
+        return True
+
+    def forget(self) -> None:
+        """Drop the notes of the last run."""
+        self.notes = []
+        self._noted = set()
+
+    def _enumerate(self, side: int, varied: set[int], message: str | None = None) -> bool:
+        found = enumerate_modes(self.dae, self.memory, side, varied, lambda: self._try(side))
         if len(found.modes) == 1:
             self.memory.m[:] = found.modes[0]
             self._solve(side)
-            return
-        raise SimulationError(jam_message(self.dae, self.memory, side, found.modes, found.involved, found.combinations))
+            return True
+        raise SimulationError(
+            message or jam_message(self.dae, self.memory, side, found.modes, found.involved, found.combinations)
+        )
 
-    def _consistent(self, side: int) -> bool:
+    def _try(self, side: int) -> Array | None:
+        """The rates with the present modes, or None if these are not consistent."""
+        memory = self.memory
         if self.algebra is not None:
             try:
                 self.algebra.solve(side)
             except NotConsistent:
-                return False
+                return None
+        rates = self._rates(side)
+        if not np.isfinite(rates).all():
+            return None
+        memory.jumped[1] = _SLACK * (1.0 + float(np.abs(rates).max(initial=0.0)))
         self._update[side].call()
-        return not self.memory.flags[0]
+        memory.jumped[1] = 0.0
+        return None if memory.flags[0] else rates
 
     def _rates(self, side: int) -> Array:
         self._fresh[side].call()
@@ -124,10 +153,6 @@ class Resolver:
             self.extra += [(self.dae.contacts[k].name, "impact") for k in closing]
         memory.jumped[0] = 1.0
         return True
-
-    def undetermined(self, side: int) -> str | None:
-        """Why the rates of resolved modes are not finite, if laws lock each other; else None."""
-        return undetermined_message(self.dae, self.memory, side)
 
 
 class _Events:

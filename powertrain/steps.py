@@ -44,7 +44,7 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None) -> Common:
     evaluate = ca.Function(PREFIX + "evaluate", symbols, [rates, ca.densify(found), ca.densify(counted)])
 
     def call(t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
-        return list(evaluate.call([t, unknowns[:n], unknowns[n:], dae.m, dae.p]))
+        return list(evaluate.call([t, unknowns[:n, :], unknowns[n:, :], dae.m, dae.p]))
 
     return Common(
         dae=dae,
@@ -110,15 +110,15 @@ def fresh(model: Common) -> ca.Function:
     state, left = snapped(dae)
     snap = ca.Function(PREFIX + "snap", [dae.t, dae.x, dae.z, dae.m, dae.p], [state, left])
     t = model.time[0]
-    x, speed = snap.call([t, model.y[:n], model.y[n:], dae.m, dae.p])
-    y = ca.vertcat(x, model.y[n:])
+    x, speed = snap.call([t, model.y[:n, :], model.y[n:, :], dae.m, dae.p])
+    y = ca.vertcat(x, model.y[n:, :])
     slope = model.rates(t, y)
     scale = model.tolerance[1] + model.tolerance[0] * ca.fabs(x)
     size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
-    speed_norm = ca.sqrt(ca.sumsqr(slope[:n] / scale) / max(n, 1))
+    speed_norm = ca.sqrt(ca.sumsqr(slope[:n, :] / scale) / max(n, 1))
     first = ca.if_else(ca.logic_or(size < 1e-5, speed_norm < 1e-5), 1e-6, 0.01 * size / speed_norm)
-    ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n], model.y[n:]))
-    bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n] / scale) / max(n, 1)) / first
+    ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n, :], model.y[n:, :]))
+    bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n, :] / scale) / max(n, 1)) / first
     most = ca.fmax(speed_norm, bend)
     second = ca.if_else(most <= 1e-15, ca.fmax(1e-6, 1e-3 * first), (0.01 / most) ** (1 / 5))
     start = ca.vertcat(ca.fmin(100 * first, second), speed)
@@ -149,19 +149,19 @@ def locate(model: Common) -> ca.Function:
 def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
     dae = model.dae
     newton = ca.Function(PREFIX + "newton", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)])
-    residual, jacobian = newton.call([t, y[:n], y[n:], dae.m, dae.p])
-    return ca.vertcat(y[:n], y[n:] - factorize(jacobian, model.rows)(residual))
+    residual, jacobian = newton.call([t, y[:n, :], y[n:, :], dae.m, dae.p])
+    return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
 
 
 def update(model: Common) -> ca.Function:
-    """One pass of the mode rules: (time, y, m, p, fire, jumped) -> (m, flags, edges, closing)."""
+    """One pass of the mode rules: (time, y, m, p, fire, [jumped, slack]) -> (m, flags, edges, closing)."""
     dae = model.dae
     n = dae.x.numel()
-    fire, jumped = ca.SX.sym("fire", len(timed(dae)[1])), ca.SX.sym("jumped")
-    taken = mode_pass(dae, fire, jumped)
+    fire, jumped = ca.SX.sym("fire", len(timed(dae)[1])), ca.SX.sym("jumped", 2)
+    taken = mode_pass(dae, fire, jumped[0], jumped[1])
     results = [ca.densify(e) for e in (taken.held, taken.flags, taken.edges, taken.closing)]
     rules = ca.Function(PREFIX + "rules", [dae.t, dae.x, dae.z, dae.m, dae.p, fire, jumped], results)
-    called = rules.call([model.time[0], model.y[:n], model.y[n:], dae.m, dae.p, fire, jumped])
+    called = rules.call([model.time[0], model.y[:n, :], model.y[n:, :], dae.m, dae.p, fire, jumped])
     return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], list(called))
 
 

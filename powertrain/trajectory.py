@@ -39,7 +39,7 @@ class Trajectory:
     """The accepted steps of one run.
 
     Step i starts at ``times[i]`` with ``dense[i]`` (5 columns of y = (x, z) in powers of (t - times[i]) / sizes[i]) and lasts until the next
-    one starts; ``held[mode_of_step[i]]`` are its held values.
+    one starts; ``held[mode_of_step[i]]`` are its held values. ``notes`` says what is not unique in the result.
     """
 
     times: Array
@@ -54,6 +54,7 @@ class Trajectory:
     instants: tuple[Instant, ...]
     laws: tuple[tuple[int, str, str], ...]
     statistics: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def start(self) -> float:
@@ -78,51 +79,49 @@ class Trajectory:
         which an event happens gives the right limit. Times beyond what was reached are left out.
         """
         asked = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        if asked.size and (asked[0] < self.start or asked[-1] > self.end or asked.min() < self.start or asked.max() > self.end):
+        ordered = bool((asked[1:] >= asked[:-1]).all())
+        if asked.size and ((asked[0] < self.start or asked[-1] > self.end) if ordered else True):
             asked = asked[(asked >= self.start) & (asked <= self.end)]
-        y, held = self._evaluate(asked)
-        if with_events and self.instants:
-            asked, y, held = self._with_events(asked, y, held)
-        return asked, y[:, : self.states], y[:, self.states :], held
+        if not (with_events and self.instants):
+            y, held = self._evaluate(asked)
+            return asked, y[:, : self.states], y[:, self.states :], held
+        merged, places = self._merged(asked if ordered else np.sort(asked))
+        y, held = self._evaluate(merged)
+        y[places] = np.array([side for i in self.instants for side in (i.left, i.right)])[:, : y.shape[1]]
+        held[places] = np.array([side for i in self.instants for side in (i.held_left, i.held_right)])
+        return merged, y[:, : self.states], y[:, self.states :], held
 
     def _evaluate(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if not len(self.times):
             return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
-        step = np.searchsorted(self.times, times, side="right") - 1
-        q = ((times - self.times[step]) / self.sizes[step])[:, None]
-        dense = self.dense[step]
-        y = dense[:, 4]
-        for column in (3, 2, 1, 0):
-            y = dense[:, column] + q * y
-        held = self.held[self.mode_of_step[step]]
-        at_end = times == self.end
-        if at_end.any():
-            y[at_end] = self.final
-            held[at_end] = self.final_held
+        step = self.times.searchsorted(times, side="right") - 1
+        q = (times - self.times.take(step)) / self.sizes.take(step)
+        powers = np.empty((len(times), 1, 5))
+        powers[:, 0, 0] = 1.0
+        for k in range(1, 5):
+            np.multiply(powers[:, 0, k - 1], q, out=powers[:, 0, k])
+        y = np.matmul(powers, self.dense.take(step, axis=0))[:, 0, :]
+        held = self.held.take(self.mode_of_step.take(step), axis=0)
+        last = times == self.end
+        if last.any():
+            y[last] = self.final
+            held[last] = self.final_held
         return y, held
 
-    def _with_events(
-        self, times: Array, y: NDArray[np.float64], held: NDArray[np.float64]
-    ) -> tuple[Array, NDArray[np.float64], NDArray[np.float64]]:
-        instants = self.instants
-        when = np.array([instant.time for instant in instants])
-        place = np.searchsorted(when, times)
-        keep = when[np.minimum(place, len(when) - 1)] != times
-        if not keep.all():
-            times, y, held = times[keep], y[keep], held[keep]
+    def _merged(self, times: Array) -> tuple[Array, NDArray[np.int64]]:
+        """The ascending times with the instants of all events twice, and the places of those."""
+        when = np.array([instant.time for instant in self.instants])
+        asked_too = when.take(when.searchsorted(times), mode="clip") == times
+        if asked_too.any():
+            times = times[~asked_too]
         both = np.repeat(when, 2)
-        at = np.searchsorted(times, both) if _is_sorted(times) else np.full(len(both), len(times))
-        sides = np.array([side for instant in instants for side in (instant.left, instant.right)])
-        held_sides = np.array([side for instant in instants for side in (instant.held_left, instant.held_right)])
-        merged = np.insert(times, at, both), np.insert(y, at, sides, axis=0), np.insert(held, at, held_sides, axis=0)
-        if _is_sorted(times):
-            return merged
-        order = np.argsort(merged[0], kind="stable")
-        return merged[0][order], merged[1][order], merged[2][order]
-
-
-def _is_sorted(times: Array) -> bool:
-    return bool((times[1:] >= times[:-1]).all())
+        places = times.searchsorted(both) + np.arange(len(both))
+        merged = np.empty(len(times) + len(both))
+        others = np.ones(len(merged), dtype=bool)
+        others[places] = False
+        merged[places] = both
+        merged[others] = times
+        return merged, places
 
 
 class Recorder:

@@ -92,3 +92,44 @@ def dae(
         held_start=np.zeros(m.numel()),
         **laws,  # type: ignore[arg-type]
     )
+
+
+def bodies(
+    inertias: Sequence[float],
+    force: Sequence[ca.SX | float],
+    jacobian: np.ndarray,
+    bounds: object,
+    t: ca.SX,
+    peak: float = 1.0,
+    switches: object = None,
+    extra_held: int = 0,
+) -> HybridDae:
+    """Bodies with speeds x, pushed by ``force``, held back by friction laws on the speeds ``jacobian @ x``.
+
+    ``bounds(torques, m)`` gives (lower, upper) per law, linear in the torques for given m; ``switches(torques, m)`` the switches.
+    """
+    n, laws = len(inertias), len(jacobian)
+    x, m, p = ca.SX.sym("x", n), ca.SX.sym("m", laws + extra_held), ca.SX.sym("p", 0)
+    push, jacobian = ca.vertcat(*force), ca.DM(jacobian)
+    inverse = ca.diag(1 / ca.DM(list(inertias)))
+    torque = ca.SX.sym("torque", laws)
+    limits = bounds(torque, m)  # type: ignore[operator]
+    acceleration = inverse @ (push - jacobian.T @ torque)
+    rows = []
+    for k in range(laws):
+        lower, upper = limits[k]
+        loose = torque[k] - ca.if_else(m[k] == 1, upper, ca.if_else(m[k] == -1, lower, 0))
+        rows.append(ca.if_else(m[k] == 0, -(jacobian[k, :] @ acceleration), loose))
+    equations = ca.vertcat(*rows)
+    found = solve_linear(ca.jacobian(equations, torque), -ca.substitute(equations, torque, ca.SX.zeros(laws)))
+
+    def final(e: object) -> ca.SX:
+        return ca.substitute(ca.SX(e), torque, found)
+
+    rates = jacobian @ acceleration
+    frictions = tuple(
+        Friction(f"law{k}", "hand", k, jacobian[k, :] @ x, found[k], final(limits[k][0]), final(limits[k][1]), ca.SX(peak), final(rates[k]), may_free=False)
+        for k in range(laws)
+    )
+    found_switches = switches(found, m) if switches is not None else ()  # type: ignore[operator]
+    return dae(t, x, m, p, final(acceleration), [f"w{k}" for k in range(n)], frictions=frictions, switches=found_switches)

@@ -1,0 +1,107 @@
+"""Order of the two methods and of their dense output, and the automatic choice between them."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+from models import dae
+
+from powertrain import steps
+from powertrain.engine import Engine
+from powertrain.hybrid import HybridDae
+
+
+def nonlinear() -> HybridDae:
+    """Depends on time explicitly; x = (sin t + 2, exp(-sin t)) solves it."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
+    xdot = ca.vertcat(ca.cos(t) * (x[0] - ca.sin(t)) / 2, -ca.cos(t) * x[1] * (x[0] - 1 - ca.sin(t)))
+    return dae(t, x, m, p, xdot, ["a", "b"])
+
+
+def exact(t: float) -> np.ndarray:
+    return np.array([np.sin(t) + 2, np.exp(-np.sin(t))])
+
+
+def implicit() -> HybridDae:
+    """x' = -z with z^3 + z = x + sin t, the diagonal of d(residual)/dz structurally zero through a second pair."""
+    t, x, z, m, p = ca.SX.sym("t"), ca.SX.sym("x", 1), ca.SX.sym("z", 3), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
+    residual = ca.vertcat(z[1] - 2 * z[2], z[0] ** 3 + z[0] - x - ca.sin(t), z[2] - x * z[0])
+    return dae(t, x, m, p, -z[0] + 0 * z[1], ["a"], z=z, residual=residual)
+
+
+def march(model: HybridDae, name: str, y0: np.ndarray, end: float, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Equal steps; the end and the middle of the last step by dense output."""
+    rows = None
+    if model.z.numel():
+        rows = [1, 0, 2]
+    common = steps.common(model, rows)
+    step = steps.explicit_step(common) if name == "dopri5" else steps.rosenbrock_step(common)
+    y, h = y0, end / n
+    for i in range(n):
+        slope = np.array(common_rates(model, i * h, y))
+        y, _, _, dense, _ = (np.array(v).ravel() for v in step([i * h, h], y, [], [], slope, [1e-6, 1e-6]))
+    columns = dense.reshape(5, -1)
+    return y, columns.T @ 0.5 ** np.arange(5)
+
+
+def common_rates(model: HybridDae, t: float, y: np.ndarray) -> np.ndarray:
+    n = model.x.numel()
+    f = ca.Function("f", [model.t, model.x, model.z, model.m, model.p], [ca.vertcat(model.xdot, model.residual)])
+    return np.array(f(t, y[:n], y[n:], [], [])).ravel()
+
+
+@pytest.mark.parametrize("name", ["dopri5", "rodas5p"])
+def test_order_five_and_dense_output_of_order_four(name: str) -> None:
+    errors, inner = [], []
+    for n in (16, 32, 64):
+        end, middle = march(nonlinear(), name, exact(0), 3.0, n)
+        errors.append(np.abs(end - exact(3.0)).max())
+        inner.append(np.abs(middle - exact(3.0 - 1.5 / n)).max())
+    assert np.log2(errors[-2] / errors[-1]) > 4.7
+    assert np.log2(inner[-2] / inner[-1]) > 3.7
+
+
+def test_rodas5p_keeps_its_order_on_an_implicit_system() -> None:
+    model = implicit()
+    z = Engine(model).consistent(0.0, [1.0], [0.5, 0.5, 0.5], [], [])
+    start = np.concatenate([[1.0], z])
+    reference, _ = march(model, "rodas5p", start, 2.0, 512)
+    errors = [np.abs(march(model, "rodas5p", start, 2.0, n)[0] - reference).max() for n in (64, 128)]
+    assert np.log2(errors[0] / errors[1]) > 4.5
+
+
+def test_an_implicit_system_runs_and_keeps_its_equations() -> None:
+    engine = Engine(implicit())
+    t, x, z, _ = engine.run([1.0], [], stop=2.0, rtol=1e-8, atol=1e-10).at(np.linspace(0, 2, 41))
+    assert np.abs(z[:, 0] ** 3 + z[:, 0] - x[:, 0] - np.sin(t)).max() < 1e-6
+    tight = engine.run([1.0], [], stop=2.0, rtol=1e-11, atol=1e-13).at([2.0])[1]
+    assert abs(tight[-1, 0] - x[-1, 0]) < 1e-7
+
+
+@pytest.mark.parametrize("name", ["dopri5", "rodas5p"])
+def test_error_falls_with_the_tolerance(name: str) -> None:
+    engine = Engine(nonlinear(), name)  # type: ignore[arg-type]
+    errors = [np.abs(engine.run(exact(0), [], stop=3.0, rtol=r, atol=r).final - exact(3.0)).max() for r in (1e-4, 1e-6, 1e-8, 1e-10)]
+    assert all(later < earlier / 10 for earlier, later in zip(errors, errors[1:], strict=False))
+    assert errors[-1] < 1e-9
+
+
+def van_der_pol(mu: float) -> HybridDae:
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
+    return dae(t, x, m, p, ca.vertcat(x[1], mu * (1 - x[0] ** 2) * x[1] - x[0]), ["x", "v"])
+
+
+def test_a_stiff_model_changes_the_method_during_the_run() -> None:
+    trajectory = Engine(van_der_pol(1000.0)).run([2.0, 0.0], [], stop=2000.0)
+    assert trajectory.statistics["steps"] < 2000
+    reference = Engine(van_der_pol(1000.0), "rodas5p").run([2.0, 0.0], [], stop=2000.0, rtol=1e-9, atol=1e-11)
+    times = [100.0, 500.0, 1500.0]
+    assert np.abs(trajectory.at(times)[1][:, 0] - reference.at(times)[1][:, 0]).max() < 1e-4
+
+
+def test_explicit_method_refuses_algebraic_unknowns() -> None:
+    with pytest.raises(ValueError, match="algebraic unknowns"):
+        Engine(implicit(), "dopri5")
+    with pytest.raises(ValueError, match="not one of"):
+        Engine(nonlinear(), "euler")  # type: ignore[arg-type]
