@@ -67,7 +67,7 @@ class Step(_StartingSource):
 
 
 class Ramp(_StartingSource):
-    """A straight rise from offset at startTime to offset + height at startTime + duration; a duration of 0 is a step."""
+    """A straight rise from offset at startTime to offset + height at startTime + duration, at once if that is 0."""
 
     height: Parameter = parameter("1", "Height of the ramp", default=1.0)
     duration: Parameter = parameter("s", "Duration of the ramp", min=0)

@@ -18,6 +18,7 @@ from powertrain import (
     signal_input,
     variable,
 )
+from powertrain.components.blocks import Constant
 from powertrain.components.rotational import Flange as Shaft
 from powertrain.components.rotational import IdealRollingWheel, Inertia
 from powertrain.components.translational import AirDrag, Flange, Mass, OneFlangeAndSupport, RollingResistance, Speed
@@ -88,6 +89,9 @@ class Vehicle(Component):
     windSpeed: Speed = Speed(exact=True)
     fRoll: RollingResistance = RollingResistance(fWeight=0, reg="linear", useCrInput=True, useInclinationInput=True)
     fGrav: GradeForce = GradeForce(m=0)
+    constWind: Constant = Constant(k=0)
+    constCr: Constant = Constant(k=0)
+    constInclination: Constant = Constant(k=0)
 
     def equations(self) -> Equations:
         """The parts, their data and how they are joined."""
@@ -97,6 +101,10 @@ class Vehicle(Component):
         yield connect(self.idealRollingWheel.flangeT, self.mass.flange_a)
         yield connect(self.mass.flange_b, self.flangeT, self.fDrag.flange, self.fRoll.flange, self.fGrav.flange)
         yield connect(self.fDrag.support, self.windSpeed.flange)
+        inclination = self.inclination if self.useInclinationInput else self.constInclination.y
+        yield connect(self.vWind if self.useWindInput else self.constWind.y, self.windSpeed.v_ref)
+        yield connect(self.cr if self.useCrInput else self.constCr.y, self.fRoll.cr)
+        yield connect(inclination, self.fRoll.inclination, self.fGrav.inclination)
         yield self.s == self.mass.s
         yield self.v == self.mass.v
         yield self.a == self.mass.a
@@ -112,8 +120,6 @@ class Vehicle(Component):
         yield self.fRoll.v0 == self.vReg
         yield self.fGrav.m == self.m
         yield self.fGrav.g == self.g
-        inclination = self.inclination.value if self.useInclinationInput else self.inclinationConstant
-        yield self.windSpeed.v_ref.value == (self.vWind.value if self.useWindInput else self.vWindConstant)
-        yield self.fRoll.cr.value == (self.cr.value if self.useCrInput else self.CrConstant)
-        yield self.fRoll.inclination.value == inclination
-        yield self.fGrav.inclination.value == inclination
+        yield self.constWind.k == self.vWindConstant
+        yield self.constCr.k == self.CrConstant
+        yield self.constInclination.k == self.inclinationConstant
