@@ -8,7 +8,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain import linear
 from powertrain.alias import Base, Reduced, eliminate_aliases
 from powertrain.blocks import Solved, solve_blocks
 from powertrain.component import Component
@@ -19,7 +18,9 @@ from powertrain.index import Differentiated, differentiate, select_states
 from powertrain.laws import FrictionLaw, Law, Reinit, UnilateralLaw, WhenLaw
 from powertrain.matching import Matching
 from powertrain.recorder import Place, reading
-from powertrain.symbols import Symbol, column, free_symbols, key, time, total_derivative
+from powertrain.resolver import Resolver
+from powertrain.symbols import Symbol, column, free_symbols, key, time
+from powertrain.torques import Torque, add_rates, declare_torques
 
 
 @dataclass(frozen=True)
@@ -44,19 +45,6 @@ class Compiled:
     resolve: Any = field(repr=False)
 
 
-@dataclass
-class _Torque:
-    """A friction law or contact, whose torque is the unknown ``symbol``."""
-
-    place: Place
-    law: FrictionLaw | UnilateralLaw
-    symbol: Symbol
-    mode: Symbol
-    algebraic: bool = False
-    speed: Symbol = Symbol(0)
-    rate: Symbol = Symbol(0)
-
-
 def compile_model(model: Component) -> Compiled:
     """Flattens, reduces and solves the model symbolically. Raises ModelError where the text does not describe a solvable model."""
     flat = flatten(model)
@@ -65,14 +53,14 @@ def compile_model(model: Component) -> Compiled:
     values = {key(c.symbol): c.value for c in flat.parameters}
     reduced = eliminate_aliases(flat, values)
     with reading(flat.recorder):
-        torques, others = _declare_torques(reduced)
+        torques, others = declare_torques(reduced)
         known = {key(t.symbol) for t in torques}
         _check_structure(reduced, known)
         system = differentiate(reduced, known)
-        _add_rates(system, torques)
+        add_rates(system, torques)
         states = select_states(system, _wishes(reduced, torques, others), values)
     solved = solve_blocks(system, states, values)
-    return _assemble(reduced, states, solved, torques, others, inputs)
+    return _assemble(reduced, states, solved, torques, others, inputs, values)
 
 
 def _bind_parameters(flat: Flat) -> None:
@@ -113,35 +101,6 @@ def _schedule_inputs(flat: Flat) -> list[Unknown]:
     return flat.inputs
 
 
-def _declare_torques(reduced: Reduced) -> tuple[list[_Torque], list[tuple[Place, Law]]]:
-    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root."""
-    flat, torques, others = reduced.flat, [], []
-    taken: dict[int, Place] = {}
-    for place, law in flat.laws:
-        if not isinstance(law, FrictionLaw | UnilateralLaw):
-            others.append((place, law))
-            continue
-        names = [n for n, v in vars(law).items() if isinstance(v, ca.SX)]
-        law = replace(law, **dict(zip(names, reduced.rewrite([getattr(law, n) for n in names]), strict=True)))
-        value = law.torque if isinstance(law, FrictionLaw) else law.force
-        inside = [s for s in free_symbols(value) if key(s) not in flat.recorder.constants]
-        linear_root = len(inside) == 1 and ca.jacobian(value, inside[0]).is_constant() and key(inside[0]) in reduced.symbols
-        if linear_root and key(inside[0]) in taken:
-            raise ModelError(
-                f"{place}\n{taken[key(inside[0])]}\n  these two carry the same torque, with nothing between them that has inertia or "
-                "compliance: what moves between them is not determined; put an inertia, mass or damper between"
-            )
-        if linear_root:
-            symbol = inside[0]
-        else:
-            symbol = Symbol.sym(f"{place.path}.{law.name}.torque")
-            reduced.symbols[key(symbol)] = symbol
-            reduced.equations.append(Equation(value - symbol, place))
-        taken[key(symbol)] = place
-        torques.append(_Torque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
-    return torques, others
-
-
 def _check_structure(reduced: Reduced, known: set[int]) -> None:
     """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
     system = Differentiated(reduced, known)
@@ -167,47 +126,7 @@ def _name(reduced: Reduced, base: int) -> str:
     return unknown.name if unknown else reduced.symbols[base].name()
 
 
-def _add_rates(system: Differentiated, torques: list[_Torque]) -> None:
-    """The rate of each law: the derivative of its relative speed, or the speed itself where it depends on the torque at once."""
-    recorder = system.reduced.flat.recorder
-
-    def defined(name: str, expression: Symbol, place: Place) -> Symbol:
-        symbol = Symbol.sym(name)
-        system.reduced.symbols[key(symbol)] = symbol
-        system.add(Equation(symbol - expression, place))
-        return symbol
-
-    for torque in torques:
-        law, place, path = torque.law, torque.place, torque.mode.name()
-        if isinstance(law, FrictionLaw):
-            torque.speed = law.w
-            torque.algebraic = _follows_at_once(system, law.w, torque.symbol)
-        else:
-            torque.speed = defined(f"{path}.speed", total_derivative(law.gap, recorder.derivative), place)
-        if torque.algebraic:
-            torque.rate = law.w
-        else:
-            torque.rate = defined(f"{path}.rate", total_derivative(torque.speed, recorder.derivative), place)
-
-
-def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:
-    """Whether ``speed`` contains an unknown that the equations tie to ``torque`` without an integration between."""
-    stack = [b for b, order in system.bases(speed) if order == system.top.get(b, -1)]
-    seen: set[int] = set()
-    while stack:
-        base = stack.pop()
-        owner = system.matching.equation_of.get(base)
-        if owner is None or owner in seen:
-            continue
-        seen.add(owner)
-        residual = system.chains[owner][-1]
-        if any(key(s) == key(torque) for s in free_symbols(residual)):
-            return True
-        stack += [b for b, order in system.incidence[owner] if order == system.top[b]]
-    return False
-
-
-def _wishes(reduced: Reduced, torques: list[_Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
+def _wishes(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
     """How much each variable is wanted as a state: relative motions, then speeds of friction laws, then what a when resets."""
     wishes: dict[int, int] = {}
     bases = reduced.flat.recorder.bases
@@ -234,29 +153,32 @@ def _assemble(
     reduced: Reduced,
     states: list[Base],
     solved: Solved,
-    torques: list[_Torque],
+    torques: list[Torque],
     others: list[tuple[Place, Law]],
     inputs: list[Unknown],
+    values: dict[int, float],
 ) -> Compiled:
     flat, recorder = reduced.flat, reduced.flat.recorder
     x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
     rates = [recorder.derivative(s) for s in x]
-    resolver = _Resolver(reduced, solved, torques)
+    resolver = Resolver(reduced, solved, torques, column(x), values)
+    laws = resolver.closed_laws()
     flags = [recorder.hold(f"{place.path}.when") for place, _ in others]
     m = _held_symbols(flat, torques, flags)
     layout = {key(s): i for i, s in enumerate(m)}
     dae = HybridDae(
         t=time,
         x=column(x),
-        z=column(solved.implicit),
+        z=column([*solved.implicit, *resolver.fractions]),
         m=column(m),
         p=column([c.symbol for c in flat.parameters]),
         xdot=column(resolver.now(rates)),
-        residual=column(resolver.now(solved.residuals)),
+        residual=column([*resolver.now(solved.residuals), *resolver.fraction_residuals()]),
         state_names=tuple(_state_names(reduced, states)),
         held_start=_held_start(flat, m),
-        frictions=tuple(_friction(t, resolver, layout, reduced) for t in torques if isinstance(t.law, FrictionLaw)),
-        contacts=tuple(_contact(t, resolver, layout) for t in torques if isinstance(t.law, UnilateralLaw)),
+        frictions=tuple(_friction(t, opened, resolver, layout) for t, opened in zip(laws, resolver.laws, strict=True) if isinstance(t.law, FrictionLaw)),
+        contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
+        shared=tuple(tuple(layout[key(torques[m.law].mode)] for m in g.members) for g in resolver.groups),
         switches=tuple(
             Switch(s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous)
             for s, g in zip(recorder.switches, resolver.model([s.g for s in recorder.switches]), strict=True)
@@ -282,62 +204,7 @@ def _assemble(
     )
 
 
-class _Resolver:
-    """Turns expressions of the model's variables into expressions of (t, x, z, m, p)."""
-
-    def __init__(self, reduced: Reduced, solved: Solved, torques: list[_Torque]) -> None:
-        self.reduced, self.torques = reduced, torques
-        self.names, self.expressions = solved.names, list(solved.expressions)
-        if self.names:
-            self.expressions = list(ca.substitute_inplace(self.names, solved.expressions, [], False)[0])
-        self.unknown, self.known = column(self.names), column(self.expressions)
-        self.symbols = column([t.symbol for t in torques])
-        self.open = self.known
-        self.torque = column(self._solve_torques())
-        (self.known,) = ca.substitute([self.known], [self.symbols], [self.torque])
-
-    def given_torques(self, expressions: list[Symbol]) -> list[Symbol]:
-        """In terms of (t, x, z, m, p) and the torques of the laws."""
-        if not expressions:
-            return []
-        return list(ca.vertsplit(ca.substitute([column(expressions)], [self.unknown], [self.open])[0]))
-
-    def now(self, expressions: list[Symbol]) -> list[Symbol]:
-        """Expressions of roots in terms of (t, x, z, m, p)."""
-        if not expressions:
-            return []
-        old, new = ca.vertcat(self.unknown, self.symbols), ca.vertcat(self.known, self.torque)
-        return list(ca.vertsplit(ca.substitute([column(expressions)], [old], [new])[0]))
-
-    def model(self, expressions: list[Symbol]) -> list[Symbol]:
-        """Expressions of any variable of the model in terms of (t, x, z, m, p)."""
-        return self.now(self.reduced.rewrite(expressions)) if expressions else []
-
-    def _solve_torques(self) -> list[Symbol]:
-        """The torques of all laws together: a sliding law gives its torque, a stuck one makes its rate zero."""
-        if not self.torques:
-            return []
-        rows = column(self.given_torques([_law_row(t) for t in self.torques]))
-        jacobian = ca.jacobian(rows, self.symbols)
-        n = len(self.torques)
-        right = ca.vertsplit(-ca.substitute(rows, self.symbols, ca.DM.zeros(n)))
-        entries: list[linear.Row] = [{} for _ in range(n)]
-        numbers: list[linear.Numbers] = [{} for _ in range(n)]
-        elements = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
-        for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
-            entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
-        solution = linear.solve(entries, right, numbers)
-        return [solution[j] for j in range(n)]
-
-
-def _law_row(t: _Torque) -> Symbol:
-    if isinstance(t.law, UnilateralLaw):
-        return ca.if_else(t.mode == 1, t.rate, t.law.force)
-    sliding = t.law.torque - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
-    return ca.if_else(t.mode == 0, t.rate, sliding)
-
-
-def _held_symbols(flat: Flat, torques: list[_Torque], flags: list[Symbol]) -> list[Symbol]:
+def _held_symbols(flat: Flat, torques: list[Torque], flags: list[Symbol]) -> list[Symbol]:
     held = [t.mode for t in torques] + [s.mode for s in flat.recorder.switches] + flags
     held += [d.symbol for d in flat.discretes]
     held += [s for entry in flat.recorder.schedules for s in entry.held]
@@ -350,41 +217,37 @@ def _held_start(flat: Flat, held: list[Symbol]) -> Any:
     return np.array([start.get(key(s), 0.0) for s in held])
 
 
-def _friction(t: _Torque, resolver: _Resolver, layout: dict[int, int], reduced: Reduced) -> Friction:
-    law = t.law
-    assert isinstance(law, FrictionLaw)
-    w, torque, lower, upper, peak, rate = resolver.now([t.speed, law.torque, law.lower, law.upper, law.peak, t.rate])
-    open_rate, open_lower, open_upper = resolver.given_torques([t.rate, law.lower, law.upper])
-    bounds_fixed = not ca.which_depends(ca.vertcat(open_lower, open_upper), resolver.symbols, 1, False).count(True)
+def _friction(t: Torque, opened: Torque, resolver: Resolver, layout: dict[int, int]) -> Friction:
+    law, given = t.law, opened.law
+    assert isinstance(law, FrictionLaw) and isinstance(given, FrictionLaw)
     return Friction(
-        t.mode.name(), str(t.place), layout[key(t.mode)], w, torque, lower, upper, peak, rate,
+        t.mode.name(), str(t.place), layout[key(t.mode)], t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         algebraic=t.algebraic,
-        prescribed=not ca.which_depends(open_rate, t.symbol, 1, False)[0],
-        may_free=bounds_fixed,
+        prescribed=not any(ca.which_depends(opened.rate, t.symbol, 1, False)),
+        may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), resolver.symbols, 1, False)),
     )  # fmt: skip
 
 
-def _contact(t: _Torque, resolver: _Resolver, layout: dict[int, int]) -> Contact:
+def _contact(t: Torque, layout: dict[int, int]) -> Contact:
     law = t.law
     assert isinstance(law, UnilateralLaw)
-    gap, speed, rate, force, restitution = resolver.now([law.gap, t.speed, t.rate, law.force, law.restitution])
-    return Contact(t.mode.name(), str(t.place), layout[key(t.mode)], gap, speed, rate, force, restitution)
+    return Contact(t.mode.name(), str(t.place), layout[key(t.mode)], law.gap, t.speed, t.rate, law.force, law.restitution)
 
 
-def _with_impacts(dae: HybridDae, resolver: _Resolver, torques: list[_Torque]) -> HybridDae:
+def _with_impacts(dae: HybridDae, resolver: Resolver, torques: list[Torque]) -> HybridDae:
     """The response of the states' derivatives and of the gaps' accelerations to the contact forces."""
-    contacts = [t for t in torques if isinstance(t.law, UnilateralLaw)]
+    contacts = [i for i, t in enumerate(torques) if isinstance(t.law, UnilateralLaw)]
     if not contacts:
         return dae
-    forces = column([t.symbol for t in contacts])
+    forces = column([torques[i].symbol for i in contacts])
     rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
-    opened = resolver.given_torques([*rates, *(t.rate for t in contacts)])
-    response = ca.substitute([ca.jacobian(column(opened), forces)], [resolver.symbols], [resolver.torque])[0]
+    opened = [*resolver.opened(rates), *(resolver.laws[i].rate for i in contacts)]
+    (response,) = resolver.close([ca.jacobian(column(opened), forces)])
     return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
 
 
 def _when(
-    index: int, place: Place, law: Law, resolver: _Resolver, layout: dict[int, int], x: list[Symbol], reduced: Reduced
+    index: int, place: Place, law: Law, resolver: Resolver, layout: dict[int, int], x: list[Symbol], reduced: Reduced
 ) -> When:
     assert isinstance(law, WhenLaw)
     flat = reduced.flat
@@ -427,7 +290,7 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
     return [named.get(b, symbols[b]) for b in states]
 
 
-def _signals(flat: Flat, resolver: _Resolver, torques: list[_Torque]) -> dict[str, SignalEntry]:
+def _signals(flat: Flat, resolver: Resolver, torques: list[Torque]) -> dict[str, SignalEntry]:
     unknowns = list(flat.unknowns.values())
     expressions = resolver.model([u.symbol for u in unknowns])
     signals = {u.name: SignalEntry(u.unit, u.doc, e) for u, e in zip(unknowns, expressions, strict=True)}

@@ -108,7 +108,11 @@ class Guard:
 
 @dataclass(frozen=True)
 class HybridDae:
-    """The symbols, the equations and the laws of one compiled model."""
+    """The symbols, the equations and the laws of one compiled model.
+
+    ``shared`` are groups of friction laws (indices in m) on the same motion: stuck together, they share a torque of which only the sum is
+    determined. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps' accelerations to the contact forces.
+    """
 
     t: ca.SX
     x: ca.SX
@@ -125,5 +129,6 @@ class HybridDae:
     whens: tuple[When, ...] = ()
     schedules: tuple[Schedule, ...] = ()
     guards: tuple[Guard, ...] = ()
+    shared: tuple[tuple[int, ...], ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
