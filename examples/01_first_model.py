@@ -1,4 +1,4 @@
-"""A car moves off: engine, flywheel, slipping clutch, gear, elastic drive shaft, car.
+"""A car moves off: engine, flywheel, slipping clutch and its disc, gear, elastic drive shaft, car.
 
 The clutch closes over 0.8 s. It slips until flywheel and gearbox turn at one speed, then it sticks, and the drive
 shaft swings: the shuffle a driver feels. Nobody says when the clutch stops slipping; the simulation finds the instant.
@@ -18,7 +18,8 @@ class MovingOff(pt.Component):
     flywheel: Inertia = Inertia(J=0.15)
     pedal: Ramp = Ramp(height=1, duration=0.8)
     clutch: Clutch = Clutch(fn_max=500)
-    gear: IdealGear = IdealGear(ratio=12)
+    disc: Inertia = Inertia(J=0.01)
+    gear: IdealGear = IdealGear(ratio=12)  # gearbox and axle
     shaft: SpringDamper = SpringDamper(c=8000, d=100)
     car: Inertia = Inertia(J=117)  # 1,300 kg on wheels of 0.3 m
 
@@ -26,12 +27,14 @@ class MovingOff(pt.Component):
         yield pt.connect(self.engine.flange, self.flywheel.flange_a)
         yield pt.connect(self.flywheel.flange_b, self.clutch.flange_a)
         yield pt.connect(self.pedal.y, self.clutch.f_normalized)
-        yield pt.connect(self.clutch.flange_b, self.gear.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.disc.flange_a)
+        yield pt.connect(self.disc.flange_b, self.gear.flange_a)
         yield pt.connect(self.gear.flange_b, self.shaft.flange_a)
         yield pt.connect(self.shaft.flange_b, self.car.flange_a)
 
     def initial(self) -> pt.Equations:
         yield self.flywheel.w == 160
+        yield self.disc.w == 0
 
 
 def main() -> None:
