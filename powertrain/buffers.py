@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
@@ -26,15 +27,25 @@ class Bound:
     __slots__ = ("_kept", "call")
 
     def __init__(self, function: ca.Function, arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        buffer, call = function.buffer()
+        buffer, call = _buffer(function)
         for i, array in enumerate(arguments):
             _check(array, function.nnz_in(i))
-            buffer.set_arg(i, memoryview(array))
+            buffer.set_arg(i, view(array))
         for i, array in enumerate(results):
             _check(array, function.nnz_out(i))
-            buffer.set_res(i, memoryview(array))
+            buffer.set_res(i, view(array))
         self._kept = (function, buffer, tuple(arguments), tuple(results))
         self.call: Callable[[], None] = call
+
+
+def _buffer(function: ca.Function) -> tuple[Any, Callable[[], None]]:
+    buffer, call = function.buffer()
+    return buffer, call
+
+
+def view(array: Array) -> Any:
+    """The array as a memoryview, whose items are read and written faster than numpy's."""
+    return memoryview(cast(Any, array))
 
 
 def _check(array: Array, needed: int) -> None:
@@ -74,3 +85,4 @@ class Memory:
         self.jumped = zeros(2)
         self.start = zeros(2)
         self.instants = zeros(timed)
+        self.jacobian = zeros(unknowns**2 if unknowns <= 100 else 0)

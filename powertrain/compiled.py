@@ -40,12 +40,16 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
 def _build(code: str, library: Path) -> None:
     compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     if compiler is None:
-        raise PowertrainError("compile=True needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, or leave compile=False.")
+        raise PowertrainError(
+            "compile=True needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, or leave compile=False."
+        )
     library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=library.parent) as folder:
         source, built = Path(folder) / "steps.c", Path(folder) / "steps.so"
         source.write_text(code)
-        done = subprocess.run([compiler, *FLAGS, str(source), "-o", str(built), "-lm"], capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [compiler, *FLAGS, str(source), "-o", str(built), "-lm"], capture_output=True, text=True, check=False
+        )
         if done.returncode:
             raise PowertrainError(f"the C compiler {compiler} failed:\n{done.stderr[-2000:]}")
         os.replace(built, library)

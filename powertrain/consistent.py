@@ -25,7 +25,9 @@ class Algebra:
         self._y = memory.y
         self._residual, self._jacobian = zeros(self.nz), zeros(self.nz * self.nz)
         time, y = ca.SX.sym("time", 2), ca.SX.sym("y", self.n + self.nz)
-        inner = ca.Function(PREFIX + "algebra", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)])
+        inner = ca.Function(
+            PREFIX + "algebra", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)]
+        )
         residual, jacobian = inner.call([time[0], y[: self.n], y[self.n :], dae.m, dae.p])
         outputs = ca.cse([ca.densify(residual), ca.densify(jacobian)])
         self.function = ca.Function(PREFIX + "newton", [time, y, dae.m, dae.p], outputs)
@@ -54,7 +56,10 @@ class Algebra:
                 z[:] = old - length * step
                 call()
                 new = float(np.abs(self._residual).max())
-                if new <= size * (1.0 - 0.1 * length) or float(np.abs(length * step).max() / (1.0 + np.abs(old).max())) < 1e-9:
+                if (
+                    new <= size * (1.0 - 0.1 * length)
+                    or float(np.abs(length * step).max() / (1.0 + np.abs(old).max())) < 1e-9
+                ):
                     break
                 length *= 0.5
             if new == 0.0 or (length == 1.0 and np.all(np.abs(step) <= _STEP * (1.0 + np.abs(z))) and self._closed(z)):
@@ -70,9 +75,9 @@ class Algebra:
         if not (np.isfinite(matrix).all() and np.isfinite(residual).all()):
             return np.full(self.nz, np.nan)
         try:
-            return np.linalg.solve(matrix, residual)
+            return np.asarray(np.linalg.solve(matrix, residual), dtype=np.float64)
         except np.linalg.LinAlgError:
-            return np.linalg.lstsq(matrix, residual, rcond=None)[0]
+            return np.asarray(np.linalg.lstsq(matrix, residual, rcond=None)[0], dtype=np.float64)
 
     def _refuse(self) -> None:
         worst = int(np.argmax(np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)))

@@ -25,22 +25,28 @@ from powertrain.resolve import Resolver
 from powertrain.schedules import Schedules
 from powertrain.trajectory import Trajectory
 
-Method = Literal["auto", "dopri5", "rodas5p", "cvodes"]
-_METHODS = ("auto", "dopri5", "rodas5p", "cvodes")
+Method = Literal["auto", "dopri5", "rodas5p"]
+_METHODS = ("auto", "dopri5", "rodas5p")
+_LARGE = 100
+"""Unknowns above which linear systems are solved numerically instead of by expressions."""
+_EXPLICIT_STEPS = 5000.0
+"""With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
 
 
 class Engine:
     """Runs a :class:`HybridDae` any number of times. Functions are built at their first use; one instance serves one thread.
 
     ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto", which begins with the first
-    where it can and changes to the second where the model turns out stiff. ``compile`` passes the functions through the C compiler.
+    where it can and begins with or changes to the second where the model is stiff. ``compile`` passes the functions through the C compiler.
     """
 
     def __init__(self, dae: HybridDae, method: Method = "auto", compile: bool = False) -> None:
         if method not in _METHODS:
             raise ValueError(f"method={method!r} is not one of {', '.join(_METHODS)}")
         if method == "dopri5" and dae.z.numel():
-            raise ValueError("method='dopri5' is explicit; the model keeps algebraic unknowns, take 'rodas5p' or 'auto'")
+            raise ValueError(
+                "method='dopri5' is explicit; the model keeps algebraic unknowns, take 'rodas5p' or 'auto'"
+            )
         self.dae, self.method, self.compile = dae, method, compile
         self.indicators: tuple[Indicator, ...] = indicators(dae)
         self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
@@ -50,7 +56,8 @@ class Engine:
         self.algebra = Algebra(dae, self.memory) if dae.z.numel() else None
         self._model: steps.Common | None = None
         self._functions: dict[str, ca.Function] = {}
-        self._steps: dict[str, tuple[Bound, Bound]] = {}
+        self._steps: dict[str, tuple[Callable[[], None], Callable[[], None]]] = {}
+        self._kept: list[Bound] = []
         self._ready = False
 
     def __getstate__(self) -> dict[str, Any]:
@@ -105,19 +112,45 @@ class Engine:
         n = self.dae.x.numel()
         return self.memory.y[0][n : n + self.dae.z.numel()].copy()
 
-    def stepper(self, name: str) -> tuple[Bound, Bound]:
-        """The step functions of a method, bound to both directions of the double buffer."""
+    def stepper(self, name: str, numeric: bool = False) -> tuple[Callable[[], None], Callable[[], None]]:
+        """The steps of a method for both directions of the double buffer; ``numeric`` takes the sparse solver that pivots at run time."""
+        unknowns = self.dae.x.numel() + self.dae.z.numel()
+        if name == "rodas5p" and (numeric or unknowns > _LARGE):
+            name = "sparse"
         if name not in self._steps:
             model = self._shared()
-            function = steps.explicit_step(model) if name == "dopri5" else steps.rosenbrock_step(model)
-            function = self._finished({name: function})[name]
-            self._steps[name] = (self._bind_step(function, 0), self._bind_step(function, 1))
+            if name == "sparse":
+                from powertrain.sparse_step import SparseStep
+
+                large = [SparseStep(model, self.memory, side) for side in (0, 1)]
+                self._steps[name] = (large[0].call, large[1].call)
+            else:
+                function = steps.explicit_step(model) if name == "dopri5" else steps.rosenbrock_step(model)
+                function = self._finished({name: function})[name]
+                self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
+                self._steps[name] = (bound[0].call, bound[1].call)
         return self._steps[name]
+
+    def first_method(self, span: float) -> str:
+        """The method a run begins with, from the start that memory holds."""
+        if self.method != "auto":
+            return self.method
+        n = self.dae.x.numel()
+        if self.dae.z.numel() or n > _LARGE:
+            return "rodas5p"
+        self.jacobian.call()
+        matrix = self.memory.jacobian[: n * n].reshape(n, n)
+        if not np.isfinite(matrix).all() or float(np.abs(matrix).sum(axis=0).max(initial=0.0)) * span < _EXPLICIT_STEPS:
+            return "dopri5"
+        radius = float(np.abs(np.linalg.eigvals(matrix)).max())
+        return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
 
     def _bind_step(self, function: ca.Function, side: int) -> Bound:
         memory, other = self.memory, 1 - side
         arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
-        return Bound(function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside])
+        return Bound(
+            function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
+        )
 
     def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
         memory, dae = self.memory, self.dae
@@ -129,7 +162,9 @@ class Engine:
         memory.p[: dae.p.numel()] = _vector("p", p, dae.p.numel())
         memory.time[:] = t, 0.0
 
-    def _load(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike, rtol: float, atol: float) -> None:
+    def _load(
+        self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike, rtol: float, atol: float
+    ) -> None:
         self._fill(t, x, z, m, p)
         memory = self.memory
         memory.tolerance[:] = rtol, atol
@@ -217,20 +252,33 @@ class Engine:
         functions = self._finished(functions)
         m, p, tolerance = memory.m, memory.p, memory.tolerance
         self.fresh = [
-            Bound(functions["fresh"], [memory.time, memory.y[k], m, p, tolerance], [memory.y[1 - k], memory.slope[1 - k], memory.start])
+            Bound(
+                functions["fresh"],
+                [memory.time, memory.y[k], m, p, tolerance],
+                [memory.y[1 - k], memory.slope[1 - k], memory.start],
+            )
             for k in (0, 1)
         ]
         self.locate = Bound(
-            functions["locate"], [memory.time, memory.fraction, memory.mask, memory.dense, m, p], [memory.at, memory.g, memory.worst]
+            functions["locate"],
+            [memory.time, memory.fraction, memory.mask, memory.dense, m, p],
+            [memory.at, memory.g, memory.worst],
         )
         results = [memory.held, memory.flags, memory.edges, memory.closing]
-        update = [Bound(functions["update"], [memory.time, memory.y[k], m, p, memory.fire, memory.jumped], results) for k in (0, 1)]
+        update = [
+            Bound(functions["update"], [memory.time, memory.y[k], m, p, memory.fire, memory.jumped], results)
+            for k in (0, 1)
+        ]
+        if self.method == "auto" and not self.dae.z.numel() and self.dae.x.numel() <= _LARGE:
+            self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], [memory.jacobian])
         if self.timed:
             self.instants = Bound(functions["instants"], [m, p], [memory.instants])
         self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
         self._prescribed = [law for law in self.dae.frictions if law.prescribed]
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
-        self._untimed_whens = [(w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None]
+        self._untimed_whens = [
+            (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None
+        ]
         self._ready = True
 
     def _finished(self, functions: dict[str, ca.Function]) -> dict[str, ca.Function]:

@@ -34,7 +34,9 @@ def underflow(engine: Engine, side: int, t: float, h: float) -> str:
     """Looks just ahead for a derivative that is not finite; else names the state that asks for the smallest step."""
     dae, memory = engine.dae, engine.memory
     n = dae.x.numel()
-    rates = ca.Function("powertrain_rates", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(dae.xdot, dae.residual))])
+    rates = ca.Function(
+        "powertrain_rates", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(dae.xdot, dae.residual))]
+    )
     y, m, p = memory.y[side], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
     here = np.array(rates(t, y[:n], y[n : n + dae.z.numel()], m, p)).ravel()
     reason = _first_not_finite(dae, here)
@@ -75,6 +77,4 @@ def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    return (
-        f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s: {value:.9g} {guard.unit}, allowed {low:.9g} .. {high:.9g} {guard.unit}"
-    )
+    return f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s: {value:.9g} {guard.unit}, allowed {low:.9g} .. {high:.9g} {guard.unit}"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.buffers import Array, Memory
-from powertrain.hybrid import Friction, HybridDae
+from powertrain.hybrid import Contact, Friction, HybridDae, Switch
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 
@@ -29,7 +29,8 @@ def jam_message(
     dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], involved: Sequence[int], combinations: int
 ) -> str:
     """No consistent combination, several, or too many to try."""
-    names = {law.index: law.name for law in (*dae.frictions, *dae.switches, *dae.contacts)}
+    laws: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
+    names = {law.index: law.name for law in laws}
     parts = ", ".join(names[i] for i in involved)
     values = law_values(dae, memory, side)
     lines = [
@@ -46,7 +47,9 @@ def jam_message(
         advice = "Separate some of the laws by a shaft stiffness."
     else:
         problem = f"none of the {combinations} combinations of modes is consistent (the mechanism jams)"
-        advice = "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
+        advice = (
+            "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
+        )
     return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
 
 

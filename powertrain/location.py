@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain.buffers import CHECKS, INFO, Bound, Memory
+from powertrain.buffers import CHECKS, INFO, Bound, Memory, view
 
 _OVERSHOOT = -2e-11
 """How far below zero a located indicator may be: a fifth of the hysteresis."""
@@ -19,7 +19,7 @@ def locate_event(locate: Bound, memory: Memory) -> float | None:
     places = (0.0, *CHECKS, 1.0)
     first = next(k for k in range(1, len(places)) if memory.info[INFO + k - 1] <= 0.0)
     low, high = places[first - 1], places[first]
-    fraction, worst, call = memoryview(memory.fraction), memoryview(memory.worst), locate.call
+    fraction, worst, call = view(memory.fraction), view(memory.worst), locate.call
     memory.mask.fill(1.0)
     fraction[0] = high
     call()

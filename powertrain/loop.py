@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from powertrain.buffers import view
 from powertrain.chatter import Chatter
 from powertrain.consistent import NotConsistent
 from powertrain.errors import SimulationError
@@ -29,7 +30,13 @@ class Run:
     """One simulation on the arrays of an engine whose start is already resolved on side 0."""
 
     def __init__(
-        self, engine: Engine, start: float, stop: float, rtol: float, max_step: float, progress: Callable[[float], None] | None
+        self,
+        engine: Engine,
+        start: float,
+        stop: float,
+        rtol: float,
+        max_step: float,
+        progress: Callable[[float], None] | None,
     ) -> None:
         self.engine, self.memory, self.dae = engine, engine.memory, engine.dae
         self.t, self.start, self.stop, self.rtol, self.max_step = start, start, stop, rtol, max_step
@@ -40,11 +47,14 @@ class Run:
         self.recorder = Recorder(engine.dae.x.numel() + engine.dae.z.numel(), engine.dae.x.numel(), kinds)
         self.quiet = {s.index for s in self.dae.switches if s.continuous} | _schedule_entries(engine.dae)
         self.chatter = Chatter(stop - start)
-        self.chattering = {law.index: law for _, laws in _laws(engine) for law in laws if getattr(law, "time", None) is None}
+        self.chattering = {
+            law.index: law for _, laws in _laws(engine) for law in laws if getattr(law, "time", None) is None
+        }
         self.counted = [guard for guard in self.dae.guards if guard.action == "count"]
         self.outside = np.zeros(len(self.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
-        self.method = engine.method if engine.method != "auto" else ("rodas5p" if engine.dae.z.numel() else "dopri5")
+        self.method = engine.first_method(stop - start)
+        self.numeric = False
 
     def execute(self) -> Trajectory:
         self.steps = self.engine.stepper(self.method)
@@ -66,7 +76,11 @@ class Run:
         return self._trajectory()
 
     def _trajectory(self) -> Trajectory:
-        statistics = {"steps": float(len(self.recorder.times)), "rejected": float(self.rejected), "events": float(len(self.recorder.instants))}
+        statistics = {
+            "steps": float(len(self.recorder.times)),
+            "rejected": float(self.rejected),
+            "events": float(len(self.recorder.instants)),
+        }
         statistics |= {f"outside {guard.name}": float(n) for guard, n in zip(self.counted, self.outside, strict=True)}
         trajectory = self.recorder.trajectory(self.t, self.memory.y[self.side], self.memory.m, statistics)
         return replace(trajectory, notes=tuple(self.engine.resolver.notes))
@@ -98,8 +112,8 @@ class Run:
     def _smooth(self) -> bool:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""
         memory, recorder = self.memory, self.recorder
-        time, info, dense = memoryview(memory.time), memoryview(memory.info), memory.dense
-        steps = (self.steps[0].call, self.steps[1].call)
+        time, info, dense = view(memory.time), view(memory.info), memory.dense
+        steps = self.steps
         times, sizes, rows = recorder.times.append, recorder.sizes.append, recorder.rows.append
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
         before, rejected, watch = self.error_before, False, self.watch
@@ -113,12 +127,9 @@ class Run:
             steps[side]()
             e = info[0]
             if not e <= 1.0:
-                self.rejected += 1
                 rejected = True
-                h *= max(0.2, 0.9 * e**-0.2) if e == e and e < 1e100 else 0.1
-                if h < 1e-15 * max(1.0, abs(t)):
-                    self.t, self.side = t, side
-                    raise SimulationError(underflow(self.engine, side, t, h))
+                h = self._smaller(e, t, h, side)
+                steps = self.steps
                 continue
             times(t)
             sizes(h)
@@ -153,10 +164,23 @@ class Run:
                 self.t, self.h, self.side, self.error_before = t, h, side, before
                 return False
 
+    def _smaller(self, e: float, t: float, h: float, side: int) -> float:
+        """The next trial size after a rejected step; algebraic unknowns get a solver with pivoting before the run is given up."""
+        self.rejected += 1
+        h *= max(0.2, 0.9 * e**-0.2) if e == e and e < 1e100 else 0.1
+        if h >= 1e-15 * max(1.0, abs(t)):
+            return h
+        if self.method == "rodas5p" and not self.numeric and self.dae.z.numel():
+            self.numeric = True
+            self.steps = self.engine.stepper(self.method, numeric=True)
+            return 1e-6
+        self.t, self.side = t, side
+        raise SimulationError(underflow(self.engine, side, t, h))
+
     def _change_method(self) -> tuple[Callable[[], None], Callable[[], None]]:
         self.method = "rodas5p"
         self.steps = self.engine.stepper(self.method)
-        return self.steps[0].call, self.steps[1].call
+        return self.steps
 
     def _locate(self, h: float) -> bool:
         """Move to the event inside the step just taken; False if there is none after all."""
@@ -166,7 +190,10 @@ class Run:
             return False
         self.side = 1 - self.side
         memory.y[self.side][:] = memory.at
-        self.t, self.h = (self.target if fraction == 1.0 and self.t + 1.01 * h >= self.target else self.t + fraction * h), h
+        self.t, self.h = (
+            (self.target if fraction == 1.0 and self.t + 1.01 * h >= self.target else self.t + fraction * h),
+            h,
+        )
         for k in self.engine.guard_places:
             if memory.g[k] <= 0.0:
                 law = self.engine.indicators[k].law
@@ -209,7 +236,9 @@ class Run:
         if self.idle > 1000:
             g = self.memory.g
             law = self.engine.indicators[int(np.argmin(g))].law
-            raise SimulationError(f"at t = {self.t:.9g} s {law.name} ({law.where}) reports events without end and does not change its mode")
+            raise SimulationError(
+                f"at t = {self.t:.9g} s {law.name} ({law.where}) reports events without end and does not change its mode"
+            )
 
     def _check_guards(self) -> None:
         for guard in self.dae.guards:

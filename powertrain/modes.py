@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from powertrain.hybrid import Friction, HybridDae
+from powertrain.hybrid import Friction, HybridDae, Switch, When
 from powertrain.indicators import EPS, approaching, friction_free, in_time, relation, torque_margins
 
 ZONE = 2 * EPS
@@ -25,8 +25,9 @@ class Pass:
 
 def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
     """The instants of all laws with a known one (switches first, then whens), and their indices in the held values."""
-    laws = [law for law in (*dae.switches, *dae.whens) if law.time is not None]
-    return ca.vertcat(*[law.time for law in laws]), [law.index for law in laws]
+    laws: list[Switch | When] = [*dae.switches, *dae.whens]
+    known = [(law.time, law.index) for law in laws if law.time is not None]
+    return ca.vertcat(ca.SX(0, 1), *[time for time, _ in known]), [index for _, index in known]
 
 
 def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
@@ -84,7 +85,9 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
         forward = rate > -EPS - slack if friction.algebraic else rate > -slack
         backward = rate < EPS + slack if friction.algebraic else rate < slack
-        loose = ca.if_else(mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0))
+        loose = ca.if_else(
+            mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)
+        )
         new = ca.if_else(mode == 0, ca.if_else(still, stuck, sign), ca.if_else(zone, loose, sign))
     if not friction.may_free:
         return new

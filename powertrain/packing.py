@@ -46,7 +46,7 @@ def pack(dae: HybridDae) -> Packed:
 
 def unpack(packed: Packed) -> HybridDae:
     sizes = [packed.function.size1_in(i) for i in range(len(_SYMBOLS))]
-    symbols = {name: ca.SX.sym(name, size) for name, size in zip(_SYMBOLS, sizes, strict=True)}
+    symbols: dict[str, Any] = {name: ca.SX.sym(name, size) for name, size in zip(_SYMBOLS, sizes, strict=True)}
     expressions = packed.function.call(list(symbols.values()))
 
     def fill(value: Any) -> Any:
@@ -59,5 +59,3 @@ def unpack(packed: Packed) -> HybridDae:
         return value
 
     return HybridDae(**symbols, **{name: fill(item) for name, item in packed.skeleton.items()})
-
-

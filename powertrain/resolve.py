@@ -25,7 +25,9 @@ REST_SPEED = 1e-4
 class Resolver:
     """Brings ``memory.m`` (and x, z after resets and impacts) to a consistent state on one side of the buffers."""
 
-    def __init__(self, dae: HybridDae, memory: Memory, update: Sequence[Bound], fresh: Sequence[Bound], algebra: Algebra | None) -> None:
+    def __init__(
+        self, dae: HybridDae, memory: Memory, update: Sequence[Bound], fresh: Sequence[Bound], algebra: Algebra | None
+    ) -> None:
         self.dae, self.memory, self.algebra = dae, memory, algebra
         self.n = dae.x.numel()
         self._update, self._fresh = update, fresh
@@ -41,7 +43,9 @@ class Resolver:
             if self._fixed_point(side):
                 return
         names = sorted({name for name, _ in self.extra})
-        raise SimulationError(f"at t = {self.memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}")
+        raise SimulationError(
+            f"at t = {self.memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}"
+        )
 
     def _fixed_point(self, side: int) -> bool:
         """Iterate the mode rules; False if a reset or an impact happened and the round must start again."""

@@ -74,7 +74,11 @@ def rosenbrock_step(model: Common) -> ca.Function:
     t, h = model.time[0], model.time[1]
     base = ca.SX.sym("t")
     rates = model.rates(base, model.y)
-    partials = ca.Function(PREFIX + "partials", [base, model.y, dae.m, dae.p], [ca.jacobian(rates, model.y), ca.densify(ca.jacobian(rates, base))])
+    partials = ca.Function(
+        PREFIX + "partials",
+        [base, model.y, dae.m, dae.p],
+        [ca.jacobian(rates, model.y), ca.densify(ca.jacobian(rates, base))],
+    )
     jacobian, time_slope = partials.call([t, model.y, dae.m, dae.p])
     rows = list(range(n)) + [n + row for row in model.rows or ()]
     taken = rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, rows)
@@ -148,7 +152,9 @@ def locate(model: Common) -> ca.Function:
 
 def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
     dae = model.dae
-    newton = ca.Function(PREFIX + "newton", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)])
+    newton = ca.Function(
+        PREFIX + "newton", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)]
+    )
     residual, jacobian = newton.call([t, y[:n, :], y[n:, :], dae.m, dae.p])
     return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
 
@@ -163,6 +169,12 @@ def update(model: Common) -> ca.Function:
     rules = ca.Function(PREFIX + "rules", [dae.t, dae.x, dae.z, dae.m, dae.p, fire, jumped], results)
     called = rules.call([model.time[0], model.y[:n, :], model.y[n:, :], dae.m, dae.p, fire, jumped])
     return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], list(called))
+
+
+def jacobian(model: Common) -> ca.Function:
+    """d(xdot)/dx, dense, for the choice of the method: (time, y, m, p) -> matrix."""
+    rates = model.rates(model.time[0], model.y)
+    return _function(PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [ca.jacobian(rates, model.y)])
 
 
 def instants(dae: HybridDae) -> ca.Function:

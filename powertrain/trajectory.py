@@ -72,7 +72,9 @@ class Trajectory:
             found += [Event(instant.time, name, kind, np.nan, np.nan) for name, kind in instant.extra]
         return found
 
-    def at(self, times: ArrayLike, with_events: bool = True) -> tuple[Array, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def at(
+        self, times: ArrayLike, with_events: bool = True
+    ) -> tuple[Array, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Times, states, algebraic unknowns and held values (one row per time).
 
         With events, the instants of all events are added, each twice: its left limit, then its right one. Without, a requested time at

@@ -39,7 +39,9 @@ def coupled_clutches() -> HybridDae:
         if k < 2:
             full[k, k + 1] = 1 / inertia[k + 1]
     rows = [ca.if_else(locked[k], full[k, :], ca.SX.eye(3)[k, :]) for k in range(3)]
-    tau = solve_linear(_tridiagonal(ca.vertcat(*rows)), ca.vertcat(*[ca.if_else(locked[k], -free[k], slip[k]) for k in range(3)]))
+    tau = solve_linear(
+        _tridiagonal(ca.vertcat(*rows)), ca.vertcat(*[ca.if_else(locked[k], -free[k], slip[k]) for k in range(3)])
+    )
     acceleration = [
         (drive + tau[0]) / inertia[0],
         (tau[1] - tau[0]) / inertia[1],
@@ -49,7 +51,8 @@ def coupled_clutches() -> HybridDae:
     relative = [acceleration[k + 1] - acceleration[k] for k in range(3)]
     xdot = ca.vertcat(x[1], acceleration[0], x[3], relative[0], x[5], relative[1], x[7], relative[2])
     frictions = tuple(
-        Friction(f"clutch{k + 1}", "hand", k, w[k], tau[k], -mu * force[k], mu * force[k], peak, relative[k]) for k in range(3)
+        Friction(f"clutch{k + 1}", "hand", k, w[k], tau[k], -mu * force[k], mu * force[k], peak, relative[k])
+        for k in range(3)
     )
     switches = tuple(Switch(f"step{k}", "hand", 1 + k, t - at, time=ca.SX(at)) for k, at in ((2, 0.4), (3, 0.9)))
     names = ("J1.phi", "J1.w", *(f"clutch{k}.{v}" for k in (1, 2, 3) for v in ("phi_rel", "w_rel")))
@@ -128,8 +131,21 @@ def bodies(
 
     rates = jacobian @ acceleration
     frictions = tuple(
-        Friction(f"law{k}", "hand", k, jacobian[k, :] @ x, found[k], final(limits[k][0]), final(limits[k][1]), ca.SX(peak), final(rates[k]), may_free=False)
+        Friction(
+            f"law{k}",
+            "hand",
+            k,
+            jacobian[k, :] @ x,
+            found[k],
+            final(limits[k][0]),
+            final(limits[k][1]),
+            ca.SX(peak),
+            final(rates[k]),
+            may_free=False,
+        )
         for k in range(laws)
     )
     found_switches = switches(found, m) if switches is not None else ()  # type: ignore[operator]
-    return dae(t, x, m, p, final(acceleration), [f"w{k}" for k in range(n)], frictions=frictions, switches=found_switches)
+    return dae(
+        t, x, m, p, final(acceleration), [f"w{k}" for k in range(n)], frictions=frictions, switches=found_switches
+    )

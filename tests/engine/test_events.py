@@ -28,7 +28,15 @@ def ball(restitution: float, lift: bool = False) -> HybridDae:
     force = ca.if_else(m[0] > 0.5, 10.0 - ca.fmax(pull, 0), 0.0)
     contact = Contact("ground", "hand", 0, x[0], x[1], acceleration, force, ca.SX(restitution))
     return dae(
-        t, x, m, p, ca.vertcat(x[1], acceleration), ["h", "v"], contacts=(contact,), impact_x=ca.SX([0.0, 1.0]), impact_a=ca.SX(1.0)
+        t,
+        x,
+        m,
+        p,
+        ca.vertcat(x[1], acceleration),
+        ["h", "v"],
+        contacts=(contact,),
+        impact_x=ca.SX([0.0, 1.0]),
+        impact_a=ca.SX(1.0),
     )
 
 
@@ -84,7 +92,9 @@ def test_continuous_switch_leaves_no_event() -> None:
     t, x, m, p = symbols(1, 1)
     switch = Switch("abs", "hand", 0, ca.sin(t), continuous=True)
     xdot = ca.if_else(m[0] > 0.5, ca.sin(t), -ca.sin(t))
-    trajectory = Engine(dae(t, x, m, p, xdot, ["a"], switches=(switch,))).run([0.0], [], stop=10.0, rtol=1e-9, atol=1e-11)
+    trajectory = Engine(dae(t, x, m, p, xdot, ["a"], switches=(switch,))).run(
+        [0.0], [], stop=10.0, rtol=1e-9, atol=1e-11
+    )
     assert trajectory.events == []
     assert trajectory.final[0] == pytest.approx(6.0 + 1.0 - np.cos(10.0 - 3 * np.pi), abs=1e-8)
 
@@ -183,7 +193,9 @@ def test_bad_calls() -> None:
 @pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
 def test_compiled_steps_give_the_same_run(tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("POWERTRAIN_CACHE", str(tmp_path))
-    plain, compiled = (Engine(coupled_clutches(), compile=c).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5) for c in (False, True))
+    plain, compiled = (
+        Engine(coupled_clutches(), compile=c).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5) for c in (False, True)
+    )
     assert np.abs(plain.final - compiled.final).max() < 1e-10
 
 

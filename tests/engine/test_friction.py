@@ -62,7 +62,9 @@ def test_coupled_clutches_follow_the_reference(method: str) -> None:
         expected = np.interp(times, reference["time"], reference[name])
         assert np.abs(x[:, k] - expected).max() < 2e-4, name
     for k in (1, 2, 3):
-        mode = reference[f"clutch{k}.mode"] + reference[f"clutch{k}.startForward"] - reference[f"clutch{k}.startBackward"]
+        mode = (
+            reference[f"clutch{k}.mode"] + reference[f"clutch{k}.startForward"] - reference[f"clutch{k}.startBackward"]
+        )
         changes = np.flatnonzero(np.diff(mode))
         ours = [e for e in trajectory.events if e.name == f"clutch{k}"]
         assert [e.new for e in ours] == [mode[i + 1] for i in changes]
@@ -82,7 +84,9 @@ def test_perturbed_coupled_clutches_keep_the_sequence_of_a_tight_run() -> None:
 def test_event_times_converge_with_the_tolerance() -> None:
     engine = Engine(coupled_clutches())
     times = [
-        np.array([e.time for e in engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, rtol=r, atol=0.01 * r).events])
+        np.array(
+            [e.time for e in engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, rtol=r, atol=0.01 * r).events]
+        )
         for r in (1e-4, 1e-6, 1e-8, 1e-12)
     ]
     errors = [np.abs(found - times[-1]).max() for found in times[:-1]]
@@ -179,7 +183,9 @@ def self_locking(push: float) -> HybridDae:
 
 
 def test_a_jam_names_the_laws_and_their_torques() -> None:
-    with pytest.raises(InitializationError, match=r"(?s)none of the 3 combinations.*law0 \(hand\): torque -?[\d.]+ N.m, bounds"):
+    with pytest.raises(
+        InitializationError, match=r"(?s)none of the 3 combinations.*law0 \(hand\): torque -?[\d.]+ N.m, bounds"
+    ):
         Engine(self_locking(-2.0)).run([0.0], [], stop=1.0)
 
 
@@ -211,7 +217,9 @@ def test_massless_node_with_friction() -> None:
     pull = 10.0 * (ca.sin(t) - x[0])
     torque = ca.if_else(m[0] == 0, pull, m[0] * 2.0)
     speed = (pull - torque) / 0.5
-    law = Friction("slider", "hand", 0, speed, torque, ca.SX(-2.0), ca.SX(2.0), ca.SX(1.0), speed, algebraic=True, may_free=False)
+    law = Friction(
+        "slider", "hand", 0, speed, torque, ca.SX(-2.0), ca.SX(2.0), ca.SX(1.0), speed, algebraic=True, may_free=False
+    )
     trajectory = Engine(dae(t, x, m, p, speed, ["s"], frictions=(law,))).run([0.0], [], stop=6.0, rtol=1e-9, atol=1e-11)
     events = trajectory.events
     assert [e.new for e in events] == [1, 0, -1, 0, 1]
@@ -223,7 +231,19 @@ def test_massless_node_with_friction() -> None:
 def test_prescribed_motion_follows_the_sign_of_its_speed() -> None:
     t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 1), ca.SX.sym("m", 1), ca.SX.sym("p", 1)
     speed, rate = p[0] * ca.cos(t), -p[0] * ca.sin(t)
-    law = Friction("bearing", "car.py:7", 0, speed, m[0] * 3.0, ca.SX(-3), ca.SX(3), ca.SX(1), rate, prescribed=True, may_free=False)
+    law = Friction(
+        "bearing",
+        "car.py:7",
+        0,
+        speed,
+        m[0] * 3.0,
+        ca.SX(-3),
+        ca.SX(3),
+        ca.SX(1),
+        rate,
+        prescribed=True,
+        may_free=False,
+    )
     engine = Engine(dae(t, x, m, p, m[0] * 3.0, ["heat"], frictions=(law,)))
     trajectory = engine.run([0.0], [1.0], stop=3.0)
     assert [e.time for e in trajectory.events] == [pytest.approx(np.pi / 2, abs=1e-9)]

@@ -82,7 +82,10 @@ def test_an_implicit_system_runs_and_keeps_its_equations() -> None:
 @pytest.mark.parametrize("name", ["dopri5", "rodas5p"])
 def test_error_falls_with_the_tolerance(name: str) -> None:
     engine = Engine(nonlinear(), name)  # type: ignore[arg-type]
-    errors = [np.abs(engine.run(exact(0), [], stop=3.0, rtol=r, atol=r).final - exact(3.0)).max() for r in (1e-4, 1e-6, 1e-8, 1e-10)]
+    errors = [
+        np.abs(engine.run(exact(0), [], stop=3.0, rtol=r, atol=r).final - exact(3.0)).max()
+        for r in (1e-4, 1e-6, 1e-8, 1e-10)
+    ]
     assert all(later < earlier / 10 for earlier, later in zip(errors, errors[1:], strict=False))
     assert errors[-1] < 1e-9
 
