@@ -8,6 +8,7 @@ fraction of the size, in which parts that are joined rigidly already share one a
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -96,9 +97,10 @@ def eliminate_aliases(flat: Flat, parameters: dict[int, float]) -> Reduced:
         for _, (base, _) in row.terms:
             work.watching.setdefault(base, set()).add(row.equation)
     work.rows = {row.equation: row for row in rows}
-    pending = sorted(work.rows, key=lambda i: len(work.rows[i].terms), reverse=True)
-    while pending:
-        pending.extend(work.solve(pending.pop()))
+    for work.parametric in (False, True):
+        pending = sorted(set(work.rows) - work.used, key=lambda i: len(work.rows[i].terms), reverse=True)
+        while pending:
+            pending.extend(work.solve(pending.pop()))
     for base in list(reduced.aliases):
         work.resolve(base)
     kept = [e for i, e in enumerate(flat.equations) if i not in work.used]
@@ -113,6 +115,7 @@ class _Elimination:
         self.rows: dict[int, _Row] = {}
         self.used: set[int] = set()
         self.watching: dict[int, set[int]] = {}
+        self.parametric = False
 
     def resolve(self, base: int) -> Affine:
         """The alias of ``base`` with its root followed to the end."""
@@ -131,7 +134,8 @@ class _Elimination:
             return set()
         row = self.rows[index]
         terms, constant = self._collect(row)
-        joined = len(terms) < len(row.terms) and len(terms) <= 1 and len({self.resolve(b).root for _, (b, _) in row.terms}) < len(row.terms)
+        moving = sum(self.resolve(base).root is not None for _, (base, _) in row.terms)
+        joined = len(terms) <= 1 and len(terms) < moving and moving > 1
         if not terms or (joined and not isinstance(next(iter(terms.values())), float)):
             self._redundant(index, next(iter(terms.values()), constant))
             return set()
@@ -139,9 +143,16 @@ class _Elimination:
             return set()
         for base, coefficient in terms.items():
             others = [b for b in terms if b != base]
-            if base[1] == 0 and isinstance(coefficient, float) and not (others and others[0][0] == base[0]):
+            if base[1] == 0 and isinstance(coefficient, float) and self._allowed(base, others, terms):
                 return self._eliminate(index, base[0], coefficient, others, terms, constant)
         return set()
+
+    def _allowed(self, base: Base, others: list[Base], terms: dict[Base, Coefficient]) -> bool:
+        """Not in terms of itself, and not a torque as inertia times acceleration: torques stay to be seen as torques."""
+        if not others:
+            return True
+        numeric = isinstance(terms[others[0]], float)
+        return others[0][0] != base[0] and (numeric or (self.parametric and others[0][1] == 0))
 
     def _collect(self, row: _Row) -> tuple[dict[Base, Coefficient], Coefficient]:
         terms: dict[Base, Coefficient] = {}
@@ -170,18 +181,47 @@ class _Elimination:
         return {i for i in woken if i not in self.used and len(self.rows[i].terms) <= 4}
 
     def _redundant(self, index: int, constant: Coefficient) -> None:
-        """An equation between variables that are already joined: harmless if it says 0 = 0, a contradiction otherwise."""
-        place = self.reduced.flat.equations[index].place
+        """An equation between variables that others already tie together: it repeats them or contradicts them."""
+        flat = self.reduced.flat
+        loop = [flat.equations[i] for i in [index, *self._tied_by(index)]]
+        symbols = ca.symvar(column([*(e.residual for e in loop), Symbol(constant)]))
+        used = {s.name(): self.parameters[key(s)] for s in symbols if key(s) in self.parameters}
         if isinstance(constant, float):
             value = constant
         else:
-            symbols = ca.symvar(constant)
-            value = float(ca.substitute(constant, column(symbols), ca.DM([self.parameters[key(s)] for s in symbols])))
-        said = "repeats what other equations already say" if abs(value) < 1e-12 else f"contradicts other equations ({value:g} = 0)"
+            inside = ca.symvar(constant)
+            value = float(ca.substitute(constant, column(inside), ca.DM([self.parameters[key(s)] for s in inside])))
+        quoted = "\n  ".join(dict.fromkeys(str(e.place) for e in loop))
+        values = f"\n  with {', '.join(f'{n} = {v:g}' for n, v in used.items())}" if used else ""
+        if abs(value) > 1e-12:
+            raise ModelError(f"contradiction: these equations cannot all hold, except at standstill\n  {quoted}{values}")
         raise ModelError(
-            f"{place}\n  {said}: the parts it joins are already joined rigidly another way, so that "
-            "the torques in this loop are not determined; take one of the joints out, or give it a compliance"
+            f"rigid loop: these equations tie the same parts together twice, so that the torques in the loop are not determined; "
+            f"take one of the joints out, or give it a compliance\n  {quoted}{values}"
         )
+
+    def _tied_by(self, index: int) -> list[int]:
+        """The used equations on the shortest way between the variables of an equation."""
+        users: dict[int, list[int]] = {}
+        for i in self.used:
+            for _, (base, _) in self.rows[i].terms:
+                users.setdefault(base, []).append(i)
+        first, *others = [base for _, (base, _) in self.rows[index].terms]
+        came: dict[int, tuple[int, int]] = {}
+        queue = deque([first])
+        while queue and not all(b in came or b == first for b in others):
+            at = queue.popleft()
+            for i in users.get(at, []):
+                for _, (base, _) in self.rows[i].terms:
+                    if base not in came and base != first:
+                        came[base] = (i, at)
+                        queue.append(base)
+        found: list[int] = []
+        for base in others:
+            while base in came:
+                i, base = came[base]
+                found.append(i)
+        return list(dict.fromkeys(found))
 
 
 def _compose(outer: Affine, inner: Affine) -> Affine:

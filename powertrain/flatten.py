@@ -129,7 +129,7 @@ def _read(component: Component, text: Equations, active: Recorder) -> Iterator[t
         for row in text:
             yield active.place, row
     except RuntimeError as error:
-        if "bool" not in str(error) and "__nonzero__" not in str(error):
+        if "truth value" not in str(error):
             raise
         raise ModelError(f"{active.place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)") from error
 

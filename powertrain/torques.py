@@ -78,6 +78,8 @@ def add_rates(system: Differentiated, torques: list[Torque]) -> None:
         law, place, path = torque.law, torque.place, torque.mode.name()
         if isinstance(law, FrictionLaw):
             torque.speed = law.w
+            if any(order > system.top.get(b, 0) for b, order in system.bases(law.w)):
+                defined(f"{path}.speed", law.w, place)
             torque.algebraic = _follows_at_once(system, law.w, torque.symbol)
         else:
             torque.speed = defined(f"{path}.speed", total_derivative(law.gap, recorder.derivative), place)
