@@ -6,7 +6,7 @@ import csv
 import math
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args, overload
@@ -27,7 +27,7 @@ FEW = 32
 """Up to this many points a piecewise linear curve is written out as an expression."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Axis:
     """One argument of a map: name, unit, increasing grid points and the rule outside of them.
 
@@ -49,7 +49,7 @@ class Axis:
         if np.any(steps := np.diff(grid) <= 0):
             i = int(np.argmax(steps))
             raise ParameterError(
-                f"axis {name}: the points must increase, but {grid[i]:g} {unit} is followed by {grid[i + 1]:g} {unit}"
+                f"axis {name}: the points must increase, but {grid[i + 1]:g} follows {grid[i]:g} [{unit}]"
             )
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "unit", checked_unit(unit))
@@ -76,7 +76,7 @@ class Axis:
         return ca.fmin(ca.fmax(value, self.low), self.high)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class Map:
     """Data on an n-dimensional grid; a call interpolates it, on numbers, arrays or the symbols of equations.
 
@@ -90,36 +90,42 @@ class Map:
     """
 
     axes: tuple[Axis, ...]
-    values: NDArray[np.float64] = field(repr=False)
+    values: NDArray[np.float64]
     unit: str
-    name: str = "map"
-    method: Method = "linear"
+    name: str
+    method: Method
 
-    def __post_init__(self) -> None:
-        axes = tuple(self.axes)
-        values = _numbers(self.values, f"map {self.name}").copy()
-        shape = tuple(len(axis.points) for axis in axes)
-        if not axes:
+    def __init__(
+        self, axes: Sequence[Axis], values: ArrayLike, unit: str, name: str = "map", method: Method = "linear"
+    ) -> None:
+        grid = _numbers(values, f"map {name}").copy()
+        grid.flags.writeable = False
+        object.__setattr__(self, "axes", tuple(axes))
+        object.__setattr__(self, "values", grid)
+        object.__setattr__(self, "unit", checked_unit(unit))
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "method", method)
+        self._check()
+
+    def _check(self) -> None:
+        shape = tuple(len(axis.points) for axis in self.axes)
+        if not self.axes:
             raise ParameterError(f"map {self.name} needs at least one axis")
-        if len({axis.name for axis in axes}) < len(axes):
-            raise ParameterError(f"map {self.name}: two axes have one name: {', '.join(a.name for a in axes)}")
-        if values.shape != shape:
-            said = " x ".join(f"{axis.name}: {n}" for axis, n in zip(axes, shape, strict=True))
+        if len({axis.name for axis in self.axes}) < len(self.axes):
+            raise ParameterError(f"map {self.name}: two axes have one name: {', '.join(a.name for a in self.axes)}")
+        if self.values.shape != shape:
+            said = " x ".join(f"{axis.name}: {n}" for axis, n in zip(self.axes, shape, strict=True))
             raise ParameterError(
-                f"map {self.name} has values of shape {values.shape}, but its axes ask for {shape} ({said})"
+                f"map {self.name} has values of shape {self.values.shape}, but its axes ask for {shape} ({said})"
             )
         if self.method not in get_args(Method):
             raise ParameterError(f"map {self.name}: method={self.method!r} is none of {', '.join(get_args(Method))}")
         if self.method == "smooth" and min(shape) < 4:
-            short = axes[shape.index(min(shape))]
+            short = self.axes[shape.index(min(shape))]
             raise ParameterError(
                 f"map {self.name}: a smooth map needs at least 4 points on every axis, {short.name} has {min(shape)}; "
                 'give more, or method="linear"'
             )
-        values.flags.writeable = False
-        object.__setattr__(self, "axes", axes)
-        object.__setattr__(self, "values", values)
-        object.__setattr__(self, "unit", checked_unit(self.unit))
 
     @classmethod
     def curve(
@@ -135,7 +141,7 @@ class Map:
         method: Method = "linear",
     ) -> Map:
         """A map of one argument ``x``. One point makes it a constant."""
-        return cls((Axis(x, x_unit, points, outside),), np.asarray(values, float).ravel(), unit, name, method)
+        return cls((Axis(x, x_unit, points, outside),), np.ravel(np.asarray(values, float)), unit, name, method)
 
     @classmethod
     def constant(cls, value: float, *, x: str = "x", x_unit: str = "1", unit: str = "1", name: str = "map") -> Map:
