@@ -27,6 +27,8 @@ from powertrain.connectors import Connector, Input, Output, Signal, signal_input
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
 from powertrain.map import Map
+from powertrain.plant import Plant, compile, simulate
+from powertrain.result import Result
 from powertrain.symbols import Symbol, time
 
 __version__ = "0.1.0"
@@ -42,12 +44,15 @@ __all__ = [
     "Output",
     "Parameter",
     "ParameterError",
+    "Plant",
     "PowertrainError",
+    "Result",
     "Signal",
     "SimulationError",
     "Symbol",
     "Variable",
     "__version__",
+    "compile",
     "connect",
     "der",
     "discrete",
@@ -60,6 +65,7 @@ __all__ = [
     "schedule",
     "signal_input",
     "signal_output",
+    "simulate",
     "support",
     "switch",
     "time",

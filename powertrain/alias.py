@@ -9,6 +9,7 @@ fraction of the size, in which parts that are joined rigidly already share one a
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -40,10 +41,15 @@ class Affine:
 
 @dataclass
 class Reduced:
-    """The model after the aliases are out: ``equations`` contain only roots and their derivatives."""
+    """The model after the aliases are out: ``equations`` contain only roots and their derivatives.
+
+    ``originals`` are the same equations as they were said; ``ties`` lists, for each equation that became an alias, its variables.
+    """
 
     flat: Flat
     equations: list[Equation] = field(default_factory=list)
+    originals: list[Equation] = field(default_factory=list)
+    ties: dict[int, list[int]] = field(default_factory=dict)
     aliases: dict[int, Affine] = field(default_factory=dict)
     symbols: dict[int, Symbol] = field(default_factory=dict)
 
@@ -57,6 +63,29 @@ class Reduced:
             return Symbol(offset)
         root = self.derivative(self.symbols[alias.root], alias.order + order)
         return root if alias.plain else alias.factor * root + offset
+
+    def tied_by(self, variables: Sequence[int]) -> list[Equation]:
+        """The equations behind the aliases on the shortest ways between the first variable and the others."""
+        users: dict[int, list[int]] = {}
+        for i, bases in self.ties.items():
+            for base in bases:
+                users.setdefault(base, []).append(i)
+        first, *others = variables
+        came: dict[int, tuple[int, int]] = {}
+        queue = deque([first])
+        while queue and not all(b in came or b == first for b in others):
+            at = queue.popleft()
+            for i in users.get(at, []):
+                for base in self.ties[i]:
+                    if base not in came and base != first:
+                        came[base] = (i, at)
+                        queue.append(base)
+        found: list[int] = []
+        for base in others:
+            while base in came:
+                i, base = came[base]
+                found.append(i)
+        return [self.flat.equations[i] for i in dict.fromkeys(found)]
 
     def derivative(self, symbol: Symbol, order: int) -> Symbol:
         for _ in range(order):
@@ -104,6 +133,7 @@ def eliminate_aliases(flat: Flat, parameters: dict[int, float]) -> Reduced:
     for base in list(reduced.aliases):
         work.resolve(base)
     kept = [e for i, e in enumerate(flat.equations) if i not in work.used]
+    reduced.originals = kept
     residuals = reduced.rewrite([e.residual for e in kept])
     reduced.equations = [Equation(r, e.place) for r, e in zip(residuals, kept, strict=True)]
     return reduced
@@ -170,6 +200,7 @@ class _Elimination:
         self, index: int, base: int, coefficient: float, others: list[Base], terms: dict[Base, Coefficient], constant: Coefficient
     ) -> set[int]:
         self.used.add(index)
+        self.reduced.ties[index] = [b for _, (b, _) in self.rows[index].terms]
         if others:
             (root, order), factor = others[0], -terms[others[0]] / coefficient
             self.reduced.aliases[base] = Affine(factor, root, order, -constant / coefficient)
@@ -183,7 +214,7 @@ class _Elimination:
     def _redundant(self, index: int, constant: Coefficient) -> None:
         """An equation between variables that others already tie together: it repeats them or contradicts them."""
         flat = self.reduced.flat
-        loop = [flat.equations[i] for i in [index, *self._tied_by(index)]]
+        loop = [flat.equations[index], *self.reduced.tied_by([base for _, (base, _) in self.rows[index].terms])]
         symbols = ca.symvar(column([*(e.residual for e in loop), Symbol(constant)]))
         used = {s.name(): self.parameters[key(s)] for s in symbols if key(s) in self.parameters}
         if isinstance(constant, float):
@@ -191,7 +222,7 @@ class _Elimination:
         else:
             inside = ca.symvar(constant)
             value = float(ca.substitute(constant, column(inside), ca.DM([self.parameters[key(s)] for s in inside])))
-        quoted = "\n  ".join(dict.fromkeys(str(e.place) for e in loop))
+        quoted = quote(loop)
         values = f"\n  with {', '.join(f'{n} = {v:g}' for n, v in used.items())}" if used else ""
         if abs(value) > 1e-12:
             raise ModelError(f"contradiction: these equations cannot all hold, except at standstill\n  {quoted}{values}")
@@ -200,28 +231,12 @@ class _Elimination:
             f"take one of the joints out, or give it a compliance\n  {quoted}{values}"
         )
 
-    def _tied_by(self, index: int) -> list[int]:
-        """The used equations on the shortest way between the variables of an equation."""
-        users: dict[int, list[int]] = {}
-        for i in self.used:
-            for _, (base, _) in self.rows[i].terms:
-                users.setdefault(base, []).append(i)
-        first, *others = [base for _, (base, _) in self.rows[index].terms]
-        came: dict[int, tuple[int, int]] = {}
-        queue = deque([first])
-        while queue and not all(b in came or b == first for b in others):
-            at = queue.popleft()
-            for i in users.get(at, []):
-                for _, (base, _) in self.rows[i].terms:
-                    if base not in came and base != first:
-                        came[base] = (i, at)
-                        queue.append(base)
-        found: list[int] = []
-        for base in others:
-            while base in came:
-                i, base = came[base]
-                found.append(i)
-        return list(dict.fromkeys(found))
+
+def quote(equations: Sequence[Equation], most: int = 10) -> str:
+    """The lines of equations for a message, connections only where there is nothing else to show."""
+    lines = list(dict.fromkeys(str(e.place) for e in equations))
+    telling = [line for line in lines if "connect(" not in line] or lines
+    return "\n  ".join(telling[:most] + ["..."] * (len(telling) > most))
 
 
 def _compose(outer: Affine, inner: Affine) -> Affine:

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.alias import Base, Reduced, eliminate_aliases
+from powertrain.alias import Base, Reduced, eliminate_aliases, quote
 from powertrain.blocks import Solved, solve_blocks
 from powertrain.component import Component
 from powertrain.errors import ModelError
@@ -104,21 +104,34 @@ def _schedule_inputs(flat: Flat) -> list[Unknown]:
 def _check_structure(reduced: Reduced, known: set[int]) -> None:
     """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
     system = Differentiated(reduced, known)
-    bases = [sorted({b for b, _ in system.bases(e.residual)}) for e in reduced.equations]
+    bases = [list(dict.fromkeys(b for b, _ in system.bases(e.residual))) for e in reduced.equations]
     matching = Matching(lambda e: bases[e])
     for e in range(len(bases)):
         if not matching.augment(e):
-            quoted = "\n  ".join(dict.fromkeys(str(reduced.equations[i].place) for i in sorted(matching.seen_equations)))
-            names = sorted({_name(reduced, b) for b in matching.seen_variables})
-            said = f"{len(names)} unknowns ({', '.join(names[:8])})" if names else "nothing that is still unknown"
-            raise ModelError(f"over-determined: these {len(matching.seen_equations)} equations determine {said}\n  {quoted}")
+            raise ModelError(_too_much(reduced, sorted(matching.seen_equations), matching.seen_variables))
     free = [b for b in reduced.symbols if b not in reduced.aliases and b not in known and b not in matching.equation_of]
     if free:
-        names = sorted(_name(reduced, b) for b in free)
-        raise ModelError(
-            f"under-determined: {len(free)} equation{'s are' if len(free) > 1 else ' is'} missing; nothing determines "
-            f"{', '.join(names[:8])}{' (and more)' if len(names) > 8 else ''}; is an input or a port not connected, or an equation missing?"
-        )
+        raise ModelError(_too_little(reduced, free))
+
+
+def _too_much(reduced: Reduced, equations: list[int], variables: set[int]) -> str:
+    said = [reduced.originals[e] for e in equations if e < len(reduced.originals)]
+    said += [reduced.equations[e] for e in equations if e >= len(reduced.originals)]
+    recorder = reduced.flat.recorder
+    inside = [key(recorder.bases.get(key(s), (s, 0))[0]) for e in said for s in free_symbols(e.residual)]
+    inside = [b for b in dict.fromkeys(inside) if b in reduced.flat.unknowns]
+    ties = reduced.tied_by(inside) if inside else []
+    names = sorted(_name(reduced, b) for b in variables)
+    unknowns = f"the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}" if names else "what is already known"
+    return f"over-determined: {len(equations)} equations for {unknowns}; one of these has to go\n  {quote([*said, *ties])}"
+
+
+def _too_little(reduced: Reduced, free: list[int]) -> str:
+    names = sorted(_name(reduced, b) for b in free)
+    more = ", ..." if len(names) > 8 else ""
+    inputs = reduced.flat.loose_inputs
+    hint = f"not connected: {', '.join(inputs)}" if inputs else "is an equation missing, or a part not connected?"
+    return f"under-determined: {len(free)} equation{'s' * (len(free) != 1)} missing to determine {', '.join(names[:8])}{more}; {hint}"
 
 
 def _name(reduced: Reduced, base: int) -> str:

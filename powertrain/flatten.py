@@ -63,6 +63,7 @@ class Flat:
     parameters: list[Constant] = field(default_factory=list)
     discretes: list[Constant] = field(default_factory=list)
     inputs: list[Unknown] = field(default_factory=list)
+    loose_inputs: list[str] = field(default_factory=list)
     equations: list[Equation] = field(default_factory=list)
     initial: list[Equation] = field(default_factory=list)
     laws: list[tuple[Place, Law]] = field(default_factory=list)
@@ -233,3 +234,5 @@ def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool)
         constant = flat.recorder.hold(port._path)
         flat.parameters.append(Constant(port._path, constant, port.unit, port.doc, port.default))
         flat.equations.append(Equation(symbol - constant, place))
+    else:
+        flat.loose_inputs.append(port._path)

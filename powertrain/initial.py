@@ -96,11 +96,10 @@ def _signal_condition(compiled: Compiled, name: str, value: float, source: str) 
 
 
 def _declared_conditions(compiled: Compiled) -> list[Condition]:
-    return [
-        _signal_condition(compiled, u.name, u.start, "start of the variable")
-        for u in compiled.flat.unknowns.values()
-        if u.start is not None
-    ]
+    """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
+    declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
+    declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
+    return [_signal_condition(compiled, u.name, u.start or 0.0, "start of the variable") for u in declared]
 
 
 class _Plan:
