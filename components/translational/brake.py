@@ -23,8 +23,8 @@ from powertrain.components.translational.interfaces import Lossy, TwoFlangesAndS
 class _SlidesOnSupport(TwoFlangesAndSupport, Lossy):
     """Partial: a massless rod between two flanges that rubs on its support with the force f."""
 
-    s: Variable = variable("m", "Position of the rod against the support", start=0.0)
-    v: Variable = variable("m/s", "Speed of the rod against the support", start=0.0)
+    s: Variable = variable("m", "Position of the rod against the support")
+    v: Variable = variable("m/s", "Speed of the rod against the support")
     f: Variable = variable("N", "Friction force, positive against positive v")
 
     def _slide(self) -> Equations:

@@ -100,7 +100,7 @@ class _SpeedDependentForce(_ForceOnFlange):
 
     f_nominal: Parameter = parameter("N", "Force at v_nominal; negative, it is a load while the rod moves forward")
     v_nominal: Parameter = parameter("m/s", "Nominal speed", min=1e-15)
-    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+    v: Variable = variable("m/s", "Speed of the flange against the support")
     ForceDirection: bool = True
 
 
@@ -165,7 +165,7 @@ class SignForce(_ForceOnFlange):
     f_nominal: Parameter = parameter("N", "Force; negative, it brakes")
     v0: Parameter = parameter("m/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
     reg: Regularization = "exp"
-    v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
+    v: Variable = variable("m/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """A smoothed sign."""

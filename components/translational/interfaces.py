@@ -45,7 +45,7 @@ class OneFlangeAndSupport(Component):
 
     flange: Flange = port(Flange)
     support: Flange = support(Flange)
-    s: Variable = variable("m", "Position of the flange against the support", start=0.0)
+    s: Variable = variable("m", "Position of the flange against the support")
 
     def _against_support(self) -> Equations:
         yield self.s == self.flange.s - self.support.s
@@ -68,7 +68,7 @@ class Rigid(TwoFlanges):
     """
 
     L: Parameter = parameter("m", "Length from flange_a to flange_b", default=0.0)
-    s: Variable = variable("m", "Position of the middle between the flanges", start=0.0)
+    s: Variable = variable("m", "Position of the middle between the flanges")
 
     def _span(self) -> Equations:
         yield self.flange_a.s == self.s - self.L / 2
@@ -81,7 +81,7 @@ class Compliant(TwoFlanges):
     s_rel = flange_b.s - flange_a.s,  f = flange_b.f = -flange_a.f
     """
 
-    s_rel: Variable = variable("m", "Relative position, flange_b.s - flange_a.s", start=0.0)
+    s_rel: Variable = variable("m", "Relative position, flange_b.s - flange_a.s")
     f: Variable = variable("N", "Force between the flanges, flange_b.f (positive pulls)")
 
     def _transmit(self) -> Equations:
@@ -96,8 +96,8 @@ class CompliantWithRelativeStates(TwoFlanges):
     s_rel = flange_b.s - flange_a.s,  v_rel = der(s_rel),  f = flange_b.f = -flange_a.f
     """
 
-    s_rel: Variable = variable("m", "Relative position, flange_b.s - flange_a.s", start=0.0, prefer=True)
-    v_rel: Variable = variable("m/s", "Relative speed, der(s_rel)", start=0.0, prefer=True)
+    s_rel: Variable = variable("m", "Relative position, flange_b.s - flange_a.s", prefer=True)
+    v_rel: Variable = variable("m/s", "Relative speed, der(s_rel)", prefer=True)
     f: Variable = variable("N", "Force between the flanges, flange_b.f (positive pulls)")
 
     def _transmit(self) -> Equations:

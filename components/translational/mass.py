@@ -13,6 +13,7 @@ class Mass(Rigid):
     """
 
     m: Parameter = parameter("kg", "Mass", min=0)
+    s: Variable = variable("m", "Position of the middle between the flanges", start=0.0)
     v: Variable = variable("m/s", "Speed, der(s)", start=0.0)
     a: Variable = variable("m/s2", "Acceleration, der(v)")
 

@@ -24,6 +24,7 @@ class Position(OneFlangeAndSupport):
     exact: bool = False
     f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
     s_ref: Input = signal_input("m", "Position of the flange against the support")
+    s: Variable = variable("m", "Position of the flange against the support", start=0.0)
     v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
 
     def equations(self) -> Equations:
@@ -54,6 +55,7 @@ class Speed(OneFlangeAndSupport):
     exact: bool = False
     f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
     v_ref: Input = signal_input("m/s", "Speed of the flange against the support")
+    s: Variable = variable("m", "Position of the flange against the support", start=0.0)
     v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
 
     def equations(self) -> Equations:
@@ -79,6 +81,7 @@ class Accelerate(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     a_ref: Input = signal_input("m/s2", "Acceleration of the flange against the support")
+    s: Variable = variable("m", "Position of the flange against the support", start=0.0)
     v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
     a: Variable = variable("m/s2", "Acceleration of the flange against the support")
 
@@ -103,6 +106,7 @@ class Move(OneFlangeAndSupport):
     u_s: Input = signal_input("m", "Position of the flange against the support")
     u_v: Input = signal_input("m/s", "Derivative of u_s")
     u_a: Input = signal_input("m/s2", "Derivative of u_v")
+    s: Variable = variable("m", "Position of the flange against the support", start=0.0)
     v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
 
     def equations(self) -> Equations:
@@ -125,6 +129,7 @@ class ConstantSpeed(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     v_fixed: Parameter = parameter("m/s", "Speed of the flange against the support")
+    s: Variable = variable("m", "Position of the flange against the support", start=0.0)
     v: Variable = variable("m/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:

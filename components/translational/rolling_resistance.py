@@ -28,7 +28,7 @@ class RollingResistance(OneFlangeAndSupport, Lossy):
     reg: Regularization = "exp"
     cr: Input = signal_input("1", "Rolling resistance coefficient", default=0.0)
     inclination: Input = signal_input("1", "Inclination of the road, tan(alpha)", default=0.0)
-    v: Variable = variable("m/s", "Speed against the road", start=0.0)
+    v: Variable = variable("m/s", "Speed against the road")
     f: Variable = variable("N", "Resistance, flange.f")
 
     def equations(self) -> Equations:
@@ -56,7 +56,7 @@ class AirDrag(OneFlangeAndSupport, Lossy):
     A: Parameter = parameter("m2", "Cross section", min=0)
     Cd: Parameter = parameter("1", "Drag coefficient", min=0)
     rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
-    v: Variable = variable("m/s", "Speed against the air", start=0.0)
+    v: Variable = variable("m/s", "Speed against the air")
     f: Variable = variable("N", "Resistance, flange.f")
 
     def equations(self) -> Equations:

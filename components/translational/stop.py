@@ -48,6 +48,7 @@ class MassWithStopAndFriction(Rigid, Lossy):
     fexp: Parameter = parameter("s/m", "Decay of the Stribeck friction with speed", min=0)
     smax: Parameter = parameter("m", "Stop for flange_b")
     smin: Parameter = parameter("m", "Stop for flange_a")
+    s: Variable = variable("m", "Position of the middle between the flanges", start=0.0, prefer=True)
     v: Variable = variable("m/s", "Speed, der(s)", start=0.0, prefer=True)
     a: Variable = variable("m/s2", "Acceleration, der(v)")
     stopped: Discrete = discrete("1", "-1 at smin, 1 at smax, 0 between the stops")

@@ -36,6 +36,11 @@ class SignConvention(Component):
         yield connect(self.mass3.flange_b, self.force3.flange)
         yield connect(self.fixed.flange, self.force3.support)
 
+    def initial(self) -> Equations:
+        for mass in (self.mass1, self.mass2, self.mass3):
+            yield mass.s == 0
+            yield mass.v == 0
+
 
 class InitialConditions(Component):
     """Two chains of masses and springs, started by positions and by elongations."""
@@ -98,6 +103,11 @@ class WhyArrows(Component):
         yield connect(self.rod2.flange_b, self.positionSensor2.flange)
         yield connect(self.fixed1.flange, self.spring1.flange_a)
         yield connect(self.fixed2.flange, self.spring2.flange_a)
+
+    def initial(self) -> Equations:
+        for mass in (self.mass1, self.inertia2):
+            yield mass.s == 0
+            yield mass.v == 0
 
 
 class Accelerate(Component):
@@ -196,6 +206,10 @@ class Sensors(Component):
             self.accSensor1.flange,
         )
         yield connect(self.mass.flange_b, self.positionSensor2.flange)
+
+    def initial(self) -> Equations:
+        yield self.mass.s == 0
+        yield self.mass.v == 0
 
 
 class Friction(Component):
