@@ -34,15 +34,15 @@ class TorqueToAngleAdaptor(Component):
 class AngleToTorqueAdaptor(Component):
     """Forces a flange's angle by a signal and gives the torque that this takes.
 
-    flange.phi = phi,  tau = flange.tau.  Speed and acceleration follow by differentiation of phi.
+    flange.phi = phi,  tau = -flange.tau.  Speed and acceleration follow by differentiation of phi.
     """
 
     boundary: ClassVar[bool] = True
     flange: Flange = port(Flange)
     phi: Input = signal_input("rad", "Angle of the flange")
-    tau: Output = signal_output("N.m", "Torque into the adaptor at the flange, flange.tau")
+    tau: Output = signal_output("N.m", "Torque that drives what is connected to the flange, -flange.tau")
 
     def equations(self) -> Equations:
         """Motion in, torque out."""
         yield self.flange.phi == self.phi.value
-        yield self.tau.value == self.flange.tau
+        yield self.tau.value == -self.flange.tau

@@ -20,8 +20,8 @@ class BearingFriction(TwoFlangesAndSupport, Lossy):
     peak: Parameter = parameter(
         "1", "Friction torque at which a resting shaft breaks loose over tau_pos(0)", default=1.0, min=1
     )
-    phi: Variable = variable("rad", "Angle of the shaft against the support", start=0.0)
-    w: Variable = variable("rad/s", "Speed of the shaft against the support", start=0.0)
+    phi: Variable = variable("rad", "Angle of the shaft against the support")
+    w: Variable = variable("rad/s", "Speed of the shaft against the support")
     tau: Variable = variable("N.m", "Friction torque")
 
     def equations(self) -> Equations:

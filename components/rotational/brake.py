@@ -25,8 +25,8 @@ class Brake(TwoFlangesAndSupport, Lossy):
     cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
     fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
     f_normalized: Input = signal_input("1", "Normal force over fn_max; the brake is open where it is not positive")
-    phi: Variable = variable("rad", "Angle of the shaft against the support", start=0.0)
-    w: Variable = variable("rad/s", "Speed of the shaft against the support", start=0.0)
+    phi: Variable = variable("rad", "Angle of the shaft against the support")
+    w: Variable = variable("rad/s", "Speed of the shaft against the support")
     tau: Variable = variable("N.m", "Friction torque")
     fn: Variable = variable("N", "Normal force")
 

@@ -13,7 +13,7 @@ class Disc(TwoFlanges):
     """
 
     deltaPhi: Parameter = parameter("rad", "Angle of flange_b ahead of flange_a", default=0.0)
-    phi: Variable = variable("rad", "Mean angle of the two flanges", start=0.0)
+    phi: Variable = variable("rad", "Mean angle of the two flanges")
 
     def equations(self) -> Equations:
         """Rigid and massless."""

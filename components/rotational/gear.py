@@ -24,9 +24,9 @@ class _LossyPair(TwoFlangesAndSupport, Lossy):
     """Partial: a gear pair that loses the torque tauLoss, counted at flange_a."""
 
     ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
-    phi_a: Variable = variable("rad", "Angle of flange_a against the support", start=0.0)
-    phi_b: Variable = variable("rad", "Angle of flange_b against the support", start=0.0)
-    w_a: Variable = variable("rad/s", "Speed of flange_a against the support", start=0.0)
+    phi_a: Variable = variable("rad", "Angle of flange_a against the support")
+    phi_b: Variable = variable("rad", "Angle of flange_b against the support")
+    w_a: Variable = variable("rad/s", "Speed of flange_a against the support")
     tauLoss: Variable = variable("N.m", "Torque loss at flange_a")
 
     def _mesh(self) -> Equations:

@@ -14,8 +14,8 @@ class IdealGear(TwoFlangesAndSupport):
     """
 
     ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
-    phi_a: Variable = variable("rad", "Angle of flange_a against the support", start=0.0)
-    phi_b: Variable = variable("rad", "Angle of flange_b against the support", start=0.0)
+    phi_a: Variable = variable("rad", "Angle of flange_a against the support")
+    phi_b: Variable = variable("rad", "Angle of flange_b against the support")
 
     def equations(self) -> Equations:
         """One ratio for angles and torques."""

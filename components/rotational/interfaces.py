@@ -32,7 +32,7 @@ class OneFlangeAndSupport(Component):
 
     flange: Flange = port(Flange)
     support: Flange = support(Flange)
-    phi: Variable = variable("rad", "Angle of the flange against the support", start=0.0)
+    phi: Variable = variable("rad", "Angle of the flange against the support")
 
     def _against_support(self) -> Equations:
         yield self.phi == self.flange.phi - self.support.phi
@@ -54,7 +54,7 @@ class Compliant(TwoFlanges):
     phi_rel = flange_b.phi - flange_a.phi,  tau = flange_b.tau = -flange_a.tau
     """
 
-    phi_rel: Variable = variable("rad", "Relative angle, flange_b.phi - flange_a.phi", start=0.0)
+    phi_rel: Variable = variable("rad", "Relative angle, flange_b.phi - flange_a.phi")
     tau: Variable = variable("N.m", "Torque between the flanges, flange_b.tau")
 
     def _transmit(self) -> Equations:
@@ -69,8 +69,8 @@ class CompliantWithRelativeStates(TwoFlanges):
     phi_rel = flange_b.phi - flange_a.phi,  w_rel = der(phi_rel),  tau = flange_b.tau = -flange_a.tau
     """
 
-    phi_rel: Variable = variable("rad", "Relative angle, flange_b.phi - flange_a.phi", start=0.0, prefer=True)
-    w_rel: Variable = variable("rad/s", "Relative speed, der(phi_rel)", start=0.0, prefer=True)
+    phi_rel: Variable = variable("rad", "Relative angle, flange_b.phi - flange_a.phi", prefer=True)
+    w_rel: Variable = variable("rad/s", "Relative speed, der(phi_rel)", prefer=True)
     tau: Variable = variable("N.m", "Torque between the flanges, flange_b.tau")
 
     def _transmit(self) -> Equations:

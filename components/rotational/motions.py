@@ -24,7 +24,7 @@ class Position(OneFlangeAndSupport):
     exact: bool = False
     f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
     phi_ref: Input = signal_input("rad", "Angle of the flange against the support")
-    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """The signal, or the filtered signal."""
@@ -54,7 +54,7 @@ class Speed(OneFlangeAndSupport):
     exact: bool = False
     f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
     w_ref: Input = signal_input("rad/s", "Speed of the flange against the support")
-    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """The signal, or the filtered signal."""
@@ -79,7 +79,7 @@ class Accelerate(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     a_ref: Input = signal_input("rad/s2", "Angular acceleration of the flange against the support")
-    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """The signal's acceleration."""

@@ -103,7 +103,7 @@ class _SpeedDependentTorque(_TorqueOnFlange):
         "N.m", "Torque at w_nominal; negative, it is a load while the shaft turns forward"
     )
     w_nominal: Parameter = parameter("rad/s", "Nominal speed", min=1e-15)
-    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
     TorqueDirection: bool = True
 
     def _depend(self) -> Equations:
@@ -172,7 +172,7 @@ class SignTorque(_TorqueOnFlange):
     tau_nominal: Parameter = parameter("N.m", "Torque; negative, it brakes")
     w0: Parameter = parameter("rad/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
     reg: Regularization = "exp"
-    w: Variable = variable("rad/s", "Speed of the flange against the support", start=0.0)
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """A smoothed sign."""

@@ -1,0 +1,186 @@
+"""Bearings, brakes, clutches, freewheels: closed forms, sticking and breaking loose."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from rotational_line import Line, run
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Constant, Ramp, Step
+from powertrain.components.thermal import HeatCapacitor
+
+
+def bearing(tau_pos: tuple[tuple[float, ...], ...], peak: float = 1.0, J: float = 2.0) -> Line:
+    return Line(
+        parts=(rot.Torque(), rot.Inertia(J=J), rot.BearingFriction(tau_pos=tau_pos, peak=peak)),
+        signals=(Ramp(height=10, duration=1, startTime=2),),
+        wires=((0, 0, "tau"),),
+    )
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_bearing_stops_the_shaft_and_holds_it(sign: int) -> None:
+    result = run(bearing(((0.0, 4.0),)), 2.0, {"1.w": sign * 3.0})
+    stop = 3.0 * 2.0 / 4.0
+    expected = sign * np.maximum(3.0 - 2.0 * result.time, 0.0)
+    np.testing.assert_allclose(result["parts[1].w"], expected, atol=1e-8)
+    assert set(result["parts[2].mode"][result.time < stop - 1e-6]) == {sign}
+    assert set(result["parts[2].mode"][result.time > stop + 1e-6]) == {0}
+    assert result["parts[1].phi"][-1] == pytest.approx(sign * 3.0**2 * 2.0 / 4.0 / 2, rel=1e-8)
+
+
+@pytest.mark.parametrize("peak", [1.0, 1.5])
+def test_bearing_breaks_loose_at_the_peak(peak: float) -> None:
+    result = run(bearing(((0.0, 4.0),), peak), 3.0, points=3000)
+    loose = 2 + peak * 4 / 10
+    assert np.abs(result["parts[1].w"][result.time < loose - 1e-6]).max() == 0.0
+    late = result.time > loose + 1e-6
+    t, t0 = result.time[late], loose
+    expected = (10 * ((t - 2) ** 2 - (t0 - 2) ** 2) / 2 - 4 * (t - t0)) / 2
+    np.testing.assert_allclose(result["parts[1].w"][late], expected, atol=1e-7)
+    assert result["parts[1].a"][np.argmax(late)] == pytest.approx((peak - 1) * 4 / 2, abs=0.01)
+
+
+def test_friction_table_is_continued_by_its_last_slope() -> None:
+    """tau = 1 + 0.5 w beyond the table that ends at w = 2, on the way down from w = 10."""
+    result = run(bearing(((0.0, 1.0), (1.0, 1.5), (2.0, 2.0))), 1.0, {"1.w": 10.0})
+    expected = (10.0 + 2.0) * np.exp(-0.25 * result.time) - 2.0
+    np.testing.assert_allclose(result["parts[1].w"], expected, rtol=1e-8)
+
+
+def test_friction_table_bends_at_its_rows() -> None:
+    """tau = 4 below w = 1 and 4 + 2(w - 1) above it."""
+    result = run(bearing(((0.0, 4.0), (1.0, 4.0), (2.0, 6.0)), J=1.0), 2.0, {"1.w": 5.0})
+    bend = math.log((5 + 1) / (1 + 1)) / 2
+    expected = np.where(
+        result.time < bend, 6 * np.exp(-2 * result.time) - 1, np.maximum(1 - 4 * (result.time - bend), 0)
+    )
+    np.testing.assert_allclose(result["parts[1].w"], expected, atol=2e-7)
+
+
+def brake(signal: pt.Component) -> Line:
+    part = rot.Brake(fn_max=20, cgeo=0.5, mue_pos=((0.0, 0.4),))
+    return Line(parts=(rot.Inertia(J=2), part), signals=(signal,), wires=((0, 1, "f_normalized"),))
+
+
+def test_brake_acts_from_its_signal_on() -> None:
+    result = run(brake(Step(height=0.5, startTime=1)), 3.0, {"0.w": 1.5})
+    torque = 0.5 * 0.4 * 20 * 0.5
+    expected = np.clip(1.5 - torque / 2 * (result.time - 1), 0, 1.5)
+    np.testing.assert_allclose(result["parts[0].w"], expected, atol=1e-8)
+    modes = result["parts[1].mode"]
+    assert modes[0] == 2
+    assert modes[-1] == 0
+
+
+@pytest.mark.parametrize("force", [0.0, -0.3])
+def test_open_brake_is_free(force: float) -> None:
+    result = run(brake(Constant(k=force)), 1.0, {"0.w": 1.5})
+    np.testing.assert_allclose(result["parts[0].w"], 1.5, rtol=1e-12)
+    assert set(result["parts[1].mode"]) == {2}
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_clutch_synchronises_two_shafts(reverse: bool) -> None:
+    clutch = rot.Clutch(fn_max=30, cgeo=0.5, mue_pos=((0.0, 0.2),))
+    line = Line(
+        parts=(rot.Inertia(J=1), clutch, rot.Inertia(J=3)), signals=(Constant(k=1),), wires=((0, 1, "f_normalized"),)
+    )
+    w = (2.0, 12.0) if reverse else (12.0, 2.0)
+    result = run(line, 4.0, {"0.w": w[0], "2.w": w[1]})
+    torque, reduced = 0.5 * 0.2 * 30, 3 / 4
+    lock = 10 * reduced / torque
+    common = (w[0] + 3 * w[1]) / 4
+    after = result.time > lock + 1e-6
+    np.testing.assert_allclose(result["parts[0].w"][after], common, rtol=1e-8)
+    assert np.abs(result["parts[1].w_rel"][after]).max() < 1e-12
+    assert set(result["parts[1].mode"][after]) == {0}
+    assert set(result["parts[1].mode"][result.time < lock - 1e-6]) == {1 if reverse else -1}
+    heat = np.trapezoid(result["parts[1].lossPower"], result.time)
+    assert heat == pytest.approx(reduced * 100 / 2, rel=1e-4)
+
+
+def test_clutch_slips_above_its_peak_and_locks_no_more() -> None:
+    line = Line(
+        parts=(rot.Torque(), rot.Inertia(J=1), rot.Clutch(fn_max=20, peak=1.5), rot.Inertia(J=1)),
+        signals=(Ramp(height=100, duration=1), Constant(k=1)),
+        wires=((0, 0, "tau"), (1, 2, "f_normalized")),
+    )
+    result = run(line, 1.0)
+    slip = 2 * 1.5 * 10 / 100
+    assert set(result["parts[2].mode"][result.time < slip - 1e-6]) == {0}
+    assert set(result["parts[2].mode"][result.time > slip + 1e-6]) == {-1}
+    late = result.time > slip + 1e-6
+    np.testing.assert_allclose(result["parts[3].a"][late], 10.0, rtol=1e-10)
+
+
+class Warm(pt.Component):
+    """A shaft that is braked by every lossy bearing and warms one body."""
+
+    shaft: rot.Inertia = rot.Inertia(J=2)
+    bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=((0, 1), (10, 2)))
+    damper: rot.Damper = rot.Damper(d=0.3)
+    ground: rot.Fixed = rot.Fixed()
+    eddy: rot.EddyCurrentTorque = rot.EddyCurrentTorque(tau_nominal=5, w_nominal=4, alpha20=4e-3)
+    body: HeatCapacitor = HeatCapacitor(C=7)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.shaft.flange_a, self.bearing.flange_a, self.damper.flange_a, self.eddy.flange)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+        yield pt.connect(self.body.port, self.bearing.heat_port, self.damper.heat_port, self.eddy.heat_port)
+
+
+def test_losses_arrive_as_heat() -> None:
+    result = run(Warm(), 20.0, {"shaft.w": 20.0})
+    kinetic = 2 * result["shaft.w"] ** 2 / 2
+    np.testing.assert_allclose(7 * (result["body.T"] - 293.15), kinetic[0] - kinetic, atol=1e-5)
+    assert result["bearing.mode"][-1] == 0
+    for part in ("bearing", "damper", "eddy"):
+        assert result[f"{part}.lossPower"].min() > -1e-9
+
+
+def test_eddy_current_brake_is_strongest_at_its_nominal_speed() -> None:
+    line = Line(parts=(rot.EddyCurrentTorque(tau_nominal=5, w_nominal=4), rot.Inertia(J=1)))
+    result = run(line, 25.0, {"1.w": 30.0}, points=2000)
+    tau, w = result["parts[0].tau"], result["parts[1].w"]
+    assert tau.max() == pytest.approx(5, rel=1e-3)
+    assert w[np.argmax(tau)] == pytest.approx(4, rel=0.1)
+    # Separation of variables: w_n^2 ln(w/w0) + (w^2 - w0^2)/2 = -2 tau w_n t/J
+    moving = w > 1e-3
+    left = 16 * np.log(w[moving] / 30) + (w[moving] ** 2 - 900) / 2
+    np.testing.assert_allclose(left, -2 * 5 * 4 * result.time[moving], rtol=1e-6, atol=1e-4)
+
+
+def overrun(part: pt.Component, wires: bool) -> Line:
+    """A shaft whose torque reverses after 1 s pulls another one through a freewheel."""
+    return Line(
+        parts=(rot.Torque(), rot.Inertia(J=1), part, rot.Inertia(J=3)),
+        signals=(Step(height=-16, offset=8, startTime=1), Constant(k=0)),
+        wires=((0, 0, "tau"), (1, 2, "f_normalized")) if wires else ((0, 0, "tau"),),
+    )
+
+
+@pytest.mark.parametrize("kind", ["Freewheel", "OneWayClutch"])
+def test_freewheel_takes_along_and_lets_run_ahead(kind: str) -> None:
+    part = rot.Freewheel() if kind == "Freewheel" else rot.OneWayClutch(fn_max=1)
+    result = run(overrun(part, kind == "OneWayClutch"), 2.0)
+    together = result.time < 1 - 1e-9
+    np.testing.assert_allclose(result["parts[3].w"][together], 2 * result.time[together], rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(result["parts[2].tau"][together], -6.0, rtol=1e-9)
+    np.testing.assert_allclose(result["parts[3].w"][~together], 2.0, rtol=1e-8)
+    alone = result.time > 1 + 1e-9
+    np.testing.assert_allclose(result["parts[1].w"][alone], 2 - 8 * (result.time[alone] - 1), rtol=1e-7, atol=1e-7)
+    assert result["parts[2].w_rel"].min() >= -1e-12
+
+
+def test_one_way_clutch_pulls_back_with_friction() -> None:
+    part = rot.OneWayClutch(fn_max=4, mue_pos=((0.0, 0.5),))
+    line = overrun(part, wires=True)
+    result = run(pt.replace(line, {"signals[1].k": 1.0}), 2.0)
+    alone = result.time > 1 + 1e-9
+    np.testing.assert_allclose(result["parts[2].tau"][alone], 2.0, rtol=1e-9)
+    np.testing.assert_allclose(result["parts[3].w"][alone], 2 - 2 / 3 * (result.time[alone] - 1), rtol=1e-8)
