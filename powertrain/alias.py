@@ -36,7 +36,12 @@ class Affine:
     @property
     def plain(self) -> bool:
         """Whether this is just another name of (a derivative of) the root."""
-        return isinstance(self.factor, float) and self.factor == 1.0 and isinstance(self.offset, float) and self.offset == 0.0
+        return (
+            isinstance(self.factor, float)
+            and self.factor == 1.0
+            and isinstance(self.offset, float)
+            and self.offset == 0.0
+        )
 
 
 @dataclass
@@ -88,6 +93,7 @@ class Reduced:
         return [self.flat.equations[i] for i in dict.fromkeys(found)]
 
     def derivative(self, symbol: Symbol, order: int) -> Symbol:
+        """The symbol of der^order(symbol)."""
         for _ in range(order):
             symbol = self.flat.recorder.derivative(symbol)
         return symbol
@@ -150,7 +156,11 @@ class _Elimination:
     def resolve(self, base: int) -> Affine:
         """The alias of ``base`` with its root followed to the end."""
         path = []
-        while (alias := self.reduced.aliases.get(base)) is not None and alias.root is not None and alias.root in self.reduced.aliases:
+        while (
+            (alias := self.reduced.aliases.get(base)) is not None
+            and alias.root is not None
+            and alias.root in self.reduced.aliases
+        ):
             path.append(base)
             base = alias.root
         result = self.reduced.aliases.get(base) or Affine(1.0, base, 0, 0.0)
@@ -193,11 +203,19 @@ class _Elimination:
                 constant = constant + coefficient * alias.offset if not _is_zero(alias.offset) else constant
             if alias.root is not None:
                 place = (alias.root, alias.order + order)
-                terms[place] = terms[place] + coefficient * alias.factor if place in terms else coefficient * alias.factor
+                terms[place] = (
+                    terms[place] + coefficient * alias.factor if place in terms else coefficient * alias.factor
+                )
         return {b: c for b, c in terms.items() if not _is_zero(c)}, constant
 
     def _eliminate(
-        self, index: int, base: int, coefficient: float, others: list[Base], terms: dict[Base, Coefficient], constant: Coefficient
+        self,
+        index: int,
+        base: int,
+        coefficient: float,
+        others: list[Base],
+        terms: dict[Base, Coefficient],
+        constant: Coefficient,
     ) -> set[int]:
         self.used.add(index)
         self.reduced.ties[index] = [b for _, (b, _) in self.rows[index].terms]
@@ -225,7 +243,9 @@ class _Elimination:
         quoted = quote(loop)
         values = f"\n  with {', '.join(f'{n} = {v:g}' for n, v in used.items())}" if used else ""
         if abs(value) > 1e-12:
-            raise ModelError(f"contradiction: these equations cannot all hold, except at standstill\n  {quoted}{values}")
+            raise ModelError(
+                f"contradiction: these equations cannot all hold, except at standstill\n  {quoted}{values}"
+            )
         raise ModelError(
             f"rigid loop: these equations tie the same parts together twice, so that the torques in the loop are not determined; "
             f"take one of the joints out, or give it a compliance\n  {quoted}{values}"
@@ -240,7 +260,7 @@ def quote(equations: Sequence[Equation], most: int = 10) -> str:
 
 
 def _compose(outer: Affine, inner: Affine) -> Affine:
-    """outer applied to inner: outer.factor * der^outer.order(inner) + outer.offset."""
+    """The outer alias applied to the inner one: outer.factor * der^outer.order(inner) + outer.offset."""
     offset = outer.offset + (outer.factor * inner.offset if outer.order == 0 else 0.0)
     return Affine(outer.factor * inner.factor, inner.root, outer.order + inner.order, offset)
 

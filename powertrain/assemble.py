@@ -17,7 +17,7 @@ from powertrain.hybrid import Contact, Friction, Guard, HybridDae, Reset, Schedu
 from powertrain.index import Differentiated, differentiate, select_states
 from powertrain.laws import FrictionLaw, Law, Reinit, UnilateralLaw, WhenLaw
 from powertrain.matching import Matching
-from powertrain.recorder import Place, reading
+from powertrain.recorder import GuardEntry, Place, reading
 from powertrain.resolver import Resolver
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 from powertrain.torques import Torque, add_rates, declare_torques
@@ -122,8 +122,14 @@ def _too_much(reduced: Reduced, equations: list[int], variables: set[int]) -> st
     inside = [b for b in dict.fromkeys(inside) if b in reduced.flat.unknowns]
     ties = reduced.tied_by(inside) if inside else []
     names = sorted(_name(reduced, b) for b in variables)
-    unknowns = f"the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}" if names else "what is already known"
-    return f"over-determined: {len(equations)} equations for {unknowns}; one of these has to go\n  {quote([*said, *ties])}"
+    unknowns = (
+        f"the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}"
+        if names
+        else "what is already known"
+    )
+    return (
+        f"over-determined: {len(equations)} equations for {unknowns}; one of these has to go\n  {quote([*said, *ties])}"
+    )
 
 
 def _too_little(reduced: Reduced, free: list[int]) -> str:
@@ -189,21 +195,27 @@ def _assemble(
         residual=column([*resolver.now(solved.residuals), *resolver.fraction_residuals()]),
         state_names=tuple(_state_names(reduced, states)),
         held_start=_held_start(flat, m),
-        frictions=tuple(_friction(t, opened, resolver, layout) for t, opened in zip(laws, resolver.laws, strict=True) if isinstance(t.law, FrictionLaw)),
+        frictions=tuple(
+            _friction(t, opened, resolver, layout)
+            for t, opened in zip(laws, resolver.laws, strict=True)
+            if isinstance(t.law, FrictionLaw)
+        ),
         contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
         shared=tuple(tuple(layout[key(torques[m.law].mode)] for m in g.members) for g in resolver.groups),
         switches=tuple(
-            Switch(s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous)
+            Switch(
+                s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous
+            )
             for s, g in zip(recorder.switches, resolver.model([s.g for s in recorder.switches]), strict=True)
         ),
         whens=tuple(
             _when(layout[key(flag)], place, law, resolver, layout, x, reduced)
             for (place, law), flag in zip(others, flags, strict=True)
         ),
-        schedules=tuple(Schedule(e.place.path or "input", layout[key(e.held[0])], e.times, e.values) for e in recorder.schedules),
-        guards=tuple(
-            Guard(g.name, str(g.place), *resolver.model([g.value, g.low, g.high]), g.unit, g.action) for g in recorder.guards
+        schedules=tuple(
+            Schedule(e.place.path or "input", layout[key(e.held[0])], e.times, e.values) for e in recorder.schedules
         ),
+        guards=tuple(_guard(g, resolver) for g in recorder.guards),
     )
     dae = _with_impacts(dae, resolver, torques)
     return Compiled(
@@ -232,7 +244,8 @@ def _held_start(flat: Flat, held: list[Symbol]) -> Any:
 
 def _friction(t: Torque, opened: Torque, resolver: Resolver, layout: dict[int, int]) -> Friction:
     law, given = t.law, opened.law
-    assert isinstance(law, FrictionLaw) and isinstance(given, FrictionLaw)
+    assert isinstance(law, FrictionLaw)
+    assert isinstance(given, FrictionLaw)
     return Friction(
         t.mode.name(), str(t.place), layout[key(t.mode)], t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         algebraic=t.algebraic,
@@ -244,7 +257,9 @@ def _friction(t: Torque, opened: Torque, resolver: Resolver, layout: dict[int, i
 def _contact(t: Torque, layout: dict[int, int]) -> Contact:
     law = t.law
     assert isinstance(law, UnilateralLaw)
-    return Contact(t.mode.name(), str(t.place), layout[key(t.mode)], law.gap, t.speed, t.rate, law.force, law.restitution)
+    return Contact(
+        t.mode.name(), str(t.place), layout[key(t.mode)], law.gap, t.speed, t.rate, law.force, law.restitution
+    )
 
 
 def _with_impacts(dae: HybridDae, resolver: Resolver, torques: list[Torque]) -> HybridDae:
@@ -257,6 +272,11 @@ def _with_impacts(dae: HybridDae, resolver: Resolver, torques: list[Torque]) -> 
     opened = [*resolver.opened(rates), *(resolver.laws[i].rate for i in contacts)]
     (response,) = resolver.close([ca.jacobian(column(opened), forces)])
     return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
+
+
+def _guard(g: GuardEntry, resolver: Resolver) -> Guard:
+    value, low, high = resolver.model([g.value, g.low, g.high])
+    return Guard(g.name, str(g.place), value, low, high, g.unit, g.action)
 
 
 def _when(
@@ -295,10 +315,10 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
     named: dict[Base, str] = {}
     for k, unknown in reduced.flat.unknowns.items():
         alias = reduced.aliases.get(k)
-        base = (alias.root, alias.order) if alias and alias.root is not None else (k, 0)
+        base = (alias.root, alias.order) if alias is not None and alias.root is not None else (k, 0)
         plain = alias is None or alias.plain
         if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
-            named[base] = unknown.name  # type: ignore[index]
+            named[base] = unknown.name
     symbols = {b: reduced.derivative(reduced.symbols[b[0]], b[1]).name() for b in states}
     return [named.get(b, symbols[b]) for b in states]
 

@@ -98,12 +98,16 @@ def _solve(square: _System, rows: list[int], columns: list[int], solved: Solved)
         _tear(square, rows, columns, solved)
 
 
-def _solve_linear(square: _System, rows: list[int], columns: list[int], entries: list[dict[int, Symbol]], solved: Solved) -> None:
+def _solve_linear(
+    square: _System, rows: list[int], columns: list[int], entries: list[dict[int, Symbol]], solved: Solved
+) -> None:
     unknowns = column([square.unknowns[j] for j in columns])
     residuals = column([square.residuals[i] for i in rows])
     right = ca.vertsplit(-ca.substitute(residuals, unknowns, ca.DM.zeros(len(columns))))
     try:
-        solution = linear.solve(entries, right, [{j: square.numbers[i][j] for j in row} for i, row in zip(rows, entries, strict=True)])
+        solution = linear.solve(
+            entries, right, [{j: square.numbers[i][j] for j in row} for i, row in zip(rows, entries, strict=True)]
+        )
     except linear.SingularBlock:
         raise ModelError(_not_determined(square, rows)) from None
     for j in columns:
@@ -141,6 +145,4 @@ def _next_assignment(square: _System, rows: list[int], columns: set[int]) -> tup
 def _not_determined(square: _System, rows: list[int]) -> str:
     quoted = "\n  ".join(dict.fromkeys(str(square.places[i]) for i in rows[:8]))
     names = sorted({square.unknowns[j].name() for i in rows for j in square.entries[i]})[:8]
-    return (
-        f"the equations below do not determine {', '.join(names)}: one of them repeats or contradicts the others\n  {quoted}"
-    )
+    return f"the equations below do not determine {', '.join(names)}: one of them repeats or contradicts the others\n  {quoted}"

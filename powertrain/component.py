@@ -78,7 +78,13 @@ class Variable(Quantity):
     """An unknown of the model. ``start`` is a condition where a state needs one, ``guess`` only helps to find a solution."""
 
     def __init__(
-        self, unit: str, doc: str, start: float | None = None, guess: float = 0.0, prefer: bool = False, flow: bool = False
+        self,
+        unit: str,
+        doc: str,
+        start: float | None = None,
+        guess: float = 0.0,
+        prefer: bool = False,
+        flow: bool = False,
     ) -> None:
         super().__init__(unit, doc)
         self.start, self.guess, self.prefer, self.flow = start, guess, prefer, flow
@@ -99,16 +105,25 @@ class Port:
         self.kind, self.grounded, self.values = kind, grounded, dict(values or {})
 
     def build(self) -> Component:
+        """A new port."""
         return self.kind(**self.values)
 
 
-def parameter(unit: str, doc: str, *, default: float | None = None, min: float = -math.inf, max: float = math.inf) -> Any:
+def parameter(
+    unit: str, doc: str, *, default: float | None = None, min: float = -math.inf, max: float = math.inf
+) -> Any:
     """A tunable constant with unit, meaning and range; without a default it must be given."""
     return Parameter(unit, doc, default, min, max)
 
 
 def variable(
-    unit: str, doc: str, *, start: float | None = None, guess: float = 0.0, prefer: bool = False, init: Literal[False] = False
+    unit: str,
+    doc: str,
+    *,
+    start: float | None = None,
+    guess: float = 0.0,
+    prefer: bool = False,
+    init: Literal[False] = False,
 ) -> Any:
     """An unknown with unit and meaning; ``prefer`` asks for it as a state."""
     return Variable(unit, doc, start, guess, prefer)
@@ -157,7 +172,9 @@ class Component:
                 f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: classes are partial or final; "
                 "compose the component instead"
             )
-        own = {name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"}
+        own = {
+            name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
+        }
         hints = cls.__dict__.get("__annotations__", {})
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
         cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
@@ -172,7 +189,9 @@ class Component:
                 raise ParameterError(
                     f"{type(self).__name__} has no field {unknown[0]}{suggestion(unknown[0], known)} (its fields: {', '.join(known)})"
                 )
-            values = {name: self._value(name, spec, given) for name, spec in self._fields.items() if not _is_symbolic(spec)}
+            values = {
+                name: self._value(name, spec, given) for name, spec in self._fields.items() if not _is_symbolic(spec)
+            }
             self.__dict__["_values"] = values
             self.__dict__["_path"] = ""
             self.__dict__.update({n: v for n, v in values.items() if not isinstance(self._fields[n], Parameter)})
@@ -205,13 +224,14 @@ class Component:
 
     @classmethod
     def _slot_types(cls) -> dict[str, Any]:
-        if cls.__dict__.get("_slots") is None:
-            cls._slots = {}
+        if cls.__dict__.get("_slots") is None or cls._slots is None:
+            slots: dict[str, Any] = {}
             for base in reversed(cls.__mro__):
                 scope = vars(sys.modules.get(base.__module__, typing))
                 for name, text in base.__dict__.get("__annotations__", {}).items():
-                    cls._slots[name] = scope.get(text) if isinstance(text, str) else text
-        return cls._slots  # type: ignore[return-value]
+                    slots[name] = scope.get(text) if isinstance(text, str) else text
+            cls._slots = slots
+        return cls._slots
 
     def _symbol(self, quantity: Quantity) -> Symbol:
         if self._path or "_symbols" in self.__dict__:
@@ -241,7 +261,7 @@ class Component:
         return f"{type(self).__name__}({', '.join(shown)})"
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self._values == other._values  # type: ignore[attr-defined]
+        return type(self) is type(other) and self._values == other._values
 
     def __hash__(self) -> int:
         return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))

@@ -35,6 +35,7 @@ class Signal(Connector):
 
     @classmethod
     def kind(cls) -> type[Connector]:
+        """Inputs and outputs are of one kind."""
         return Signal
 
 

@@ -95,10 +95,14 @@ def _bind(component: Component, path: str, flat: Flat) -> Component:
     bound: Component = object.__new__(type(component))
     state: dict[str, Any] = dict(component.__dict__)
     state["_path"] = path
-    state["_symbols"] = {n: _declare(component, path, s, flat) for n, s in component._fields.items() if isinstance(s, Quantity)}
+    state["_symbols"] = {
+        n: _declare(component, path, s, flat) for n, s in component._fields.items() if isinstance(s, Quantity)
+    }
     bound.__dict__.update(state)
     if type(component).equations is Component.equations and not isinstance(component, Connector):
-        raise ModelError(f"{path or 'the model'}: {type(component).__name__} is partial, it has no equations; use one of its kinds")
+        raise ModelError(
+            f"{path or 'the model'}: {type(component).__name__} is partial, it has no equations; use one of its kinds"
+        )
     flat.components.append(bound)
     parts = {name: _bind(part, f"{path}.{name}" if path else name, flat) for name, part in children(component)}
     for name, value in component._values.items():
@@ -132,7 +136,9 @@ def _read(component: Component, text: Equations, active: Recorder) -> Iterator[t
     except RuntimeError as error:
         if "truth value" not in str(error):
             raise
-        raise ModelError(f"{active.place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)") from error
+        raise ModelError(
+            f"{active.place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
+        ) from error
 
 
 def _residual(row: Any, place: Place) -> Symbol:
@@ -157,7 +163,9 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
     if left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count("."):
         left, right = right, left
     if not left.is_symbolic() or key(left) in flat.bindings:
-        raise ModelError(f"{place}: only parameters stand here; to give a part's parameter a value write  self.part.name == expression")
+        raise ModelError(
+            f"{place}: only parameters stand here; to give a part's parameter a value write  self.part.name == expression"
+        )
     flat.bindings[key(left)] = (left, right)
 
 

@@ -124,7 +124,12 @@ def select_states(system: Differentiated, wish: dict[int, int], values: dict[int
 
 
 def _pivots(
-    system: Differentiated, rows: list[int], columns: list[int], level: int, wish: dict[int, int], values: dict[int, float]
+    system: Differentiated,
+    rows: list[int],
+    columns: list[int],
+    level: int,
+    wish: dict[int, int],
+    values: dict[int, float],
 ) -> set[int]:
     if not rows:
         return set()
@@ -176,7 +181,9 @@ def _eliminate(table: list[dict[int, float]], wish: list[int]) -> tuple[list[int
                     heapq.heappush(heap, (len(allowed), i))
                 continue
             largest = max(abs(table[i][j]) for j in allowed)
-            j = min((j for j in allowed if abs(table[i][j]) >= 0.05 * largest), key=lambda j: (wish[j], len(holders[j]), j))
+            j = min(
+                (j for j in allowed if abs(table[i][j]) >= 0.05 * largest), key=lambda j: (wish[j], len(holders[j]), j)
+            )
             chosen.append(j)
             open_rows.discard(i)
             for k in holders.pop(j) - {i}:

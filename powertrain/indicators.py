@@ -77,7 +77,7 @@ def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:
 
 def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
     """Open: no approach below zero. Closed: no pulling force."""
-    open_ = ca.if_else(approaching(contact), contact.gap + EPS, 1.0)
+    open_ = ca.if_else(ca.logic_or(contact.gap > 0, approaching(contact)), contact.gap + EPS, 1.0)
     return ca.if_else(dae.m[contact.index] > 0.5, contact.force + EPS, open_)
 
 

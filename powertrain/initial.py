@@ -44,7 +44,10 @@ class InitialReport:
 
     def __str__(self) -> str:
         rows = [(c.label, f"{c.value:.6g} {c.unit}", c.source) for c in self.used]
-        rows += [(c.label, f"{c.value:.6g} {c.unit}", f"{c.source}; not needed, it follows from the others") for c in self.implied]
+        rows += [
+            (c.label, f"{c.value:.6g} {c.unit}", f"{c.source}; not needed, it follows from the others")
+            for c in self.implied
+        ]
         rows += [(name, f"{value:.6g}", "state") for name, value in self.states.items()]
         widths = [max((len(row[k]) for row in rows), default=0) for k in (0, 1)]
         return "\n".join(f"{a:<{widths[0]}}  {b:>{widths[1]}}  {c}" for a, b, c in rows)
@@ -85,7 +88,9 @@ def _refuse_unknown(compiled: Compiled, expression: Symbol, where: str) -> None:
     inside = {key(s) for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in ca.symvar(group)}
     strange = [s.name() for s in free_symbols(expression) if key(s) not in inside]
     if strange:
-        raise InitializationError(f"{where}\n  {strange[0]} is no variable of the model after reduction; state the condition otherwise")
+        raise InitializationError(
+            f"{where}\n  {strange[0]} is no variable of the model after reduction; state the condition otherwise"
+        )
 
 
 def _signal_condition(compiled: Compiled, name: str, value: float, source: str) -> Condition:
@@ -109,12 +114,20 @@ class _Plan:
         self.compiled, self.conditions, self.given = compiled, conditions, given
         dae = compiled.dae
         self.n, self.nz = dae.x.numel(), dae.z.numel()
-        rows = column([*ca.vertsplit(dae.residual), *(c.expression for c in conditions)] if self.nz else [c.expression for c in conditions])
+        rows = column(
+            [*ca.vertsplit(dae.residual), *(c.expression for c in conditions)]
+            if self.nz
+            else [c.expression for c in conditions]
+        )
         unknowns = ca.vertcat(dae.x, dae.z)
         jacobian = ca.jacobian(rows, unknowns)
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         self.values = ca.Function("powertrain_initial", inputs, [rows, ca.densify(jacobian)])
-        self.modal = any(ca.which_depends(ca.vertcat(rows, ca.vec(jacobian)), dae.m, 1, True)) if dae.m.numel() and rows.numel() else False
+        self.modal = (
+            any(ca.which_depends(ca.vertcat(rows, ca.vec(jacobian)), dae.m, 1, True))
+            if dae.m.numel() and rows.numel()
+            else False
+        )
         self.chosen: list[int] = []
         self.owned: list[int] = []
         self.known: set[int] | None = None
@@ -145,7 +158,9 @@ class _Plan:
             if name in states:
                 y[states.index(name)] = value
             elif name in guesses and name not in self.compiled.signals:
-                raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, self.compiled.signals)}")
+                raise ParameterError(
+                    f"guesses: the model has no variable {name}{suggestion(name, self.compiled.signals)}"
+                )
         return y
 
     def _evaluate(self, t: float, y: Array, m: Array, p: Array) -> tuple[Array, NDArray[np.float64]]:
@@ -154,7 +169,7 @@ class _Plan:
 
     def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> None:
         """Solves the chosen conditions for the unknowns they own; what nobody owns keeps its guess."""
-        if not len(target):
+        if not len(target) or not len(y):
             return
         for _ in range(50):
             r, j = self._evaluate(t, y, m, p)
@@ -169,7 +184,9 @@ class _Plan:
                 return
         worst = int(np.argmax(np.abs(r[self.chosen])))
         label = self._label(self.chosen[worst])
-        raise InitializationError(f"the initial conditions have no solution that Newton's method finds from the guesses; the worst is\n  {label}")
+        raise InitializationError(
+            f"the initial conditions have no solution that Newton's method finds from the guesses; the worst is\n  {label}"
+        )
 
     def _label(self, row: int) -> str:
         return self.conditions[row - self.nz].label if row >= self.nz else "an implicit equation of the model"
@@ -190,7 +207,9 @@ class _Plan:
             pivot = int(np.argmax(weight))
             if weight[pivot] <= 1e-9 * max(size, 1e-300):
                 if i < self.nz:
-                    raise InitializationError("the implicit equations of the model are singular at the guesses; give other guesses")
+                    raise InitializationError(
+                        "the implicit equations of the model are singular at the guesses; give other guesses"
+                    )
                 continue
             free[pivot] = False
             basis.append((pivot, row))
@@ -211,7 +230,11 @@ class _Plan:
             for k in range(self.n)
             if k not in self.owned
         ]
-        return InitialReport((*used, *rest), tuple(conditions[i - self.nz] for i in left), dict(zip(self.compiled.states, y, strict=False)))
+        return InitialReport(
+            (*used, *rest),
+            tuple(conditions[i - self.nz] for i in left),
+            dict(zip(self.compiled.states, y, strict=False)),
+        )
 
     def _with_value(self, row: int, value: float) -> Condition:
         c = self.conditions[row - self.nz]

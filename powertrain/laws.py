@@ -6,9 +6,9 @@ modes of all laws together and locates every change as an event.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Self, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -26,6 +26,13 @@ Expression: TypeAlias = "Symbol | float"
 
 class Law:
     """What a component yields beside equations."""
+
+    def mapped(self, change: Callable[[list[Symbol]], list[Symbol]]) -> Self:
+        """The same law with all its expressions changed."""
+        values = vars(self)
+        names = [name for name, value in values.items() if isinstance(value, Symbol)]
+        changed = dict(zip(names, change([values[name] for name in names]), strict=True))
+        return type(self)(**{**values, **changed})
 
 
 @dataclass(frozen=True)
@@ -128,7 +135,9 @@ def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
     active = recorder()
     t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
     if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):
-        raise ModelError(f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease")
+        raise ModelError(
+            f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease"
+        )
     path = f"{active.path}.schedule{len(active.schedules)}"
     t0, y0, slope = (active.hold(f"{path}.{part}") for part in ("t0", "y0", "slope"))
     active.schedules.append(ScheduleEntry((t0, y0, slope), t, y, active.place))

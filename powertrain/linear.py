@@ -20,7 +20,7 @@ class SingularBlock(Exception):
 
 
 def solve(rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Numbers]) -> dict[int, Symbol]:
-    """x with sum_j rows[i][j] x_j = right[i], as expressions.
+    """The x with sum_j rows[i][j] x_j = right[i], as expressions.
 
     ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those
     not below a hundredth of the row's largest value. Raises SingularBlock where a row has no pivot left.

@@ -14,7 +14,7 @@ from powertrain.component import Component
 from powertrain.engine import Engine, Method
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.hybrid import Schedule
-from powertrain.initial import InitialReport, Initializer
+from powertrain.initial import Initializer, InitialReport
 from powertrain.result import Result
 from powertrain.schedules import Schedules
 
@@ -92,7 +92,9 @@ class Plant(Generic[M]):
         x, z, m, report = self._initializer().solve(engine, start, p, held, starts or {}, guesses or {})
         watch = _progress(progress, start, stop)
         try:
-            trajectory = engine.run(x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch)
+            trajectory = engine.run(
+                x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch
+            )
         except SimulationError as error:
             if error.result is not None:
                 error.result = Result(self.compiled, error.result, grid, p, report, record, message=str(error))
@@ -172,8 +174,15 @@ def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule
     value = inputs[schedule.name]
     pair = value if isinstance(value, tuple) else ([0.0], [value])
     times, values = (np.asarray(v, float).ravel() for v in pair)
-    if times.size != values.size or not times.size or (np.diff(times) < 0).any() or not np.isfinite([*times, *values]).all():
-        raise ParameterError(f"input {schedule.name}: give a finite number, or (times, values) of equal length with times that do not decrease")
+    if (
+        times.size != values.size
+        or not times.size
+        or (np.diff(times) < 0).any()
+        or not np.isfinite([*times, *values]).all()
+    ):
+        raise ParameterError(
+            f"input {schedule.name}: give a finite number, or (times, values) of equal length with times that do not decrease"
+        )
     return Schedule(schedule.name, schedule.index, times, values)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
+from types import GeneratorType
 from typing import Any
 
 import numpy as np
@@ -80,9 +81,9 @@ class Recorder:
     def place(self) -> Place:
         """The line of the text that is being read."""
         text = self.text
-        while text is not None and isinstance(text.gi_yieldfrom, Generator):
+        while isinstance(text, GeneratorType) and isinstance(text.gi_yieldfrom, GeneratorType):
             text = text.gi_yieldfrom
-        frame = text.gi_frame if text is not None else None
+        frame = text.gi_frame if isinstance(text, GeneratorType) else None
         return Place(self.path, frame.f_code.co_filename, frame.f_lineno) if frame else Place(self.path)
 
     def derivative(self, symbol: Symbol) -> Symbol:

@@ -18,7 +18,9 @@ from powertrain.torques import Torque, parallel_groups, solve_torques
 class Resolver:
     """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques solved for."""
 
-    def __init__(self, reduced: Reduced, solved: Solved, torques: list[Torque], x: Symbol, values: dict[int, float]) -> None:
+    def __init__(
+        self, reduced: Reduced, solved: Solved, torques: list[Torque], x: Symbol, values: dict[int, float]
+    ) -> None:
         self.reduced = reduced
         assigned = list(solved.expressions)
         if assigned:
@@ -65,6 +67,7 @@ class Resolver:
         return laws
 
     def fraction_residuals(self) -> list[Symbol]:
+        """The equations of the fractions at which laws share a torque."""
         return self.close([sharing.fraction_residual(g.members, g.theta) for g in self.groups if g.theta is not None])
 
     def _open_law(self, t: Torque) -> Torque:
@@ -73,9 +76,8 @@ class Resolver:
 
 def _mapped(t: Torque, change: Callable[[list[Symbol]], list[Symbol]]) -> Torque:
     """A law with all its expressions changed."""
-    names = [n for n, v in vars(t.law).items() if isinstance(v, ca.SX)]
-    *values, speed, rate = change([*(getattr(t.law, n) for n in names), t.speed, t.rate])
-    return replace(t, law=replace(t.law, **dict(zip(names, values, strict=True))), speed=speed, rate=rate)
+    speed, rate = change([t.speed, t.rate])
+    return replace(t, law=t.law.mapped(change), speed=speed, rate=rate)
 
 
 def _substituted(expressions: list[Symbol], old: Symbol, new: Symbol) -> list[Symbol]:

@@ -38,10 +38,12 @@ class Member:
 
     @property
     def high(self) -> Symbol:
+        """Upper end of the interval in the group's direction."""
         return self.upper if self.sign > 0 else -self.lower
 
     @property
     def aligned(self) -> Symbol:
+        """The torque in the group's direction."""
         return self.torque if self.sign > 0 else -self.torque
 
 
@@ -89,7 +91,7 @@ def fraction_residual(members: Sequence[Member], theta: Symbol) -> Symbol:
 
 
 def joint_interval(members: Sequence[Member], k: int) -> tuple[Symbol, Symbol, Symbol, Symbol]:
-    """(condition, torque, lower, upper) that decide when the k-th member breaks loose while others are stuck with it: those of all together."""
+    """(condition, torque, lower, upper) by which the k-th member breaks loose while others are stuck with it: those of all of them."""
     this = members[k]
     others = _any([m.stuck for i, m in enumerate(members) if i != k])
     finite = [m for m in members if not m.infinite] if not this.infinite else list(members)

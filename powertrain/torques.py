@@ -7,7 +7,7 @@ torques, both are rows of one small system in the torques, whose locked part is 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
@@ -31,8 +31,8 @@ class Torque:
     symbol: Symbol
     mode: Symbol
     algebraic: bool = False
-    speed: Symbol = Symbol(0)
-    rate: Symbol = Symbol(0)
+    speed: Symbol = field(default_factory=Symbol)
+    rate: Symbol = field(default_factory=Symbol)
 
 
 def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, Law]]]:
@@ -43,11 +43,12 @@ def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, L
         if not isinstance(law, FrictionLaw | UnilateralLaw):
             others.append((place, law))
             continue
-        names = [n for n, v in vars(law).items() if isinstance(v, ca.SX)]
-        law = replace(law, **dict(zip(names, reduced.rewrite([getattr(law, n) for n in names]), strict=True)))
+        law = law.mapped(reduced.rewrite)
         value = law.torque if isinstance(law, FrictionLaw) else law.force
         inside = [s for s in free_symbols(value) if key(s) not in flat.recorder.constants]
-        linear_root = len(inside) == 1 and ca.jacobian(value, inside[0]).is_constant() and key(inside[0]) in reduced.symbols
+        linear_root = (
+            len(inside) == 1 and ca.jacobian(value, inside[0]).is_constant() and key(inside[0]) in reduced.symbols
+        )
         if linear_root and key(inside[0]) in taken:
             raise ModelError(
                 f"{place}\n{taken[key(inside[0])]}\n  these two carry the same torque, with nothing between them that has inertia or "
@@ -84,7 +85,7 @@ def add_rates(system: Differentiated, torques: list[Torque]) -> None:
         else:
             torque.speed = defined(f"{path}.speed", total_derivative(law.gap, recorder.derivative), place)
         if torque.algebraic:
-            torque.rate = law.w
+            torque.rate = torque.speed
         else:
             torque.rate = defined(f"{path}.rate", total_derivative(torque.speed, recorder.derivative), place)
 
@@ -114,7 +115,9 @@ class Group:
     theta: Symbol | None
 
 
-def parallel_groups(torques: list[Torque], opened: Sequence[Torque], x: Symbol, values: dict[int, float]) -> list[Group]:
+def parallel_groups(
+    torques: list[Torque], opened: Sequence[Torque], x: Symbol, values: dict[int, float]
+) -> list[Group]:
     """The groups of laws whose relative speeds are always proportional. ``opened`` holds the laws in terms of states and torques."""
     symbols = column([t.symbol for t in torques])
     movable = [
@@ -162,7 +165,9 @@ def solve_torques(torques: list[Torque], opened: Sequence[Torque], groups: list[
     elements = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
     for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
         if any(key(s) in {key(t.symbol) for t in torques} for s in free_symbols(entry)):
-            raise ModelError(f"{torques[i].place}\n  its bounds are not linear in the torques of friction elements or contacts")
+            raise ModelError(
+                f"{torques[i].place}\n  its bounds are not linear in the torques of friction elements or contacts"
+            )
         entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
     solution = linear.solve(entries, right, numbers)
     return [solution[j] for j in range(len(rows))]
