@@ -1,0 +1,84 @@
+"""Signals on their way out: xarray, pandas and netCDF files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib.util import find_spec
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from powertrain.buffers import Array
+from powertrain.errors import PowertrainError
+from powertrain.events import MODES, EventTable, change
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+Columns = Mapping[str, tuple[Array, str, str]]
+"""Name -> values, unit, meaning."""
+
+
+def dataset(time: Array, columns: Columns, modes: Mapping[str, str], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """One variable per signal over ``time``, with ``units`` and ``long_name``.
+
+    ``modes`` gives the kind of law of signals that are modes, which become integers with the CF convention's flags.
+    """
+    import xarray as xr
+
+    variables = {name: _mode(*c, MODES[modes[name]]) if name in modes else _variable(*c) for name, c in columns.items()}
+    axis = ("time", time.copy(), {"units": "s", "long_name": "Time"})
+    return xr.Dataset(variables, coords={"time": axis}, attrs=dict(attributes))
+
+
+def _variable(values: Array, unit: str, doc: str) -> tuple[str, Any, dict[str, Any]]:
+    return "time", values.copy(), {"units": unit, "long_name": doc}
+
+
+def _mode(values: Array, unit: str, doc: str, named: Mapping[int, str]) -> tuple[str, Any, dict[str, Any]]:
+    flags = np.array(list(named), np.int8)
+    texts = {"units": unit, "long_name": doc, "flag_meanings": " ".join(named.values())}
+    return "time", values.astype(np.int8), {**texts, "flag_values": flags}
+
+
+def attributes(model: str, parameters: Mapping[str, float], events: EventTable, message: str) -> dict[str, str]:
+    """What a dataset says about its origin; parameters and events are JSON texts."""
+    from powertrain import __version__
+
+    listed = [[event.time, event.name, change(event)] for event in events]
+    known = {"model": model, "powertrain_version": __version__}
+    known |= {"parameters": json.dumps(dict(parameters)), "events": json.dumps(listed)}
+    return known | ({"message": message} if message else {})
+
+
+def frame(time: Array, columns: Columns) -> pd.DataFrame:
+    """One column per signal, indexed by time; ``frame.attrs["units"]`` are the units."""
+    import pandas as pd
+
+    table = pd.DataFrame({name: values for name, (values, _, _) in columns.items()}, index=pd.Index(time, name="time"))
+    table.attrs["units"] = {name: unit for name, (_, unit, _) in columns.items()}
+    return table
+
+
+def save(data: xr.Dataset, path: str | PathLike[str]) -> None:
+    """Writes a netCDF-4 file. PowertrainError where no netCDF library is installed."""
+    data.to_netcdf(fspath(path), engine=_engine("save"))
+
+
+def load(path: str | PathLike[str]) -> xr.Dataset:
+    """Reads what ``Result.save`` wrote. PowertrainError where no netCDF library is installed."""
+    engine = _engine("load")
+    import xarray as xr
+
+    return xr.load_dataset(fspath(path), engine=engine, decode_times=False)
+
+
+def _engine(what: str) -> Literal["netcdf4", "h5netcdf"]:
+    if find_spec("netCDF4"):
+        return "netcdf4"
+    if find_spec("h5netcdf") and find_spec("h5py"):
+        return "h5netcdf"
+    raise PowertrainError(f"{what}: netCDF4 is not installed: pip install 'powertrain[netcdf]'")

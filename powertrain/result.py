@@ -1,0 +1,325 @@
+"""What a simulation gives: signals by name or selector, events, reports; on to pandas, xarray, files and plots."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from functools import cached_property
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast, overload
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain import export
+from powertrain.assemble import Compiled
+from powertrain.buffers import Array
+from powertrain.component import Component
+from powertrain.connectors import Signal
+from powertrain.errors import ParameterError
+from powertrain.events import EventTable
+from powertrain.signals import Picked, Samples, signals_of
+from powertrain.symbols import Symbol
+from powertrain.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+M = TypeVar("M", bound=Component)
+Selector: TypeAlias = Callable[[M], Symbol | Signal]
+What: TypeAlias = str | Callable[[M], Symbol | Signal]
+Several: TypeAlias = list[str] | list[Callable[[M], Symbol | Signal]] | tuple[What[M], ...]
+
+
+class Result(Generic[M]):
+    """A simulated run of a model ``M``.
+
+    ``result["J1.w"]`` is a signal as an array on ``result.time``: the asked times, and every event twice, its left and
+    right limits. ``result[lambda m: m.J1.w]`` is the same with the model's fields, checked and completed by editors;
+    expressions such as ``lambda m: m.J1.w - m.J2.w`` work too. Signals that are no states are computed when they are
+    asked for. Arrays are read-only.
+
+    ``ok`` is False where the run ended early; ``message`` says why, and the result holds what was reached. Picklable.
+    """
+
+    report: Any
+    """How the start was found: the conditions that were used and the states they gave."""
+
+    def __init__(
+        self,
+        compiled: Compiled,
+        trajectory: Trajectory,
+        times: ArrayLike,
+        p: Array,
+        report: Any = None,
+        record: str | Sequence[str] | None = None,
+        message: str = "",
+    ) -> None:
+        self._signals = signals_of(compiled)
+        self._compiled: Compiled | None = compiled
+        self._trajectory: Trajectory | None = trajectory
+        self._times, self._p = np.array(times, float).ravel(), p
+        self.report, self.message = report, message
+        self._values: dict[str, Array] = {}
+        self._record: tuple[str, ...] | None = None
+        if record is not None:
+            self._keep(record)
+
+    def _keep(self, record: str | Sequence[str]) -> None:
+        """Computes what is to be kept and lets go of the rest."""
+        names = self._signals.matching(record)
+        values = self._signals.compute(names, self._samples, self._p)
+        self._values = {name: _sealed(values[name].copy()) for name in names}
+        self._record = tuple(names)
+        self.__dict__ |= {name: getattr(self, name) for name in ("time", "events", "statistics", "notes", "modes")}
+        del self.__dict__["_samples"]
+        self._trajectory = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        left_out = {"_samples", "_compiled"} | (set() if self._record is not None else {"_values", "time"})
+        state = {name: value for name, value in self.__dict__.items() if name not in left_out}
+        return state | {"_compiled": None, "report": _without_symbols(self.report)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({"_values": {}, **state})
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run reached its end."""
+        return not self.message
+
+    @cached_property
+    def time(self) -> Array:
+        """The instants of all samples in seconds; an instant with an event stands twice."""
+        return _sealed(self._samples.t.copy())
+
+    @cached_property
+    def _samples(self) -> Samples:
+        asked = self._times
+        if not self.ok:
+            asked = np.append(asked[asked < self.trajectory.end], self.trajectory.end)
+        return self._signals.corrected(Samples(*self.trajectory.at(asked, with_events=True)), self._p)
+
+    @cached_property
+    def events(self) -> EventTable:
+        """What switched when; prints as a table."""
+        return EventTable(self.trajectory.events)
+
+    @cached_property
+    def statistics(self) -> dict[str, float]:
+        """Numbers of steps, of rejected steps, of instants with events, and what the model counts."""
+        return dict(self.trajectory.statistics)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What is not unique in this result."""
+        return tuple(self.trajectory.notes)
+
+    @cached_property
+    def modes(self) -> dict[str, str]:
+        """The kind of law of every signal that is a mode."""
+        return {name: kind for _, name, kind in self.trajectory.laws if name in self._signals.entries}
+
+    @property
+    def model(self) -> M:
+        """The simulated model."""
+        return cast("M", self._signals.model)
+
+    @property
+    def compiled(self) -> Compiled:
+        """The compiled model, for analyses of this run."""
+        if self._compiled is None:
+            raise ParameterError("a result that was pickled has no compiled model; compile result.model again")
+        return self._compiled
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The accepted steps with their dense output."""
+        if self._trajectory is None:
+            raise ParameterError("record=... keeps samples of the named signals only; simulate without it for more")
+        return self._trajectory
+
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        """The parameters of this run by name."""
+        return dict(zip(self._signals.parameters, self._p.tolist(), strict=True))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every signal."""
+        return {name: self._signals.entries[name].unit for name in self._kept}
+
+    @property
+    def _kept(self) -> Sequence[str]:
+        return self._signals.names if self._record is None else self._record
+
+    def names(self, pattern: str = "*") -> list[str]:
+        """Signals whose name fits: ``result.names("clutch1.*")``."""
+        return self._signals.matching(pattern, self._kept)
+
+    def description(self, what: What[M]) -> str:
+        """What a signal or a parameter means."""
+        return self._pick(what).doc
+
+    def label(self, what: What[M]) -> str:
+        """The name of a signal, or the text of a selector's expression."""
+        return self._pick(what).label
+
+    def unit(self, what: What[M]) -> str:
+        """The unit of a signal, a parameter, or of sums and differences of like signals; '' where it is not known."""
+        return self._pick(what).unit
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._signals.entries and (self._record is None or name in self._record)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._kept)
+
+    def __getitem__(self, what: What[M]) -> Array:
+        if isinstance(what, str):
+            if what in self._values:
+                return self._values[what]
+            if what == "time" and what not in self._signals.entries:
+                return self.time
+        picked = self._pick(what)
+        if picked.name in self._signals.entries:
+            return self._columns([picked.name])[picked.name]
+        if picked.expression.is_constant() or picked.name:
+            value = self.parameters[picked.name] if picked.name else float(picked.expression)
+            return _sealed(np.full(len(self.time), value))
+        return _sealed(self._expressions([picked.expression])[:, 0])
+
+    def _columns(self, names: Sequence[str]) -> dict[str, Array]:
+        missing = [name for name in names if name not in self._values]
+        if missing:
+            found = self._signals.compute(missing, self._samples, self._p)
+            self._values |= {name: _sealed(values) for name, values in found.items()}
+        return {name: self._values[name] for name in names}
+
+    def _pick(self, what: What[M]) -> Picked:
+        picked = self._signals.pick(what)
+        if self._record is not None and picked.name not in self._record and picked.name not in self._signals.parameters:
+            kept = ", ".join(self._record[:8]) + (", ..." if len(self._record) > 8 else "")
+            raise ParameterError(f"{picked.label} was not recorded: record=... kept {kept}")
+        return picked
+
+    def evaluate(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
+        """Expressions of the model's variables (symbols of ``compiled.flat``) over the samples, one column each."""
+        return self._expressions(self._signals.resolve(expressions))
+
+    def _expressions(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
+        self.trajectory  # noqa: B018  (says what is missing where only samples were kept)
+        return self._signals.evaluate(expressions, self._samples, self._p)
+
+    @overload
+    def at(self, t: float, what: What[M]) -> float: ...
+    @overload
+    def at(self, t: Sequence[float] | NDArray[np.floating], what: What[M]) -> Array: ...
+    @overload
+    def at(self, t: float, what: Several[M]) -> dict[str, float]: ...
+    @overload
+    def at(self, t: Sequence[float] | NDArray[np.floating], what: Several[M]) -> dict[str, Array]: ...
+    def at(self, t: Any, what: Any) -> Any:
+        """Values at any time of the run from the dense output; at the instant of an event its right limit.
+
+        ``t`` one time or several in seconds; ``what`` one name or selector, or several (then a dictionary is returned).
+        Raises ParameterError for a time outside the run.
+        """
+        times = np.asarray(t, float)
+        first, last = self.trajectory.start, self.trajectory.end
+        if not ((times >= first) & (times <= last)).all():
+            outside = times[~((times >= first) & (times <= last))].flat[0]
+            raise ParameterError(f"t = {outside:g} s lies outside the simulated span [{first:g}, {last:g}] s")
+        several = isinstance(what, list | tuple)
+        picked = [self._pick(w) for w in (what if several else [what])]
+        samples = self._signals.corrected(Samples(*self.trajectory.at(times.ravel(), with_events=False)), self._p)
+        values = self._at_samples(picked, samples)
+        shaped = {name: v.reshape(times.shape) if times.ndim else float(v[0]) for name, v in values.items()}
+        return shaped if several else next(iter(shaped.values()))
+
+    def _at_samples(self, picked: Sequence[Picked], samples: Samples) -> dict[str, Array]:
+        found = self._signals.compute([p.name for p in picked if p.name in self._signals.entries], samples, self._p)
+        others = [p for p in picked if p.name not in found]
+        if others:
+            rows = self._signals.evaluate([p.expression for p in others], samples, self._p)
+            found |= {p.label: rows[:, k] for k, p in enumerate(others)}
+        return {p.label: found[p.name or p.label] for p in picked}
+
+    def _table(self, patterns: tuple[str, ...]) -> dict[str, tuple[Array, str, str]]:
+        names = self._signals.matching(patterns, self._kept) if patterns else self._kept
+        for name in patterns:
+            if name in self._signals.entries:
+                self._pick(name)
+        entries = self._signals.entries
+        return {name: (values, entries[name].unit, entries[name].doc) for name, values in self._columns(names).items()}
+
+    def to_xarray(self, *names: str) -> xr.Dataset:
+        """All signals, or those of the given names and patterns, over ``time``, each with ``units`` and ``long_name``.
+
+        Instants with events stand twice in ``time``. Attributes: model, powertrain_version, parameters, events (JSON).
+        """
+        known = export.attributes(type(self.model).__name__, self.parameters, self.events, self.message)
+        return export.dataset(self.time, self._table(names), self.modes, known)
+
+    def to_dataframe(self, *names: str) -> pd.DataFrame:
+        """All signals, or those of the given names and patterns, over time; ``attrs["units"]`` are their units."""
+        return export.frame(self.time, self._table(names))
+
+    def save(self, path: str | PathLike[str], *names: str) -> None:
+        """Writes ``to_xarray(*names)`` to a netCDF file, which ``load`` reads. Needs ``powertrain[netcdf]``."""
+        export.save(self.to_xarray(*names), path)
+
+    def plot(self, *what: What[M], ax: Axes | None = None, events: bool | str = False) -> Axes:
+        """Signals over time in one Axes; see ``powertrain.plot.plot_signals``."""
+        from powertrain.plot import plot_signals
+
+        return plot_signals(self, *what, ax=ax, events=events)
+
+    def __repr__(self) -> str:
+        said = "" if self.ok else f", ended early: {self.message.splitlines()[0]}"
+        return f"Result({self._summary()}{said})"
+
+    def _summary(self) -> str:
+        time, n, events = self.time, len(self._kept), len(self.events)
+        span = f"{time[0]:g} .. {time[-1]:g} s, {len(time)} samples" if len(time) else "no samples"
+        counts = f"{n} signal{'s' * (n != 1)}, {events} event{'s' * (events != 1)}"
+        return f"{type(self.model).__name__}: {span}, {counts}"
+
+    def _repr_html_(self) -> str:
+        entries = self._signals.entries
+        cells = [(name, entries[name].unit, entries[name].doc) for name in self._kept[:400]]
+        rows = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in cells)
+        more = f"<p>… {len(self._kept) - 400} more</p>" if len(self._kept) > 400 else ""
+        said = "" if self.ok else f"<p><b>Ended early:</b> <pre>{html.escape(self.message)}</pre></p>"
+        head = "<tr><th>signal</th><th>unit</th><th>meaning</th></tr>"
+        notes = "".join(f"<p>{html.escape(note)}</p>" for note in self.notes)
+        return (
+            f"<p><b>Result</b> {html.escape(self._summary())}</p>{said}{notes}"
+            f"<details><summary>events</summary>{self.events._repr_html_()}</details>"
+            f"<details><summary>signals</summary><table>{head}{rows}</table>{more}</details>"
+        )
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._kept)
+
+
+def _sealed(values: Array) -> Array:
+    values.flags.writeable = False
+    return values
+
+
+def _without_symbols(value: Any) -> Any:
+    """A record with None for every symbolic expression, which does not pickle."""
+    if isinstance(value, ca.SX):
+        return None
+    if isinstance(value, tuple):
+        return tuple(_without_symbols(item) for item in value)
+    if isinstance(value, Mapping):
+        return {k: _without_symbols(item) for k, item in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{f.name: _without_symbols(getattr(value, f.name)) for f in fields(value)})
+    return value

@@ -1,0 +1,307 @@
+"""Signals of a compiled model: found by name, pattern or selector, computed on demand for any number of samples."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.assemble import Compiled, SignalEntry
+from powertrain.buffers import Array, Bound, zeros
+from powertrain.component import Component
+from powertrain.component import replace as changed
+from powertrain.connectors import Signal
+from powertrain.errors import ParameterError, suggestion
+from powertrain.flatten import Flat, flatten
+from powertrain.recorder import reading
+from powertrain.symbols import Symbol, column, free_symbols, key
+
+BLOCK = 64
+"""Signals computed together: neighbours share most of their arithmetic, a block costs little more than one of them."""
+LANES = 64
+"""Samples of one call."""
+_LARGEST_BLOCK = 4_000_000
+_LARGEST_CORRECTION = 40
+_building = threading.RLock()
+
+
+class Samples(NamedTuple):
+    """Times, states, algebraic unknowns and held values, one row per sample."""
+
+    t: Array
+    x: NDArray[np.float64]
+    z: NDArray[np.float64]
+    m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Picked:
+    """What a name or a selector asks for; ``name`` is empty for an expression of several signals."""
+
+    name: str
+    label: str
+    unit: str
+    doc: str
+    expression: Symbol
+
+
+class Lanes:
+    """A column of expressions of (t, x, z, m, p), evaluated ``LANES`` samples at a time. Serves one thread."""
+
+    def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
+        with _building:
+            function = ca.Function("powertrain_signals", list(inputs), [ca.densify(outputs)])
+            wide = function.map("powertrain_lanes", "serial", LANES, [4], [])
+        self.sizes = [s.numel() for s in inputs]
+        self.size = outputs.numel()
+        self._memory = [zeros(n * LANES) for n in self.sizes[:4]]
+        self._p, self._out = zeros(self.sizes[4]), zeros(self.size * LANES)
+        self._bound = Bound(wide, [*self._memory, self._p], [self._out])
+
+    def __call__(self, samples: Samples, p: Array) -> NDArray[np.float64]:
+        """One row per sample."""
+        n, k = len(samples.t), self.size
+        result = np.empty((n, k))
+        rows = [samples.t[:, None], samples.x, samples.z, samples.m]
+        lanes = [a[: s * LANES].reshape(LANES, s) for a, s in zip(self._memory, self.sizes, strict=False)]
+        out = self._out[: k * LANES].reshape(LANES, k)
+        self._p[: self.sizes[4]] = p
+        for first in range(0, n, LANES):
+            width = min(LANES, n - first)
+            for lane, values in zip(lanes, rows, strict=True):
+                lane[:width] = values[first : first + width]
+                lane[width:] = values[first + width - 1]
+            self._bound.call()
+            result[first : first + width] = out[:width]
+        return result
+
+
+class Signals:
+    """All signals and parameters of one compiled model. Picklable; every thread builds functions of its own."""
+
+    def __init__(self, compiled: Compiled) -> None:
+        dae = compiled.dae
+        self.inputs = (dae.t, dae.x, dae.z, dae.m, dae.p)
+        self.residual = dae.residual
+        self.entries: dict[str, SignalEntry] = compiled.signals
+        self.parameters = {name: (c.unit, c.doc) for name, c in compiled.parameters.items()}
+        self._resolve: Callable[[list[Symbol]], list[Symbol]] = compiled.resolve
+        self._flat: Flat | None = compiled.flat
+        self._model: Component | None = None
+        self._prepare()
+
+    def _prepare(self) -> None:
+        self.names = list(self.entries)
+        self._place = {name: i for i, name in enumerate(self.names)}
+        self._state = {key(s): i for i, s in enumerate(_scalars(self.inputs[1]))}
+        self._held = {key(s): i for i, s in enumerate(_scalars(self.inputs[3]))}
+        self._local = threading.local()
+
+    @property
+    def flat(self) -> Flat:
+        """The flat model, whose components are what selectors see."""
+        if self._flat is None:
+            assert self._model is not None
+            with _building:
+                self._flat = flatten(self._model)
+        return self._flat
+
+    @property
+    def model(self) -> Component:
+        """The model as the user wrote it."""
+        if self._model is None:
+            self._model = changed(self.flat.components[0])
+        return self._model
+
+    def __getstate__(self) -> dict[str, Any]:
+        expressions = [e.expression for e in self.entries.values()]
+        with _building:
+            function = ca.Function("powertrain_packed", list(self.inputs), [column(expressions), self.residual])
+        texts = {name: (e.unit, e.doc) for name, e in self.entries.items()}
+        return {"function": function, "texts": texts, "parameters": self.parameters, "model": self.model}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        function: ca.Function = state["function"]
+        self.inputs = tuple(Symbol.sym(name, function.size1_in(i)) for i, name in enumerate("txzmp"))  # type: ignore[assignment]
+        expressions, self.residual = function.call(list(self.inputs))
+        texts = state["texts"].items()
+        pairs = zip(texts, _scalars(expressions), strict=True)
+        self.entries = {name: SignalEntry(unit, doc, e) for (name, (unit, doc)), e in pairs}
+        self.parameters = state["parameters"]
+        self._resolve, self._flat, self._model = self._by_name, None, state["model"]
+        self._prepare()
+
+    def _by_name(self, expressions: list[Symbol]) -> list[Symbol]:
+        """``Compiled.resolve`` for what was unpickled without equations: a symbol stands for the signal of its name."""
+        known = dict(zip(self.parameters, _scalars(self.inputs[4]), strict=True)) | {"time": self.inputs[0]}
+        known |= {name: e.expression for name, e in self.entries.items()}
+        whole = column(expressions)
+        old = [s for s in free_symbols(whole) if s.name() in known]
+        (new,) = ca.substitute([whole], [column(old)], [column([known[s.name()] for s in old])])
+        return _scalars(new)
+
+    def matching(self, patterns: str | Iterable[str], among: Sequence[str] | None = None) -> list[str]:
+        """Names that fit one of the patterns (``*``, ``?``), in the model's order; ParameterError for one without."""
+        patterns = [patterns] if isinstance(patterns, str) else list(patterns)
+        names = self.names if among is None else among
+        found: set[str] = set()
+        for pattern in patterns:
+            fits = {pattern} if pattern in self._place else {n for n in names if fits_pattern(n, pattern)}
+            if not fits:
+                raise ParameterError(f"the model has no signal {pattern}{suggestion(pattern, self.names)}")
+            found |= fits
+        return [name for name in names if name in found]
+
+    def pick(self, what: str | Callable[[Any], Any]) -> Picked:
+        """The signal or parameter of a name, or what a selector gives. ParameterError where there is none."""
+        if not isinstance(what, str):
+            return self._selected(what)
+        if what in self.entries:
+            entry = self.entries[what]
+            return Picked(what, what, entry.unit, entry.doc, entry.expression)
+        if what in self.parameters:
+            unit, doc = self.parameters[what]
+            return Picked(what, what, unit, doc, self.inputs[4][list(self.parameters).index(what)])
+        raise ParameterError(f"the model has no signal {what}{suggestion(what, [*self.names, *self.parameters])}")
+
+    def _selected(self, selector: Callable[[Any], Any]) -> Picked:
+        if not callable(selector):
+            raise ParameterError(f"ask for a signal by its name or a selector (lambda m: m.J1.w), not by {selector!r}")
+        scratch = replace(self.flat.recorder, path="selector", text=None, switches=[], schedules=[], guards=[])
+        with _building, reading(scratch):
+            try:
+                picked = selector(self.flat.components[0])
+            except AttributeError as error:
+                fields = list(getattr(error.obj, "_fields", {}))
+                said = f"selector: {type(error.obj).__name__} has no field {error.name}"
+                raise ParameterError(
+                    f"{said}{suggestion(str(error.name), fields)} (its fields: {', '.join(fields)})"
+                ) from None
+            if isinstance(picked, Signal):
+                picked = picked.value
+            if isinstance(picked, int | float):
+                picked = Symbol(picked)
+            if not isinstance(picked, Symbol) or not picked.is_scalar():
+                said = f"a selector gives a variable or an expression of variables, not a {type(picked).__name__}"
+                raise ParameterError(f"{said}; write lambda m: m.J1.w or lambda m: m.J1.w - m.J2.w")
+            if picked.is_symbolic() and (picked.name() in self.entries or picked.name() in self.parameters):
+                return self.pick(picked.name())
+            text = str(picked)
+            if text.startswith("(") and text.endswith(")") and text.count("(") == 1:
+                text = text[1:-1]
+            return Picked("", text, self._unit(picked), "", self.resolve([picked])[0])
+
+    def _unit(self, expression: Symbol) -> str:
+        """The unit of sums and differences of like quantities; else ''."""
+        symbols = free_symbols(expression)
+        units = {self.entries[s.name()].unit for s in symbols if s.name() in self.entries}
+        if len(units) != 1 or any(s.name() not in self.entries for s in symbols):
+            return ""
+        slopes = ca.jacobian(expression, column(symbols))
+        plain = slopes.is_constant() and set(np.abs(np.array(ca.DM(slopes))).ravel()) == {1.0}
+        return units.pop() if plain else ""
+
+    def resolve(self, expressions: Sequence[Symbol]) -> list[Symbol]:
+        """Expressions of the model's variables as expressions of (t, x, z, m, p). ParameterError where that fails."""
+        with _building:
+            whole = column(list(expressions))
+            bindings = self.flat.bindings
+            for _ in range(20):
+                if not any(key(s) in bindings for s in free_symbols(whole)):
+                    break
+                old, new = zip(*bindings.values(), strict=True)
+                (whole,) = ca.substitute([whole], [column(old)], [column(new)])
+            found = self._resolve(_scalars(whole))
+            inside = {key(s) for group in self.inputs for s in _scalars(group)}
+            for s in free_symbols(column(found)):
+                if key(s) not in inside:
+                    said = f"{s.name()} is no signal of the model after its reduction"
+                    raise ParameterError(f"{said}; declare it as a variable of a component")
+            return found
+
+    def compute(self, names: Sequence[str], samples: Samples, p: Array) -> dict[str, Array]:
+        """The named signals, and perhaps others that cost nothing more."""
+        found: dict[str, Array] = {}
+        for name in names:
+            if name in found:
+                continue
+            column_of = self._column(name, samples)
+            if column_of is not None:
+                found[name] = column_of
+                continue
+            first = self._place[name] // BLOCK * BLOCK
+            block = tuple(self.names[first : first + BLOCK])
+            if len(block) * len(samples.t) > _LARGEST_BLOCK:
+                block = (name,)
+            values = np.ascontiguousarray(self._lanes(block)(samples, p).T)
+            found.update(zip(block, values, strict=True))
+        return found
+
+    def evaluate(self, expressions: Sequence[Symbol], samples: Samples, p: Array) -> NDArray[np.float64]:
+        """Expressions of (t, x, z, m, p), one row per sample."""
+        return Lanes(self.inputs, column(list(expressions)))(samples, p)
+
+    def _column(self, name: str, samples: Samples) -> Array | None:
+        """A state or held value, which needs no arithmetic."""
+        expression = self.entries[name].expression
+        if not expression.is_symbolic():
+            return None
+        k = key(expression)
+        if k in self._state:
+            return np.ascontiguousarray(samples.x[:, self._state[k]])
+        return np.ascontiguousarray(samples.m[:, self._held[k]]) if k in self._held else None
+
+    def _lanes(self, block: tuple[str, ...]) -> Lanes:
+        lanes: dict[tuple[str, ...], Lanes] = self._local.__dict__.setdefault("lanes", {})
+        if block not in lanes:
+            lanes[block] = Lanes(self.inputs, column([self.entries[name].expression for name in block]))
+        return lanes[block]
+
+    def corrected(self, samples: Samples, p: Array) -> Samples:
+        """Samples whose algebraic unknowns are one step of Newton's method better than the dense output gives them."""
+        nz = self.inputs[2].numel()
+        if not 0 < nz <= _LARGEST_CORRECTION or not len(samples.t):
+            return samples
+        if "correction" not in self._local.__dict__:
+            jacobian = ca.vec(ca.densify(ca.jacobian(self.residual, self.inputs[2]).T))
+            self._local.correction = Lanes(self.inputs, ca.vertcat(self.residual, jacobian))
+        correction: Lanes = self._local.correction
+        rows = correction(samples, p)
+        size = np.abs(rows[:, :nz]).max(axis=1)
+        try:
+            step = np.linalg.solve(rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz, None])[:, :, 0]
+        except np.linalg.LinAlgError:
+            return samples
+        tried = samples._replace(z=samples.z - step)
+        better = np.abs(correction(tried, p)[:, :nz]).max(axis=1) < size
+        return samples._replace(z=np.where(better[:, None], tried.z, samples.z))
+
+
+def fits_pattern(name: str, pattern: str) -> bool:
+    """Whether ``name`` fits a pattern of ``*`` and ``?``; brackets stand for themselves ('wheels[0].*')."""
+    return fnmatchcase(name, pattern.replace("[", "[[]"))
+
+
+def _scalars(vector: Symbol) -> list[Symbol]:
+    return list(ca.vertsplit(vector)) if vector.numel() else []
+
+
+_known: dict[int, tuple[weakref.ref[Compiled], Signals]] = {}
+
+
+def signals_of(compiled: Compiled) -> Signals:
+    """The signals of a compiled model, the same object for every run."""
+    known = _known.get(id(compiled))
+    if known is not None and known[0]() is compiled:
+        return known[1]
+    place = id(compiled)
+    signals = Signals(compiled)
+    _known[place] = (weakref.ref(compiled, lambda _: _known.pop(place, None)), signals)
+    return signals
