@@ -145,7 +145,10 @@ class Recorder:
 
     def trajectory(self, end: float, final: Array, m: Array, statistics: dict[str, float]) -> Trajectory:
         n = len(self.times)
-        dense = np.frombuffer(b"".join(self.rows)).reshape(n, 5, -1) if n else np.zeros((0, 5, self.unknowns))
+        if n and self.unknowns:
+            dense = np.frombuffer(b"".join(self.rows)).reshape(n, 5, -1)
+        else:
+            dense = np.zeros((n, 5, self.unknowns))
         lasting = np.diff(np.array([*self.held_from, n]))
         return Trajectory(
             times=np.array(self.times),
