@@ -57,11 +57,11 @@ def test_readings() -> None:
         "relAngle.phi_rel": two["phi"] - one["phi"],
         "relSpeed.w_rel": two["w"] - one["w"],
         "relAcceleration.a_rel": two["a"] - one["a"],
-        "torqueSensor.tau": -result["spring.tau"] * -1,
-        "powerSensor.power": result["spring.tau"] * one["w"],
-        "multiSensor.tau": result["spring.tau"],
+        "torqueSensor.tau": -result["spring.tau"],
+        "powerSensor.power": -result["spring.tau"] * one["w"],
+        "multiSensor.tau": -result["spring.tau"],
         "multiSensor.w": one["w"],
-        "multiSensor.power": result["spring.tau"] * one["w"],
+        "multiSensor.power": -result["spring.tau"] * one["w"],
     }.items():
         np.testing.assert_allclose(result[sensor], expected, atol=1e-9, err_msg=sensor)
 
