@@ -24,10 +24,13 @@ from powertrain import (
     switch,
     time,
     when,
+    within,
 )
 
 INSTANT = 1e-300
 """Shortest ramp in s, so that a duration of zero (a step) divides by something."""
+NEVER = 1e300
+"""A time in s that does not come."""
 
 
 class _Source(Component):
@@ -108,7 +111,10 @@ class Cosine(_Wave):
 
 
 class _Periodic(_StartingSource):
-    """Partial: a signal that starts anew with every period, nperiod times (without end where nperiod < 0)."""
+    """Partial: a signal that starts anew with every period, nperiod times (without end where nperiod < 0).
+
+    A simulation has to start before the first period is over.
+    """
 
     period: Parameter = parameter("s", "Time for one period", min=1e-60)
     nperiod: Parameter = parameter("1", "Number of periods, or -1 for no end", default=-1.0)
@@ -118,16 +124,16 @@ class _Periodic(_StartingSource):
         """Time since the period began."""
         return time - (self.startTime + self.count * self.period)
 
+    def _over(self) -> Symbol:
+        return ca.logic_and(self.nperiod >= 0, self.count > self.nperiod - 0.5)
+
     def _count(self) -> Equations:
-        yield when(self._elapsed() >= self.period, reinit(self.count, self.count + 1))
+        length = ca.if_else(self._over(), NEVER, self.period)
+        yield when(self._elapsed() >= length, reinit(self.count, self.count + 1))
+        within(self._elapsed(), -math.inf, length * (1 + 1e-9), name="time since the period began", unit="s")
 
     def _running(self, value: Symbol) -> Symbol:
-        over = ca.logic_and(self.nperiod >= 0, self.count >= self.nperiod - 0.5)
-        return self._after_start(ca.if_else(over, 0.0, value))
-
-    def initial(self) -> Equations:
-        """Periods that are over where a simulation starts late."""
-        yield self.count == ca.fmax(ca.floor((time - self.startTime) / self.period), 0)
+        return self._after_start(ca.if_else(self._over(), 0.0, value))
 
 
 class Pulse(_Periodic):
@@ -139,7 +145,7 @@ class Pulse(_Periodic):
     def equations(self) -> Equations:
         """A rectangular wave."""
         yield from self._count()
-        width = self.period * self.width / 100
+        width = ca.if_else(self._over(), NEVER, self.period * self.width / 100)
         yield self.y.value == self._running(switch(self._elapsed() < width, self.amplitude, 0.0))
 
 
