@@ -145,7 +145,7 @@ class Pulse(_Periodic):
     def equations(self) -> Equations:
         """A rectangular wave."""
         yield from self._count()
-        width = ca.if_else(self._over(), NEVER, self.period * self.width / 100)
+        width = ca.if_else(self._over(), -NEVER, self.period * self.width / 100)
         yield self.y.value == self._running(switch(self._elapsed() < width, self.amplitude, 0.0))
 
 
