@@ -158,7 +158,11 @@ class LossyGearDemo2(Component):
         yield connect(self.gear.flange_b, self.Inertia2.flange_a)
         yield connect(self.Inertia2.flange_b, self.torque2.flange)
         yield connect(
-            self.fixed.flange, self.gear.support, self.torque1.support, self.torque2.support, self.bearingFriction.support
+            self.fixed.flange,
+            self.gear.support,
+            self.torque1.support,
+            self.torque2.support,
+            self.bearingFriction.support,
         )
 
     def initial(self) -> Equations:
@@ -510,9 +514,7 @@ class HeatLosses(Component):
         yield connect(self.inertia5.flange_b, self.oneWayClutch.flange_a)
         yield connect(self.oneWayClutch.flange_b, self.inertia6.flange_a)
         yield connect(self.inertia6.flange_b, self.brake.flange_a)
-        yield connect(
-            self.sine2.y, self.clutch.f_normalized, self.oneWayClutch.f_normalized, self.brake.f_normalized
-        )
+        yield connect(self.sine2.y, self.clutch.f_normalized, self.oneWayClutch.f_normalized, self.brake.f_normalized)
         yield connect(
             self.convection.solid,
             self.damper.heat_port,

@@ -27,7 +27,9 @@ def test_torque_accelerates_in_its_own_direction() -> None:
 
 
 def test_torque_between_two_shafts_drives_them_apart() -> None:
-    line = Line(parts=(rot.Inertia(J=1), rot.Torque2(), rot.Inertia(J=J)), signals=(Constant(k=3),), wires=((0, 1, "tau"),))
+    line = Line(
+        parts=(rot.Inertia(J=1), rot.Torque2(), rot.Inertia(J=J)), signals=(Constant(k=3),), wires=((0, 1, "tau"),)
+    )
     result = run(line, 1.0)
     np.testing.assert_allclose(result["parts[0].w"], -3 * result.time, atol=1e-10)
     np.testing.assert_allclose(result["parts[2].w"], 3 / J * result.time, atol=1e-10)

@@ -1,0 +1,135 @@
+"""The library's examples that have no reference trajectory: energy, symmetry and what the text books say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import rotational_examples as examples
+
+import powertrain as pt
+from powertrain.components.rotational import Flange
+
+
+def energy_gap(result: Any) -> float:
+    """Largest gap of the balance stored + lost - work of the sources since the start, over the largest of these."""
+    time, total = result.time, np.zeros(len(result.time))
+    scale = np.zeros(len(time))
+    for part in result.compiled.flat.components:
+        if isinstance(part, pt.Connector):
+            continue
+        if part.boundary:
+            ports = [port for port in part.__dict__.values() if isinstance(port, Flange)]
+            terms = [_cumulative(result[f"{port._path}.tau"], result[f"{port._path}.phi"]) for port in ports]
+        else:
+            energy, loss = result.evaluate([pt.Symbol(part.energy()), pt.Symbol(part.loss())]).T
+            terms = [energy - energy[0], _cumulative(loss, time)]
+        total += sum(terms, np.zeros(len(time)))
+        scale = np.maximum(scale, np.abs(terms).max(axis=0, initial=0.0))
+    return float(np.abs(total).max() / scale.max())
+
+
+def _cumulative(y: Any, x: Any) -> Any:
+    return np.concatenate([[0.0], np.cumsum((y[1:] + y[:-1]) / 2 * np.diff(x))])
+
+
+@pytest.mark.parametrize(
+    ("model", "stop"),
+    [
+        (examples.First, 1.0),
+        (examples.CoupledClutches, 1.5),
+        (examples.LossyGearDemo1, 0.5),
+        (examples.LossyGearDemo2, 0.5),
+        (examples.LossyGearDemo3, 1.0),
+        (examples.EddyCurrentBrake, 1.0),
+        (examples.OneWayClutch, 2.0),
+        (examples.OneWayClutchDisengaged, 2.0),
+        (examples.SimpleGearShift, 5.0),
+        (examples.ElasticBearing, 10.0),
+        (examples.Backlash, 1.0),
+        (examples.HeatLosses, 1.0),
+        (examples.CompareBrakingTorque, 1.0),
+    ],
+)
+def test_energy_is_conserved(model: Callable[[], pt.Component], stop: float) -> None:
+    result = pt.simulate(model(), stop, points=20_000, rtol=1e-8, atol=1e-10)
+    assert energy_gap(result) < 1e-5
+
+
+def test_gear_beside_a_bearing_sticks_and_slides_with_it() -> None:
+    """Both are stuck together, and break loose together: they lock the same motion."""
+    result = pt.simulate(examples.LossyGearDemo2(), 0.5, rtol=1e-8, atol=1e-10)
+    gear, bearing = result["gear.mode"], result["bearingFriction.mode"]
+    still = np.abs(result["Inertia1.w"]) < 1e-9
+    assert set(gear) == {-1, 0, 1}
+    assert (gear[~still] == bearing[~still]).all()
+    alone = pt.simulate(examples.LossyGearDemo1(), 0.5, rtol=1e-8, atol=1e-10)
+    stuck = [np.trapezoid(r["gear.mode"] == 0, r.time) for r in (result, alone)]
+    assert stuck[0] > stuck[1]
+
+
+def test_gear_pushes_its_elastic_bearing() -> None:
+    result = pt.simulate(examples.ElasticBearing(), 10.0, points=2000)
+    last = result.time > 9.5
+    # Once the torque is constant, the housing rests and the shafts gain speed together.
+    a = 100 / (1 + 50 / 9)
+    np.testing.assert_allclose(np.polyfit(result.time[last], result["shaft.w"][last], 1)[0], a, rtol=2e-2)
+    assert result["springDamper.tau"][last].mean() == pytest.approx((1 - 3) * (100 - a), rel=2e-2)
+    np.testing.assert_allclose(
+        result["multiSensor.power"], result["multiSensor.tau"] * result["multiSensor.w"], atol=1e-12
+    )
+
+
+def test_backlash_slows_the_swing_and_the_jumping_damper_takes_more() -> None:
+    result = pt.simulate(examples.Backlash(), 1.0, points=2000, rtol=1e-8, atol=1e-10)
+    crossings = [np.flatnonzero(np.diff(np.sign(result[f"inertia{k}.phi"]))).size for k in (1, 2, 3)]
+    assert crossings[0] > crossings[1] >= crossings[2] > 2
+    peaks = [np.abs(result[f"inertia{k}.phi"][result.time > 0.8]).max() for k in (2, 3)]
+    assert math.pi / 8 < peaks[1] < peaks[0] < math.pi / 2
+    for name in ("elastoBacklash", "elastoBacklash2"):
+        assert (result[f"{name}.tau"] * result[f"{name}.tau_c"]).min() >= 0
+
+
+def test_losses_of_a_whole_driveline_leave_through_one_convection() -> None:
+    result = pt.simulate(examples.HeatLosses(), 1.0, rtol=1e-8, atol=1e-10)
+    lossy = [
+        "damper",
+        "springDamper",
+        "elastoBacklash",
+        "bearingFriction",
+        "lossyGear",
+        "clutch",
+        "oneWayClutch",
+        "brake",
+    ]
+    total = sum(result[f"{name}.lossPower"] for name in lossy)
+    np.testing.assert_allclose(result["convection.Q_flow"], total, atol=1e-9 * np.abs(total).max())
+    np.testing.assert_allclose(result["convection.solid.T"], 298.15 + total / 20, rtol=1e-9)
+    for name in lossy:
+        assert result[f"{name}.lossPower"].min() > -1e-6
+    assert (result["oneWayClutch.w_rel"] > -1e-9).all()
+    for name in ("bearingFriction", "lossyGear"):
+        assert {-1, 0, 1} <= set(result[f"{name}.mode"])
+
+
+def test_disengaged_one_way_clutch_is_a_freewheel() -> None:
+    result = pt.simulate(examples.OneWayClutchDisengaged(), 2.0, rtol=1e-8, atol=1e-10)
+    free = result["oneWayClutch.mode"] == 1
+    assert np.abs(result["oneWayClutch.tau"][free]).max() < 1e-9
+    assert result["oneWayClutch.tau"].max() < 1e-9
+    assert result["oneWayClutch.w_rel"].min() > -1e-9
+    np.testing.assert_allclose(result["oneWayClutch.lossPower"], 0.0, atol=1e-9)
+
+
+def test_four_braking_torques() -> None:
+    result = pt.simulate(examples.CompareBrakingTorque(), 5.0, rtol=1e-9, atol=1e-9)
+    t = result.time
+    constant = t < 0.99
+    np.testing.assert_allclose(result["inertia1.w"][constant], 100 * (1 - t[constant]), rtol=1e-6)
+    np.testing.assert_allclose(result["inertia2.w"], 100 * np.exp(-t), rtol=1e-6)
+    np.testing.assert_allclose(result["inertia3.w"], 100 / (1 + t), rtol=1e-6)
+    inverse = t < 0.4999
+    np.testing.assert_allclose(result["inertia4.w"][inverse], 100 * np.sqrt(1 - 2 * t[inverse]), rtol=1e-6)
