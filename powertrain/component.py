@@ -57,19 +57,37 @@ class Quantity:
 class Parameter(Quantity):
     """A constant of one simulation: tunable between runs without a new compilation."""
 
-    def __init__(self, unit: str, doc: str, default: float | None, min: float, max: float) -> None:
+    def __init__(
+        self,
+        unit: str,
+        doc: str,
+        default: float | None,
+        min: float,
+        max: float,
+        above: float,
+        exclude: tuple[float, ...],
+    ) -> None:
         super().__init__(unit, doc)
-        self.default, self.min, self.max = default, min, max
+        self.default, self.min, self.max, self.above, self.exclude = default, min, max, above, exclude
+
+    @property
+    def range(self) -> str:
+        """The allowed values as a text: '(0, 1]', '[0, inf) without 1'."""
+        low = f"({self.above:g}" if self.above >= self.min else f"[{self.min:g}"
+        high = f"{self.max:g}]" if math.isfinite(self.max) else "inf)"
+        without = f" without {' and '.join(f'{v:g}' for v in self.exclude)}" if self.exclude else ""
+        return f"{low}, {high}{without}"
 
     def check(self, value: float, where: str) -> float:
-        """``value`` as a float, or ParameterError where it is no number or lies outside [min, max]."""
+        """``value`` as a float, or ParameterError where it is no finite number or not in the range."""
         try:
             number = float(value)
         except (TypeError, ValueError):
             raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})") from None
-        if math.isnan(number) or not self.min <= number <= self.max:
+        inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
+        if not (inside and math.isfinite(number)):
             raise ParameterError(
-                f"{where} = {number:g} {self.unit} is outside its range [{self.min:g}, {self.max:g}] {self.unit} ({self.doc})"
+                f"{where} = {number:g} {self.unit} is outside its range {self.range} {self.unit} ({self.doc})"
             )
         return number
 
@@ -110,10 +128,20 @@ class Port:
 
 
 def parameter(
-    unit: str, doc: str, *, default: float | None = None, min: float = -math.inf, max: float = math.inf
+    unit: str,
+    doc: str,
+    *,
+    default: float | None = None,
+    min: float = -math.inf,
+    max: float = math.inf,
+    above: float = -math.inf,
+    exclude: tuple[float, ...] = (),
 ) -> Any:
-    """A tunable constant with unit, meaning and range; without a default it must be given."""
-    return Parameter(unit, doc, default, min, max)
+    """A tunable constant with unit, meaning and range; without a default it must be given.
+
+    The range is min <= value <= max, value > above, and none of ``exclude``.
+    """
+    return Parameter(unit, doc, default, min, max, above, exclude)
 
 
 def variable(
