@@ -12,6 +12,7 @@ from powertrain.components.rotational.eddy_current import EddyCurrentTorque
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.freewheel import Freewheel
 from powertrain.components.rotational.gear import Gear, LossyGear
+from powertrain.components.rotational.gearbox import Gearbox
 from powertrain.components.rotational.ideal_gear import IdealGear, IdealPlanetary
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.interfaces import (
@@ -69,6 +70,7 @@ __all__ = [
     "Flange",
     "Freewheel",
     "Gear",
+    "Gearbox",
     "IdealGear",
     "IdealGearR2T",
     "IdealPlanetary",

@@ -7,7 +7,7 @@ import math
 from powertrain import Component, Equations, Input, Output, connect, signal_input, signal_output
 from powertrain.components import rotational as rot
 from powertrain.components import translational as trans
-from powertrain.components.blocks import Constant, Feedback, Pulse, Ramp, Sine, Step
+from powertrain.components.blocks import Constant, Feedback, Product, Pulse, Ramp, Sine, Step
 from powertrain.components.thermal import Convection, FixedTemperature, HeatCapacitor
 
 COPPER = 3.92e-3
@@ -69,6 +69,43 @@ class FirstGrounded(Component):
         yield self.inertia2.w == 0
         yield self.spring.phi_rel == 0
         yield self.inertia3.w == 0
+
+
+class Friction(Component):
+    """A clutch that locks, and a brake behind a spring."""
+
+    sine: Sine = Sine(amplitude=200, f=50 / math.pi)
+    step2: Step = Step(height=-1, offset=1, startTime=0.5)
+    product: Product = Product()
+    torque: rot.Torque = rot.Torque()
+    inertia3: rot.Inertia = rot.Inertia(J=1)
+    clutch: rot.Clutch = rot.Clutch(fn_max=160)
+    inertia2: rot.Inertia = rot.Inertia(J=0.05)
+    spring: rot.SpringDamper = rot.SpringDamper(c=160, d=1)
+    inertia1: rot.Inertia = rot.Inertia(J=1)
+    brake: rot.Brake = rot.Brake(fn_max=1600)
+    const: Constant = Constant(k=1)
+    step: Step = Step(startTime=0.5)
+    fixed: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> Equations:
+        yield connect(self.sine.y, self.product.u1)
+        yield connect(self.step2.y, self.product.u2)
+        yield connect(self.product.y, self.torque.tau)
+        yield connect(self.torque.flange, self.inertia3.flange_a)
+        yield connect(self.inertia3.flange_b, self.clutch.flange_a)
+        yield connect(self.clutch.flange_b, self.inertia2.flange_a)
+        yield connect(self.inertia2.flange_b, self.spring.flange_a)
+        yield connect(self.spring.flange_b, self.brake.flange_a)
+        yield connect(self.brake.flange_b, self.inertia1.flange_a)
+        yield connect(self.const.y, self.clutch.f_normalized)
+        yield connect(self.step.y, self.brake.f_normalized)
+        yield connect(self.fixed.flange, self.torque.support, self.brake.support)
+
+    def initial(self) -> Equations:
+        for inertia, w in ((self.inertia3, 100), (self.inertia2, 90), (self.inertia1, 90)):
+            yield inertia.phi == 0
+            yield inertia.w == w
 
 
 class CoupledClutches(Component):

@@ -40,6 +40,7 @@ def _cumulative(y: Any, x: Any) -> Any:
     ("model", "stop"),
     [
         (examples.First, 1.0),
+        (examples.Friction, 3.0),
         (examples.CoupledClutches, 1.5),
         (examples.LossyGearDemo1, 0.5),
         (examples.LossyGearDemo2, 0.5),
@@ -57,6 +58,19 @@ def _cumulative(y: Any, x: Any) -> Any:
 def test_energy_is_conserved(model: Callable[[], pt.Component], stop: float) -> None:
     result = pt.simulate(model(), stop, points=20_000, rtol=1e-8, atol=1e-10)
     assert energy_gap(result) < 1e-5
+
+
+def test_clutch_locks_and_brake_stops() -> None:
+    result = pt.simulate(examples.Friction(), 3.0, rtol=1e-8, atol=1e-10)
+    assert result["clutch.mode"][0] == -1
+    assert result["clutch.mode"][-1] == 0
+    assert set(result["brake.mode"][result.time < 0.5 - 1e-9]) == {2}
+    assert result["brake.mode"][-1] == 0
+    np.testing.assert_allclose(result["inertia1.w"][-1], 0.0, atol=1e-10)
+    assert np.abs(result["inertia3.w"][-1]) < 0.3 * 90
+    slides = np.abs(result["clutch.w_rel"]) > 1e-6
+    np.testing.assert_allclose(np.abs(result["clutch.tau"][slides]), 80.0, rtol=1e-9)
+    assert np.abs(result["clutch.tau"]).max() < 80 + 1e-6
 
 
 def test_gear_beside_a_bearing_sticks_and_slides_with_it() -> None:

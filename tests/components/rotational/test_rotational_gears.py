@@ -209,3 +209,42 @@ def test_rotation_drives_translation(wheel: pt.Component, metres_per_radian: flo
     a = 3 / (0.4 + 10 * metres_per_radian**2)
     np.testing.assert_allclose(result["inertia.w"], a * result.time, rtol=1e-8, atol=1e-11)
     np.testing.assert_allclose(result["mass.v"], metres_per_radian * result["inertia.w"], rtol=1e-8, atol=1e-11)
+
+
+@pytest.mark.parametrize("driven_wheel", ["front", "rear"])
+def test_two_wheels_on_one_body(driven_wheel: str) -> None:
+    """A wheel set: one wheel drives, the other is pulled along by the body."""
+
+    class WheelSet(pt.Component):
+        front: rot.IdealRollingWheel = rot.IdealRollingWheel(radius=0.3)
+        rear: rot.IdealRollingWheel = rot.IdealRollingWheel(radius=0.5)
+        small: rot.Inertia = rot.Inertia(J=0.4)
+        large: rot.Inertia = rot.Inertia(J=1.5)
+        body: trans.Mass = trans.Mass(m=10)
+        torque: rot.ConstantTorque = rot.ConstantTorque(tau_constant=3)
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.front.flangeT, self.rear.flangeT, self.body.flange_a)
+            yield pt.connect(self.front.flangeR, self.small.flange_a)
+            yield pt.connect(self.rear.flangeR, self.large.flange_a)
+            driven = self.small if driven_wheel == "front" else self.large
+            yield pt.connect(self.torque.flange, driven.flange_b)
+
+    result = run(WheelSet(), 1.0)
+    r = 0.3 if driven_wheel == "front" else 0.5
+    a = 3 / r / (10 + 0.4 / 0.3**2 + 1.5 / 0.5**2)
+    np.testing.assert_allclose(result["body.v"], a * result.time, rtol=1e-8, atol=1e-11)
+    np.testing.assert_allclose(result["small.w"] * 0.3, result["large.w"] * 0.5, rtol=1e-10, atol=1e-13)
+
+
+def test_gearbox_is_its_gear_and_its_shaft() -> None:
+    times = np.linspace(0, 2, 101)
+    gear = rot.LossyGear(ratio=RATIO, lossTable=((0, 0.9, 0.8, 0.1, 0.2),))
+    shaft = rot.ElastoBacklash(c=500, d=2, b=0.02)
+    line = shaken(rot.Gearbox(lossyGear=gear, elastoBacklash=shaft))
+    split = pt.replace(line, parts=(*line.parts[:2], gear, shaft, *line.parts[3:]))
+    whole, parts = run(line, 2.0, times=times), run(split, 2.0, times=times)
+    a, b = np.interp(times, whole.time, whole["parts[1].w"]), np.interp(times, parts.time, parts["parts[1].w"])
+    assert np.abs(a - b).max() < 1e-6 * np.abs(b).max()
+    heat = whole["parts[2].lossyGear.lossPower"] + whole["parts[2].elastoBacklash.lossPower"]
+    np.testing.assert_allclose(whole["parts[2].heat_port.Q_flow"], -heat, atol=1e-9 * heat.max())
