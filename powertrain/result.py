@@ -193,6 +193,10 @@ class Result(Generic[M]):
             return _sealed(np.full(len(self.time), value))
         return _sealed(self._expressions([picked.expression])[:, 0])
 
+    def signal(self, what: What[M]) -> Array:
+        """``result[what]`` as a call: pyright and editors built on it follow selectors into calls, but not into brackets."""
+        return self[what]
+
     def _columns(self, names: Sequence[str]) -> dict[str, Array]:
         missing = [name for name in names if name not in self._values]
         if missing:

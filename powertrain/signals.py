@@ -29,6 +29,8 @@ LANES = 64
 """Samples of one call."""
 _LARGEST_BLOCK = 4_000_000
 _LARGEST_CORRECTION = 40
+_CORRECTIONS = 4
+_CLOSE = 1e-7
 _building = threading.RLock()
 
 
@@ -265,7 +267,7 @@ class Signals:
         return lanes[block]
 
     def corrected(self, samples: Samples, p: Array) -> Samples:
-        """Samples whose algebraic unknowns are one step of Newton's method better than the dense output gives them."""
+        """Samples whose algebraic unknowns are a few steps of Newton's method better than the dense output's."""
         nz = self.inputs[2].numel()
         if not 0 < nz <= _LARGEST_CORRECTION or not len(samples.t):
             return samples
@@ -274,14 +276,18 @@ class Signals:
             self._local.correction = Lanes(self.inputs, ca.vertcat(self.residual, jacobian))
         correction: Lanes = self._local.correction
         rows = correction(samples, p)
-        size = np.abs(rows[:, :nz]).max(axis=1)
-        try:
-            step = np.linalg.solve(rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz, None])[:, :, 0]
-        except np.linalg.LinAlgError:
-            return samples
-        tried = samples._replace(z=samples.z - step)
-        better = np.abs(correction(tried, p)[:, :nz]).max(axis=1) < size
-        return samples._replace(z=np.where(better[:, None], tried.z, samples.z))
+        for _ in range(_CORRECTIONS):
+            try:
+                step = np.linalg.solve(rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                break
+            tried = correction(samples._replace(z=samples.z - step), p)
+            better = (np.abs(tried[:, :nz]).max(axis=1) < np.abs(rows[:, :nz]).max(axis=1))[:, None]
+            samples = samples._replace(z=np.where(better, samples.z - step, samples.z))
+            rows = np.where(better, tried, rows)
+            if not (better & (np.abs(step) > _CLOSE * (1.0 + np.abs(samples.z)))).any():
+                break
+        return samples
 
 
 def fits_pattern(name: str, pattern: str) -> bool:

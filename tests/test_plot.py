@@ -1,0 +1,143 @@
+"""Plots of results: axes, labels, legends, units, modes and events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import powertrain as pt
+from powertrain.plot import axis_label, mark_events, plot_signals, unit_text
+from powertrain.result import Result
+
+
+class Pin(pt.Connector):
+    phi: pt.Variable = pt.variable("rad", "Angle")
+    tau: pt.Variable = pt.flow("N.m", "Torque")
+
+
+class Disc(pt.Component):
+    pin: Pin = pt.port(Pin)
+    w: pt.Variable = pt.variable("rad/s", "Angular velocity")
+
+    def equations(self) -> pt.Equations:
+        yield self.w == pt.der(self.pin.phi)
+        yield 2 * pt.der(self.w) == self.pin.tau
+
+
+class Brake(pt.Component):
+    pin: Pin = pt.port(Pin)
+    w: pt.Variable = pt.variable("rad/s", "Speed of the brake")
+    lossPower: pt.Variable = pt.variable("W", "Dissipated power")
+
+    def equations(self) -> pt.Equations:
+        yield self.w == pt.der(self.pin.phi)
+        yield self.lossPower == self.pin.tau * self.w
+        yield pt.friction(self.w, self.pin.tau, -1, 1)
+
+
+class Stopping(pt.Component):
+    disc: Disc = Disc()
+    brake: Brake = Brake()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.disc.pin, self.brake.pin)
+
+    def initial(self) -> pt.Equations:
+        yield self.disc.w == 1
+
+
+@pytest.fixture(scope="module")
+def result() -> Result[Stopping]:
+    return pt.simulate(Stopping(), stop=3, points=100)
+
+
+@pytest.fixture(autouse=True)
+def _close() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+def legend(ax: Axes) -> list[str]:
+    box = ax.get_legend()
+    assert box is not None
+    return [text.get_text() for text in box.get_texts()]
+
+
+def test_one_signal(result: Result[Stopping], tmp_path: Path) -> None:
+    ax = result.plot("disc.w")
+    (line,) = ax.lines
+    assert np.array_equal(line.get_xdata(), result.time)
+    assert np.array_equal(line.get_ydata(), result["disc.w"])
+    assert (ax.get_xlabel(), ax.get_ylabel(), legend(ax)) == ("Time [s]", "Angular velocity [rad/s]", ["disc.w"])
+    figure = ax.get_figure()
+    assert isinstance(figure, Figure)
+    figure.savefig(tmp_path / "plot.png")
+
+
+def test_into_given_axes_with_options(result: Result[Stopping]) -> None:
+    ax = plt.figure().add_subplot()
+    assert plot_signals(result, "disc.w", ax=ax, color="black", linestyle=":") is ax
+    result.plot("brake.w", ax=ax)
+    assert [line.get_color() for line in ax.lines] == ["black", "C1"]
+    assert legend(ax) == ["disc.w", "brake.w"]
+
+
+def test_two_units_have_two_axes(result: Result[Stopping]) -> None:
+    ax = result.plot("*.w", lambda m: m.disc.w - m.brake.w, "brake.pin.tau")
+    left, right = ax.figure.axes
+    assert left is ax
+    assert (left.get_ylabel(), right.get_ylabel()) == ("[rad/s]", "Torque [N·m]")
+    assert [line.get_linestyle() for line in (*left.lines, *right.lines)] == ["-", "-", "-", "--"]
+    assert legend(right) == ["disc.w", "brake.w", "disc.w-brake.w", "brake.pin.tau"]
+
+
+def test_three_units_are_refused(result: Result[Stopping]) -> None:
+    with pytest.raises(pt.ParameterError, match=r"at most two units, not disc\.w \[rad/s\]; .*lossPower \[W\]"):
+        result.plot("disc.w", "brake.pin.tau", "brake.lossPower")
+
+
+def test_nothing_and_unknown_names(result: Result[Stopping]) -> None:
+    with pytest.raises(pt.ParameterError, match="names of signals"):
+        result.plot()
+    with pytest.raises(pt.ParameterError, match=r"did you mean disc\.w"):
+        result.plot("disc.ww")
+    assert not plt.get_fignums()
+
+
+def test_modes_are_named(result: Result[Stopping]) -> None:
+    ax = result.plot("brake.mode")
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["backward", "stuck", "forward", "free"]
+    assert ax.get_ylabel() == "Mode"
+
+
+def test_events_are_marked(result: Result[Stopping]) -> None:
+    ax = result.plot("disc.w", events=True)
+    (mark,) = ax.lines[1:]
+    assert np.asarray(mark.get_xdata()) == pytest.approx(2)
+    assert len(mark_events(result, ax, "brake").lines) == 3
+    assert legend(ax) == ["disc.w"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "text"),
+    [("kg.m2", "kg·m²"), ("N.m.s/rad", "N·m·s/rad"), ("m.s-2", "m·s⁻²"), ("1", "1"), ("W/(m2.K)", "W/(m²·K)")],
+)
+def test_units_as_printed(unit: str, text: str) -> None:
+    assert unit_text(unit) == text
+
+
+def test_axis_labels() -> None:
+    assert axis_label([("a.w", "Speed"), ("b.w", "Speed")], "rad/s") == "Speed [rad/s]"
+    assert axis_label([("a.w", "Speed"), ("b.w", "Other speed")], "rad/s") == "w [rad/s]"
+    assert axis_label([("a.w", "Speed"), ("b.v", "Other speed")], "rad/s") == "[rad/s]"
+    assert axis_label([("a.x", "Ratio")], "1") == "Ratio"
