@@ -14,8 +14,8 @@ from powertrain.hybrid import HybridDae
 Array = NDArray[np.float64]
 CHECKS = (0.25, 0.5, 0.75)
 """Where inside a step the event indicators are looked at, besides its end."""
-INFO = 3
-"""Entries of ``Memory.info`` before the indicators' minima: error norm, smallest of all minima, stiffness."""
+INFO = 5
+"""Entries of ``Memory.info`` before the indicators' minima: error norm, smallest of all minima, stiffness, and the two of the survey."""
 
 
 class Bound:

@@ -17,6 +17,7 @@ from powertrain.failure import guard_message, guard_violation, not_finite, under
 from powertrain.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
 from powertrain.location import locate_event
 from powertrain.projection import project
+from powertrain.survey import ROUGH
 from powertrain.trajectory import Instant, Recorder, Trajectory
 
 if TYPE_CHECKING:
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 _STIFF = 3.25
 _STIFF_STEPS = 15
+_FINEST = 1e-5
+"""Share of the simulated span below which steps are not halved to resolve indicators."""
+_HALVINGS = 8
+"""How often a step is halved because the indicators are not resolved; then a kink is taken as it is."""
 
 
 class Run:
@@ -118,7 +123,7 @@ class Run:
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
         before, rejected, watch = self.error_before, False, self.watch
         counting, auto = bool(self.counted), self.method == "dopri5" and self.engine.method == "auto"
-        wanted = 0.0
+        wanted, halved, finest = 0.0, 0, _FINEST * (self.stop - self.start)
         while True:
             last = t + 1.01 * h >= target
             if last:
@@ -131,6 +136,13 @@ class Run:
                 h = self._smaller(e, t, h, side)
                 steps = self.steps
                 continue
+            rough = info[4]
+            if (rough > ROUGH or info[3] <= 0.0 < info[1]) and halved < _HALVINGS and h > finest:
+                halved += 1
+                self.rejected += 1
+                rejected, h = True, 0.5 * h
+                continue
+            halved = 0
             times(t)
             sizes(h)
             rows(dense.tobytes())
@@ -138,6 +150,8 @@ class Run:
                 e = 1e-10
             factor = 0.9 * e**-0.14 * before**0.08
             factor = 5.0 if factor > 5.0 else 0.2 if factor < 0.2 else factor
+            if 0.003 < rough <= ROUGH:
+                factor = min(factor, (0.3 / rough) ** (1 / 3))
             if rejected:
                 factor = min(factor, 1.0)
                 rejected = False

@@ -10,6 +10,7 @@ from scipy.sparse.linalg import splu
 from powertrain import rodas5p
 from powertrain.buffers import CHECKS, INFO, Array, Bound, Memory, zeros
 from powertrain.steps import PREFIX, Common
+from powertrain.survey import survey
 
 _A = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.A])
 _C = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.C])
@@ -25,6 +26,7 @@ class SparseStep:
         self._point, self._now = zeros(self._n), zeros(1)
         self._rate, self._slope = zeros(self._n), zeros(self._n)
         self._g, self._outside = zeros(model.indicators), memory.outside
+        self._samples, self._found = zeros(4 * max(model.indicators, 1)), zeros(2)
         self._checks = model.indicators > 0
         self._bind(model)
 
@@ -39,6 +41,9 @@ class SparseStep:
             arrays,
             [self._g, self._outside],
         )
+        samples = ca.SX.sym("samples", model.indicators, 4)
+        function = ca.Function(PREFIX + "survey", [ca.vec(samples)], [ca.vertcat(*survey(ca.horzsplit(samples)))])
+        self._survey = Bound(function, [self._samples], [self._found])
         diagonal = ca.Sparsity.diag(self._n)
         jacobian = ca.jacobian(rates, model.y)
         pattern = jacobian.sparsity() + diagonal
@@ -87,11 +92,13 @@ class SparseStep:
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)
         dense[:] = y, end - y + first, second - first, third - second, -third
-        least = [1.0] * (len(CHECKS) + 1)
+        minima = [1.0] * (len(CHECKS) + 1)
         if self._checks or self._outside.size:
             for k, q in enumerate((*CHECKS, 1.0)):
                 self._now[0] = t + q * h
                 self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
                 self._watch.call()
-                least[k] = float(self._g.min()) if self._checks else 1.0
-        memory.info[: INFO + len(least)] = norm, min(least), 0.0, *least
+                minima[k] = float(self._g.min()) if self._checks else 1.0
+                self._samples.reshape(4, -1)[k] = self._g
+        self._survey.call()
+        memory.info[: INFO + len(minima)] = norm, min(minima), 0.0, *self._found, *minima

@@ -14,6 +14,7 @@ from powertrain.indicators import indicators
 from powertrain.modes import mode_pass, snapped, timed
 from powertrain.sparse_lu import factorize
 from powertrain.step import Step, on_polynomial
+from powertrain.survey import least, survey
 
 PREFIX = "powertrain_"
 
@@ -89,19 +90,13 @@ def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Fu
     t, h = model.time[0], model.time[1]
     scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     norm = ca.sqrt(ca.sumsqr(taken.error / scale) / max(model.y.numel(), 1))
-    minima = [_smallest(model.both(t + q * h, on_polynomial(taken.dense, q))[1]) for q in CHECKS]
-    minima.append(_smallest(model.both(t + h, taken.end)[1]))
-    info = ca.vertcat(norm, _smallest(ca.vertcat(*minima)), taken.stiffness, *minima)
+    samples = [model.both(t + q * h, on_polynomial(taken.dense, q))[1] for q in CHECKS]
+    samples.append(model.both(t + h, taken.end)[1])
+    minima = [least(sample) for sample in samples]
+    info = ca.vertcat(norm, least(ca.vertcat(*minima)), taken.stiffness, *survey(samples), *minima)
     outside = ca.densify(model.guards(t + h, taken.end))
     results = [taken.end, taken.slope, info, ca.vec(taken.dense), outside]
     return _function(name, [model.time, model.y, model.dae.m, model.dae.p, slope, model.tolerance], results)
-
-
-def _smallest(values: ca.SX) -> ca.SX:
-    least = ca.SX(1.0)
-    for i in range(values.numel()):
-        least = values[i] if i == 0 else ca.fmin(least, values[i])
-    return least
 
 
 def fresh(model: Common) -> ca.Function:
@@ -144,10 +139,10 @@ def locate(model: Common) -> ca.Function:
         for _ in range(2):
             y = _corrected(model, t, y, n)
     g = model.both(t, y)[1]
-    least = ca.SX(1e300)
+    smallest = ca.SX(1e300)
     for i in range(model.indicators):
-        least = ca.fmin(least, ca.if_else(mask[i] > 0, g[i], 1e300))
-    return _function(PREFIX + "locate", [model.time, fraction, mask, dense, dae.m, dae.p], [y, ca.densify(g), least])
+        smallest = ca.fmin(smallest, ca.if_else(mask[i] > 0, g[i], 1e300))
+    return _function(PREFIX + "locate", [model.time, fraction, mask, dense, dae.m, dae.p], [y, ca.densify(g), smallest])
 
 
 def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:

@@ -1,0 +1,42 @@
+"""Whether the indicators' samples inside one step are enough to trust their signs in between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+ROUGH = 0.4
+"""Above this share of its size, the third difference of an indicator says that its samples do not resolve it."""
+_NOISE = 1e-6
+"""Indicators below this size (rad/s, N.m, ...) are not asked to be smooth."""
+
+
+def least(values: ca.SX) -> ca.SX:
+    """The smallest entry, or 1 where there is none."""
+    smallest = values[0] if values.numel() else ca.SX(1.0)
+    for i in range(1, values.numel()):
+        smallest = ca.fmin(smallest, values[i])
+    return smallest
+
+
+def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
+    """The smallest minimum that parabolas through the samples show inside the step, and the largest relative third difference.
+
+    ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step. Error control alone does not see what stuck laws carry: their
+    states stand still while the torques change.
+    """
+    minimum, rough = ca.SX(1.0), ca.SX(0.0)
+    for i in range(samples[0].numel()):
+        a, b, c, d = (sample[i] for sample in samples)
+        minimum = ca.fmin(minimum, ca.fmin(_vertex(a, b, c, 2.0, 1.0), _vertex(b, c, d, 1.0, 1.0)))
+        size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
+        rough = ca.fmax(rough, ca.fabs(d - a + 3 * (b - c)) / (size + _NOISE))
+    return minimum, rough
+
+
+def _vertex(a: ca.SX, b: ca.SX, c: ca.SX, before: float, after: float) -> ca.SX:
+    """The minimum of the parabola through three equidistant values if it lies up to ``before``/``after`` intervals from the middle, else 1."""
+    slope, bend = (c - a) / 2, a - 2 * b + c
+    inside = ca.logic_and(slope <= before * bend, -slope <= after * bend)
+    return ca.if_else(ca.logic_and(bend > 0, inside), b - slope**2 / (2 * ca.if_else(bend > 0, bend, 1.0)), 1.0)
