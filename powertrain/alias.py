@@ -22,6 +22,8 @@ Coefficient = float | Symbol
 """A number where it is one, else an expression of parameters."""
 Base = tuple[int, int]
 """A variable by the key of its symbol, and the order of its derivative."""
+CONSTANT = -1
+"""Stands in ``ties`` for what makes a variable constant."""
 
 
 @dataclass(frozen=True)
@@ -70,27 +72,45 @@ class Reduced:
         return root if alias.plain else alias.factor * root + offset
 
     def tied_by(self, variables: Sequence[int]) -> list[Equation]:
-        """The equations behind the aliases on the shortest ways between the first variable and the others."""
+        """The equations behind the aliases on the shortest ways between the variables; from a constant to what makes it one."""
         users: dict[int, list[int]] = {}
         for i, bases in self.ties.items():
             for base in bases:
                 users.setdefault(base, []).append(i)
-        first, *others = variables
+        found: dict[int, None] = {}
+        done: set[int] = set()
+        pending = list(variables)
+        for first in pending:
+            if first in done:
+                continue
+            came = self._reach(first, users)
+            done |= {first} | (set(came) if CONSTANT not in came else set())
+            for target in [*variables, CONSTANT]:
+                base = target
+                while base in came:
+                    i, base = came[base]
+                    found[i] = None
+                    if target == CONSTANT:
+                        pending += [b for b in self.ties[i] if b != CONSTANT]
+        return [self.flat.equations[i] for i in found]
+
+    def _reach(self, first: int, users: dict[int, list[int]]) -> dict[int, tuple[int, int]]:
+        """What is tied to ``first``: for each variable the equation and the variable it was reached by."""
         came: dict[int, tuple[int, int]] = {}
         queue = deque([first])
-        while queue and not all(b in came or b == first for b in others):
+        while queue:
             at = queue.popleft()
+            if at == CONSTANT:
+                continue
             for i in users.get(at, []):
                 for base in self.ties[i]:
                     if base not in came and base != first:
                         came[base] = (i, at)
                         queue.append(base)
-        found: list[int] = []
-        for base in others:
-            while base in came:
-                i, base = came[base]
-                found.append(i)
-        return [self.flat.equations[i] for i in dict.fromkeys(found)]
+        alias = self.aliases.get(first)
+        if alias is None or alias.root is not None:
+            came.pop(CONSTANT, None)
+        return came
 
     def derivative(self, symbol: Symbol, order: int) -> Symbol:
         """The symbol of der^order(symbol)."""
@@ -174,10 +194,8 @@ class _Elimination:
             return set()
         row = self.rows[index]
         terms, constant = self._collect(row)
-        moving = sum(self.resolve(base).root is not None for _, (base, _) in row.terms)
-        joined = len(terms) <= 1 and len(terms) < moving and moving > 1
-        if not terms or (joined and not isinstance(next(iter(terms.values())), float)):
-            self._redundant(index, next(iter(terms.values()), constant))
+        if not terms or self._closes_loop(row, terms):
+            self._redundant(index, terms, constant)
             return set()
         if len(terms) > 2:
             return set()
@@ -186,6 +204,13 @@ class _Elimination:
             if base[1] == 0 and isinstance(coefficient, float) and self._allowed(base, others, terms):
                 return self._eliminate(index, base[0], coefficient, others, terms, constant)
         return set()
+
+    def _closes_loop(self, row: _Row, terms: dict[Base, Coefficient]) -> bool:
+        """Whether a rigid loop leaves (expression of parameters) * variable = 0. Torques may be zero, motions are not meant to be."""
+        moving = sum(self.resolve(base).root is not None for _, (base, _) in row.terms)
+        if len(terms) > 1 or moving < 2 or len(terms) >= moving or isinstance(next(iter(terms.values())), float):
+            return False
+        return not any(self.reduced.flat.unknowns[base].flow for _, (base, _) in row.terms)
 
     def _allowed(self, base: Base, others: list[Base], terms: dict[Base, Coefficient]) -> bool:
         """Not in terms of itself, and not a torque as inertia times acceleration: torques stay to be seen as torques."""
@@ -218,7 +243,9 @@ class _Elimination:
         constant: Coefficient,
     ) -> set[int]:
         self.used.add(index)
-        self.reduced.ties[index] = [b for _, (b, _) in self.rows[index].terms]
+        bases = [b for _, (b, _) in self.rows[index].terms]
+        first_constant = not others and all(self.resolve(b).root is not None for b in bases)
+        self.reduced.ties[index] = bases + [CONSTANT] * first_constant
         if others:
             (root, order), factor = others[0], -terms[others[0]] / coefficient
             self.reduced.aliases[base] = Affine(factor, root, order, -constant / coefficient)
@@ -229,26 +256,32 @@ class _Elimination:
             self.watching.setdefault(others[0][0], set()).update(woken)
         return {i for i in woken if i not in self.used and len(self.rows[i].terms) <= 4}
 
-    def _redundant(self, index: int, constant: Coefficient) -> None:
+    def _redundant(self, index: int, terms: dict[Base, Coefficient], constant: Coefficient) -> None:
         """An equation between variables that others already tie together: it repeats them or contradicts them."""
         flat = self.reduced.flat
-        loop = [flat.equations[index], *self.reduced.tied_by([base for _, (base, _) in self.rows[index].terms])]
-        symbols = ca.symvar(column([*(e.residual for e in loop), Symbol(constant)]))
+        left = next(iter(terms.values()), constant)
+        bases = [base for _, (base, _) in self.rows[index].terms]
+        loop = [flat.equations[index], *self.reduced.tied_by(bases)]
+        symbols = ca.symvar(column([*(e.residual for e in loop), Symbol(left)]))
         used = {s.name(): self.parameters[key(s)] for s in symbols if key(s) in self.parameters}
-        if isinstance(constant, float):
-            value = constant
+        if isinstance(left, float):
+            value = left
         else:
-            inside = ca.symvar(constant)
-            value = float(ca.substitute(constant, column(inside), ca.DM([self.parameters[key(s)] for s in inside])))
-        quoted = quote(loop)
+            inside = ca.symvar(left)
+            value = float(ca.substitute(left, column(inside), ca.DM([self.parameters[key(s)] for s in inside])))
         values = f"\n  with {', '.join(f'{n} = {v:g}' for n, v in used.items())}" if used else ""
+        quoted = quote(loop) + values
         if abs(value) > 1e-12:
+            except_at = ", except at standstill" if terms else ""
+            raise ModelError(f"contradiction: these equations cannot all hold{except_at}\n  {quoted}")
+        if any(flat.unknowns[base].flow for base in bases):
             raise ModelError(
-                f"contradiction: these equations cannot all hold, except at standstill\n  {quoted}{values}"
+                f"loose part: these equations give the same torques or forces twice, so that one motion is not determined; "
+                f"connect what is open to something with inertia, or take the part out\n  {quoted}"
             )
         raise ModelError(
             f"rigid loop: these equations tie the same parts together twice, so that the torques in the loop are not determined; "
-            f"take one of the joints out, or give it a compliance\n  {quoted}{values}"
+            f"take one of the joints out, or give it a compliance\n  {quoted}"
         )
 
 

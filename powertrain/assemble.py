@@ -55,7 +55,7 @@ def compile_model(model: Component) -> Compiled:
     with reading(flat.recorder):
         torques, others = declare_torques(reduced)
         known = {key(t.symbol) for t in torques}
-        _check_structure(reduced, known)
+        _check_structure(reduced, torques)
         system = differentiate(reduced, known)
         add_rates(system, torques)
         states = select_states(system, _wishes(reduced, torques, others), values)
@@ -101,35 +101,44 @@ def _schedule_inputs(flat: Flat) -> list[Unknown]:
     return flat.inputs
 
 
-def _check_structure(reduced: Reduced, known: set[int]) -> None:
+def _check_structure(reduced: Reduced, torques: list[Torque]) -> None:
     """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
+    known = {key(t.symbol) for t in torques}
     system = Differentiated(reduced, known)
     bases = [list(dict.fromkeys(b for b, _ in system.bases(e.residual))) for e in reduced.equations]
     matching = Matching(lambda e: bases[e])
     for e in range(len(bases)):
         if not matching.augment(e):
-            raise ModelError(_too_much(reduced, sorted(matching.seen_equations), matching.seen_variables))
+            raise ModelError(_too_much(reduced, sorted(matching.seen_equations), matching.seen_variables, torques))
     free = [b for b in reduced.symbols if b not in reduced.aliases and b not in known and b not in matching.equation_of]
     if free:
         raise ModelError(_too_little(reduced, free))
 
 
-def _too_much(reduced: Reduced, equations: list[int], variables: set[int]) -> str:
+def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[Torque]) -> str:
     said = [reduced.originals[e] for e in equations if e < len(reduced.originals)]
     said += [reduced.equations[e] for e in equations if e >= len(reduced.originals)]
     recorder = reduced.flat.recorder
-    inside = [key(recorder.bases.get(key(s), (s, 0))[0]) for e in said for s in free_symbols(e.residual)]
-    inside = [b for b in dict.fromkeys(inside) if b in reduced.flat.unknowns]
-    ties = reduced.tied_by(inside) if inside else []
+
+    def inside(listed: list[Equation]) -> list[int]:
+        bases = [key(recorder.bases.get(key(s), (s, 0))[0]) for e in listed for s in free_symbols(e.residual)]
+        return list(dict.fromkeys(bases))
+
+    roots = set(inside([reduced.equations[e] for e in equations]))
+    laws = [t for t in torques if key(t.symbol) in roots]
+    named = [b for b in [*inside(said), *(key(t.symbol) for t in laws)] if b in reduced.flat.unknowns]
+    quoted = quote([*said, *reduced.tied_by(named)])
+    if laws:
+        given = "\n  ".join(str(t.place) for t in laws)
+        return (
+            f"over-determined: these laws give torques or forces that the equations below them give too, so that a motion is not "
+            f"determined; put an inertia or a compliance between\n  {given}\n  {quoted}"
+        )
     names = sorted(_name(reduced, b) for b in variables)
-    unknowns = (
-        f"the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}"
-        if names
-        else "what is already known"
-    )
-    return (
-        f"over-determined: {len(equations)} equations for {unknowns}; one of these has to go\n  {quote([*said, *ties])}"
-    )
+    n = len(equations)
+    count = f"{n} equation{'s' * (n != 1)} for the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}"
+    what = count if names else "this is already known from the other equations"
+    return f"over-determined: {what}; one of these has to go\n  {quoted}"
 
 
 def _too_little(reduced: Reduced, free: list[int]) -> str:

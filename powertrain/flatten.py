@@ -32,6 +32,7 @@ class Unknown:
     start: float | None = None
     guess: float = 0.0
     prefer: bool = False
+    flow: bool = False
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,8 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     unit, doc = declared(component, quantity)
     if isinstance(quantity, Variable):
         symbol = Symbol.sym(name)
-        flat.unknowns[key(symbol)] = Unknown(name, symbol, unit, doc, quantity.start, quantity.guess, quantity.prefer)
+        q = quantity
+        flat.unknowns[key(symbol)] = Unknown(name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow)
         return symbol
     symbol = flat.recorder.hold(name)
     if isinstance(quantity, Parameter):

@@ -11,7 +11,7 @@ from powertrain import sharing
 from powertrain.alias import Reduced
 from powertrain.blocks import Solved
 from powertrain.laws import FrictionLaw
-from powertrain.symbols import Symbol, column
+from powertrain.symbols import Symbol, column, free_symbols, key, time
 from powertrain.torques import Torque, parallel_groups, solve_torques
 
 
@@ -21,7 +21,8 @@ class Resolver:
     def __init__(
         self, reduced: Reduced, solved: Solved, torques: list[Torque], x: Symbol, values: dict[int, float]
     ) -> None:
-        self.reduced = reduced
+        self.reduced, self.x = reduced, x
+        self.implicit, self.residuals = solved.implicit, solved.residuals
         assigned = list(solved.expressions)
         if assigned:
             assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
@@ -47,7 +48,41 @@ class Resolver:
 
     def model(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of any variable of the model in terms of (t, x, z, m, p)."""
-        return self.now(self.reduced.rewrite(expressions)) if expressions else []
+        if not expressions:
+            return []
+        rewritten = self.reduced.rewrite(expressions)
+        found = self.now(rewritten)
+        left = self._not_assigned(found)
+        return _substituted(found, column(left), column([self._derived(s) for s in left])) if left else found
+
+    def _not_assigned(self, expressions: list[Symbol]) -> list[Symbol]:
+        """Derivatives that the equations do not contain and that therefore have no assignment."""
+        bases = self.reduced.flat.recorder.bases
+        known = {key(s) for group in (self.x, self.names) for s in free_symbols(group)}
+        return [s for s in free_symbols(column(expressions)) if key(s) in bases and key(s) not in known]
+
+    def _derived(self, symbol: Symbol) -> Symbol:
+        """A derivative that the equations do not contain, along the motion: d/dt by the chain rule."""
+        base, order = self.reduced.flat.recorder.bases[key(symbol)]
+        (value,) = self.model([self.reduced.derivative(base, order - 1)])
+        return self._along(value)
+
+    def _along(self, value: Symbol) -> Symbol:
+        """d/dt of an expression in (t, x, z, m, p)."""
+        recorder = self.reduced.flat.recorder
+        result = ca.jacobian(value, time)
+        if self.x.numel():
+            rates = column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
+            result = result + ca.jacobian(value, self.x) @ rates
+        z = [*self.implicit, *self.fractions]
+        if any(key(s) in {key(u) for u in z} for s in free_symbols(value)):
+            unknowns = column(z)
+            residual = column([*self.now(self.residuals), *self.fraction_residuals()])
+            moved = ca.jacobian(residual, time)
+            if self.x.numel():
+                moved = moved + ca.jacobian(residual, self.x) @ rates
+            result = result - ca.jacobian(value, unknowns) @ ca.solve(ca.jacobian(residual, unknowns), moved)
+        return result
 
     def closed_laws(self) -> list[Torque]:
         """The laws in terms of (t, x, z, m, p); those that share a motion break loose by their joint interval."""

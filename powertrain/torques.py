@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NoReturn
 
 import casadi as ca
 import numpy as np
 
 from powertrain import linear, sharing
-from powertrain.alias import Reduced
+from powertrain.alias import Reduced, quote
 from powertrain.errors import ModelError
 from powertrain.flatten import Equation
 from powertrain.index import Differentiated, generic
@@ -43,6 +44,7 @@ def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, L
         if not isinstance(law, FrictionLaw | UnilateralLaw):
             others.append((place, law))
             continue
+        plain = law.torque if isinstance(law, FrictionLaw) else law.force
         law = law.mapped(reduced.rewrite)
         value = law.torque if isinstance(law, FrictionLaw) else law.force
         inside = [s for s in free_symbols(value) if key(s) not in flat.recorder.constants]
@@ -56,6 +58,8 @@ def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, L
             )
         if linear_root:
             symbol = inside[0]
+        elif not inside:
+            _refuse_given(reduced, place, plain)
         else:
             symbol = Symbol.sym(f"{place.path}.{law.name}.torque")
             reduced.symbols[key(symbol)] = symbol
@@ -63,6 +67,15 @@ def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, L
         taken[key(symbol)] = place
         torques.append(Torque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
     return torques, others
+
+
+def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
+    """The torque of a law is constant already, because of a flange that is not connected."""
+    ties = reduced.tied_by([key(s) for s in free_symbols(torque) if key(s) in reduced.flat.unknowns])
+    raise ModelError(
+        f"loose part: {place}\n  its torque or force is already given by the lines below, so that its motion is not determined; "
+        f"connect what is open to something with inertia, or take the part out\n  {quote(ties)}"
+    )
 
 
 def add_rates(system: Differentiated, torques: list[Torque]) -> None:
