@@ -34,15 +34,15 @@ class ForceToPositionAdaptor(Component):
 class PositionToForceAdaptor(Component):
     """Forces a flange's position by a signal and gives the force that this takes.
 
-    flange.s = s,  f = flange.f.  Speed and acceleration follow by differentiation of s.
+    flange.s = s,  f = -flange.f.  Speed and acceleration follow by differentiation of s.
     """
 
     boundary: ClassVar[bool] = True
     flange: Flange = port(Flange)
     s: Input = signal_input("m", "Position of the flange")
-    f: Output = signal_output("N", "Force into the adaptor at the flange, flange.f")
+    f: Output = signal_output("N", "Force that drives what is connected to the flange, -flange.f")
 
     def equations(self) -> Equations:
         """Motion in, force out."""
         yield self.flange.s == self.s.value
-        yield self.f.value == self.flange.f
+        yield self.f.value == -self.flange.f

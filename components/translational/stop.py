@@ -26,8 +26,10 @@ from powertrain.components.translational.interfaces import Lossy, Rigid
 
 BREAKAWAY = 1.001
 """Force at which a resting mass breaks loose over friction at zero speed, as in the Modelica Standard Library."""
+TOUCH = 1e-9
+"""How far in m a mass goes into a stop before it is stopped; so it may start where it just touches one."""
 OVERRUN = 1e-6
-"""How far in m a mass may stand behind a stop at the start."""
+"""How far in m behind a stop it is an error."""
 
 
 class MassWithStopAndFriction(Rigid, Lossy):
@@ -67,8 +69,8 @@ class MassWithStopAndFriction(Rigid, Lossy):
         lower = switch(self.stopped < -0.5, -math.inf, self.F_prop * self.v - rub)
         upper = switch(self.stopped > 0.5, math.inf, self.F_prop * self.v + rub)
         yield friction(self.v, self.f, lower, upper, peak=BREAKAWAY)
-        yield when(behind <= 0, reinit(self.v, 0.0), reinit(self.stopped, -1.0))
-        yield when(ahead <= 0, reinit(self.v, 0.0), reinit(self.stopped, 1.0))
+        yield when(behind <= -TOUCH, reinit(self.v, 0.0), reinit(self.stopped, -1.0))
+        yield when(ahead <= -TOUCH, reinit(self.v, 0.0), reinit(self.stopped, 1.0))
         yield when(ca.logic_and(behind > 0, ahead > 0), reinit(self.stopped, 0.0))
         yield from self._dissipate()
 
