@@ -66,13 +66,13 @@ def share(members: Sequence[Member], k: int, theta: Symbol | None) -> tuple[Symb
     """
     this, before = members[k], members[:k]
     joint = _any([m.stuck for m in before])
-    rest = this.aligned - ca.fmax(this.low, ca.fmin(this.high, 0))
+    rest = this.aligned - (0 if theta is not None else ca.fmax(this.low, ca.fmin(this.high, 0)))
     if all(m.infinite for m in before):
         return joint, rest
     finite = [m for m in before if not m.infinite]
     width = this.high - this.low
     if theta is not None:
-        ratio = this.aligned - this.low - theta * width
+        ratio = this.aligned - this.low - _filled(theta, width, 1)
     else:
         taken = sum((ca.if_else(m.stuck, m.aligned - m.low, 0) for m in finite), Symbol(0))
         room = sum((ca.if_else(m.stuck, m.high - m.low, 0) for m in finite), Symbol(0))
@@ -86,8 +86,14 @@ def fraction_residual(members: Sequence[Member], theta: Symbol) -> Symbol:
     finite = [m for m in members if not m.infinite]
     taken = sum((ca.if_else(m.stuck, m.aligned - m.low, 0) for m in finite), Symbol(0))
     room = sum((ca.if_else(m.stuck, m.high - m.low, 0) for m in finite), Symbol(0))
-    several = sum((ca.if_else(m.stuck, 1, 0) for m in finite), Symbol(0)) >= 2
-    return ca.if_else(several, taken - theta * room, theta - 0.5)
+    count = sum((ca.if_else(m.stuck, 1, 0) for m in finite), Symbol(0))
+    return ca.if_else(count >= 2, taken - _filled(theta, room, count), theta - 0.5)
+
+
+def _filled(theta: Symbol, width: Symbol, count: Symbol | int) -> Symbol:
+    """theta*width; beyond [0, 1], where some law must break loose, a line of its own, so that there always is one such fraction."""
+    inside = ca.fmax(0, ca.fmin(1, theta))
+    return inside * width + (theta - inside) * count
 
 
 def joint_interval(members: Sequence[Member], k: int) -> tuple[Symbol, Symbol, Symbol, Symbol]:
