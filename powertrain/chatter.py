@@ -24,6 +24,7 @@ class Chatter:
         return len(times) == _SWITCHES and t - times[0] < self._window
 
     def message(self, law: Friction | Switch | Contact | When, t: float) -> str:
+        """What to tell the user about a law that chatters."""
         return (
             f"{law.name} ({law.where}) switches without end: {_SWITCHES} times within {self._window:.3g} s before t = {t:.9g} s. "
             "Its condition and what it switches contradict each other; give it a hysteresis, or let the model slide or stick there."

@@ -30,7 +30,7 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
     for function in functions.values():
         generator.add(function)
     code = generator.dump()
-    digest = hashlib.sha256((code + " ".join(FLAGS) + ca.__version__).encode()).hexdigest()[:24]
+    digest = hashlib.sha256((code + " ".join(FLAGS)).encode()).hexdigest()[:24]
     library = cache_directory() / f"powertrain_{digest}.so"
     if not library.exists():
         _build(code, library)
@@ -52,4 +52,4 @@ def _build(code: str, library: Path) -> None:
         )
         if done.returncode:
             raise PowertrainError(f"the C compiler {compiler} failed:\n{done.stderr[-2000:]}")
-        os.replace(built, library)
+        built.replace(library)

@@ -21,7 +21,7 @@ class Algebra:
     """Solves 0 = residual(t, x, z, m, p) for z in place, on either side of the double-buffered unknowns."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
-        self.n, self.nz = dae.x.numel(), dae.z.numel()
+        self.dae, self.n, self.nz = dae, dae.x.numel(), dae.z.numel()
         self._y = memory.y
         self._residual, self._jacobian = zeros(self.nz), zeros(self.nz * self.nz)
         time, y = ca.SX.sym("time", 2), ca.SX.sym("y", self.n + self.nz)
@@ -80,8 +80,10 @@ class Algebra:
             return np.asarray(np.linalg.lstsq(matrix, residual, rcond=None)[0], dtype=np.float64)
 
     def _refuse(self) -> None:
-        worst = int(np.argmax(np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)))
+        sizes = np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)
+        rows = [int(k) for k in np.argsort(-sizes, kind="stable")[:4] if sizes[k] > 0.0]
+        quoted = "\n  ".join(f"{self.dae.equation(k)}: left minus right is {self._residual[k]:.6g}" for k in rows)
         raise NotConsistent(
-            f"the algebraic equations have no solution near the guess: equation {worst + 1} of {self.nz} stays at "
-            f"{self._residual[worst]:.6g} instead of 0"
+            "these equations have no solution near the guess (an algebraic loop); check them, or give guesses of their unknowns"
+            f"\n  {quoted}"
         )

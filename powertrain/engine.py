@@ -80,7 +80,7 @@ class Engine:
         max_step: float = np.inf,
         progress: Callable[[float], None] | None = None,
     ) -> Trajectory:
-        """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns are resolved at the start, whatever ``m0`` and ``z0`` guess.
+        """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns are resolved at the start from the guesses.
 
         Raises SimulationError with the trajectory so far as ``result``, InitializationError if the start cannot be made consistent.
         """

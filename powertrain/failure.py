@@ -20,7 +20,7 @@ def _first_not_finite(dae: HybridDae, slope: Array) -> str | None:
     if not bad.size:
         return None
     k = int(bad[0])
-    what = f"the derivative of {dae.state_names[k]}" if k < n else f"the residual of algebraic equation {k - n + 1}"
+    what = f"the derivative of {dae.state_names[k]}" if k < n else f"left minus right of {dae.equation(k - n)}"
     return f"{what} is {slope[k]:g}"
 
 
@@ -77,4 +77,5 @@ def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    return f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s: {value:.9g} {guard.unit}, allowed {low:.9g} .. {high:.9g} {guard.unit}"
+    place = f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s"
+    return f"{place}: {value:.9g} {guard.unit}, allowed {low:.9g} .. {high:.9g} {guard.unit}"

@@ -56,6 +56,7 @@ def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
 
 
 def torque_eps(bound: ca.SX) -> ca.SX:
+    """The hysteresis of a torque at its bound; infinite bounds have none of their own."""
     size = ca.fabs(bound)
     return EPS * (1.0 + ca.if_else(size < 1e300, size, 0.0))
 
@@ -82,6 +83,7 @@ def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
 
 
 def approaching(contact: Contact) -> ca.SX:
+    """The gap closes, not counting the noise of a speed around zero."""
     slow = ca.logic_and(contact.speed < 0, contact.acceleration < 0)
     return ca.logic_or(contact.speed < -EPS, slow)
 

@@ -50,7 +50,7 @@ def locate_event(locate: Bound, memory: Memory) -> float | None:
                 at_high *= 0.5
             side = 1
         elif value >= _OVERSHOOT:
-            return q
+            return float(q)
         else:
             high, at_high = q, value
             if side == 2:

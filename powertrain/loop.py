@@ -62,6 +62,7 @@ class Run:
         self.numeric = False
 
     def execute(self) -> Trajectory:
+        """Run to the stop time; errors carry the trajectory so far."""
         self.steps = self.engine.stepper(self.method)
         try:
             self._restart()
@@ -146,20 +147,11 @@ class Run:
             times(t)
             sizes(h)
             rows(dense.tobytes())
-            if e < 1e-10:
-                e = 1e-10
-            factor = 0.9 * e**-0.14 * before**0.08
-            factor = 5.0 if factor > 5.0 else 0.2 if factor < 0.2 else factor
-            if 0.003 < rough <= ROUGH:
-                factor = min(factor, (0.3 / rough) ** (1 / 3))
-            if rejected:
-                factor = min(factor, 1.0)
-                rejected = False
+            factor = _growth(e, before, rough, 1.0 if rejected else 5.0)
+            rejected = False
             before = e if e > 1e-4 else 1e-4
-            if info[1] <= 0.0:
-                self.t, self.side = t, side
-                if self._locate(h):
-                    return True
+            if info[1] <= 0.0 and self._locate(t, h, side):
+                return True
             side = 1 - side
             t = target if last else t + h
             h = min(max(h * factor, wanted) if last else h * factor, largest)
@@ -167,13 +159,9 @@ class Run:
                 self.outside += memory.outside[: len(self.outside)]
             if watch is not None:
                 watch(t)
-            if auto and info[2] > _STIFF:
-                self.stiff += 1
-                if self.stiff >= _STIFF_STEPS:
-                    steps = self._change_method()
-                    auto = False
-            elif auto and self.stiff > 0:
-                self.stiff -= 0.4
+            if auto and (info[2] > _STIFF or self.stiff > 0):
+                steps = self._watch_stiffness(info[2])
+                auto = self.method == "dopri5"
             if last:
                 self.t, self.h, self.side, self.error_before = t, h, side, before
                 return False
@@ -191,13 +179,17 @@ class Run:
         self.t, self.side = t, side
         raise SimulationError(underflow(self.engine, side, t, h))
 
-    def _change_method(self) -> tuple[Callable[[], None], Callable[[], None]]:
-        self.method = "rodas5p"
-        self.steps = self.engine.stepper(self.method)
+    def _watch_stiffness(self, ratio: float) -> tuple[Callable[[], None], Callable[[], None]]:
+        """Change to the implicit method after enough steps at the edge of the explicit one's stability."""
+        self.stiff += 1.0 if ratio > _STIFF else -0.4
+        if self.stiff >= _STIFF_STEPS:
+            self.method = "rodas5p"
+            self.steps = self.engine.stepper(self.method)
         return self.steps
 
-    def _locate(self, h: float) -> bool:
+    def _locate(self, t: float, h: float, side: int) -> bool:
         """Move to the event inside the step just taken; False if there is none after all."""
+        self.t, self.side = t, side
         memory = self.memory
         fraction = locate_event(self.engine.locate, memory)
         if fraction is None:
@@ -260,6 +252,14 @@ class Run:
                 message = guard_violation(self.dae, self.memory, self.side, guard, self.t)
                 if message:
                     raise SimulationError(message)
+
+
+def _growth(e: float, before: float, rough: float, most: float) -> float:
+    """The next step size over this one: a PI controller on the error norm, held back where indicators are barely resolved."""
+    factor = 0.9 * (e if e > 1e-10 else 1e-10) ** -0.14 * before**0.08
+    if 0.003 < rough <= ROUGH:
+        factor = min(factor, (0.3 / rough) ** (1 / 3))
+    return most if factor > most else 0.2 if factor < 0.2 else factor
 
 
 def _laws(engine: Engine) -> list[tuple[str, tuple[Friction | Switch | Contact | When, ...]]]:

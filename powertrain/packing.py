@@ -28,6 +28,7 @@ class Packed:
 
 
 def pack(dae: HybridDae) -> Packed:
+    """A form of the model that pickles."""
     expressions: list[ca.SX] = []
 
     def strip(value: Any) -> Any:
@@ -45,6 +46,7 @@ def pack(dae: HybridDae) -> Packed:
 
 
 def unpack(packed: Packed) -> HybridDae:
+    """The model again, on symbols of its own."""
     sizes = [packed.function.size1_in(i) for i in range(len(_SYMBOLS))]
     symbols: dict[str, Any] = {name: ca.SX.sym(name, size) for name, size in zip(_SYMBOLS, sizes, strict=True)}
     expressions = packed.function.call(list(symbols.values()))

@@ -169,7 +169,9 @@ def update(model: Common) -> ca.Function:
 def jacobian(model: Common) -> ca.Function:
     """d(xdot)/dx, dense, for the choice of the method: (time, y, m, p) -> matrix."""
     rates = model.rates(model.time[0], model.y)
-    return _function(PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [ca.jacobian(rates, model.y)])
+    return _function(
+        PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [ca.jacobian(rates, model.y)]
+    )
 
 
 def instants(dae: HybridDae) -> ca.Function:

@@ -36,7 +36,7 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
 
 
 def _vertex(a: ca.SX, b: ca.SX, c: ca.SX, before: float, after: float) -> ca.SX:
-    """The minimum of the parabola through three equidistant values if it lies up to ``before``/``after`` intervals from the middle, else 1."""
+    """Minimum of the parabola through three equidistant values, or 1 if it lies beyond ``before``/``after`` intervals from the middle."""
     slope, bend = (c - a) / 2, a - 2 * b + c
     inside = ca.logic_and(slope <= before * bend, -slope <= after * bend)
     return ca.if_else(ca.logic_and(bend > 0, inside), b - slope**2 / (2 * ca.if_else(bend > 0, bend, 1.0)), 1.0)

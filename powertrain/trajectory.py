@@ -38,8 +38,8 @@ class Instant:
 class Trajectory:
     """The accepted steps of one run.
 
-    Step i starts at ``times[i]`` with ``dense[i]`` (5 columns of y = (x, z) in powers of (t - times[i]) / sizes[i]) and lasts until the next
-    one starts; ``held[mode_of_step[i]]`` are its held values. ``notes`` says what is not unique in the result.
+    Step i starts at ``times[i]`` with ``dense[i]`` (5 columns of y = (x, z) in powers of (t - times[i]) / sizes[i]) and lasts until the
+    next one starts; ``held[mode_of_step[i]]`` are its held values. ``notes`` says what is not unique in the result.
     """
 
     times: Array
@@ -58,6 +58,7 @@ class Trajectory:
 
     @property
     def start(self) -> float:
+        """Time of the first step."""
         return float(self.times[0]) if len(self.times) else self.end
 
     @property
@@ -144,11 +145,11 @@ class Recorder:
         self.held_from.append(len(self.times))
 
     def trajectory(self, end: float, final: Array, m: Array, statistics: dict[str, float]) -> Trajectory:
+        """Everything recorded so far."""
         n = len(self.times)
+        dense = np.zeros((n, 5, self.unknowns))
         if n and self.unknowns:
             dense = np.frombuffer(b"".join(self.rows)).reshape(n, 5, -1)
-        else:
-            dense = np.zeros((n, 5, self.unknowns))
         lasting = np.diff(np.array([*self.held_from, n]))
         return Trajectory(
             times=np.array(self.times),

@@ -18,7 +18,7 @@ def solve_linear(matrix: ca.SX, right: ca.SX) -> ca.SX:
 
 
 def coupled_clutches() -> HybridDae:
-    """Four inertias in a row, three clutches; x = (J1.phi, J1.w, then phi_rel, w_rel of each clutch); p = J1..J4, amp, peak, fn_max, mu0."""
+    """Four inertias in a row, three clutches; x = (J1.phi, J1.w, phi_rel, w_rel of each clutch), p = J1..J4, amp, peak, fn_max, mu0."""
     t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 8), ca.SX.sym("m", 5), ca.SX.sym("p", 8)
     inertia, (amplitude, peak, fn_max, mu) = [p[i] for i in range(4)], [p[4], p[5], p[6], p[7]]
     drive = amplitude * ca.sin(2 * np.pi * 5 * t)

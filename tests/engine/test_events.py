@@ -152,7 +152,7 @@ def test_a_singularity_names_the_state() -> None:
 def test_times_with_both_limits_and_without() -> None:
     trajectory = Engine(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
     grid = np.linspace(0, 1.5, 16)
-    t, x, z, m = trajectory.at(grid)
+    t, _, z, m = trajectory.at(grid)
     assert len(t) == 16 + 2 * len(trajectory.instants) - 2  # 0.4 and 0.9 are on the grid
     assert np.all(np.diff(t) >= 0)
     assert z.shape == (len(t), 0)

@@ -153,7 +153,7 @@ def test_planetary_with_clutch_and_brake() -> None:
 
 
 def lossy(drive: float, load: float, efficiency: float = 0.8) -> HybridDae:
-    """A mesh on one body whose loss follows the torque it carries: forward (1 - eta) or (1 / eta - 1) of it, by its sign; bearing beside it."""
+    """A mesh that loses (1 - eta) or (1 / eta - 1) of the torque it carries, by its sign; a bearing beside it."""
     t = ca.SX.sym("t")
 
     def carried(torque: ca.SX) -> ca.SX:

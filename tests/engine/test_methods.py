@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -86,7 +88,7 @@ def test_error_falls_with_the_tolerance(name: str) -> None:
         np.abs(engine.run(exact(0), [], stop=3.0, rtol=r, atol=r).final - exact(3.0)).max()
         for r in (1e-4, 1e-6, 1e-8, 1e-10)
     ]
-    assert all(later < earlier / 10 for earlier, later in zip(errors, errors[1:], strict=False))
+    assert all(later < earlier / 10 for earlier, later in pairwise(errors))
     assert errors[-1] < 1e-9
 
 
