@@ -25,10 +25,12 @@ from powertrain.component import (
 )
 from powertrain.connectors import Connector, Input, Output, Signal, signal_input, signal_output
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
+from powertrain.export import load
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
 from powertrain.map import Map
 from powertrain.plant import Plant, compile, simulate
 from powertrain.result import Result
+from powertrain.sweeping import sweep
 from powertrain.symbols import Symbol, time
 
 __version__ = "0.1.0"
@@ -58,6 +60,7 @@ __all__ = [
     "discrete",
     "flow",
     "friction",
+    "load",
     "parameter",
     "port",
     "reinit",
@@ -67,6 +70,7 @@ __all__ = [
     "signal_output",
     "simulate",
     "support",
+    "sweep",
     "switch",
     "time",
     "unilateral",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeAlias, TypeVar
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.assemble import Compiled, compile_model
-from powertrain.component import Component
+from powertrain.component import Component, children
 from powertrain.engine import Engine, Method
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.hybrid import Schedule
@@ -37,7 +38,7 @@ class Plant(Generic[M]):
         self._local = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return compile, (self.model,)
+        return _unpacked, (packed_model(self.model),)
 
     def __repr__(self) -> str:
         c = self.compiled
@@ -144,6 +145,38 @@ class Plant(Generic[M]):
 def compile(model: M) -> Plant[M]:  # noqa: A001
     """Compiles a model once; the plant runs it with other parameters, starts and inputs without a new compilation."""
     return Plant(model)
+
+
+def packed_model(model: Component) -> bytes:
+    """The pickled model; ParameterError names the part whose field cannot be sent to another process."""
+    try:
+        return pickle.dumps(model)
+    except Exception as error:
+        where, value = _unpicklable(model, type(model).__name__)
+        raise ParameterError(
+            f"{where} = {value!r} cannot be sent to another process ({error}); a function must be defined at the top level of a module"
+        ) from error
+
+
+def _unpicklable(component: Component, path: str) -> tuple[str, Any]:
+    """The first field, down the tree, that does not pickle."""
+    parts = dict(children(component))
+    for name, value in component._values.items():
+        if not isinstance(value, Component) and not any(part.startswith(f"{name}[") for part in parts):
+            try:
+                pickle.dumps(value)
+            except Exception:
+                return f"{path}.{name}", value
+    for name, part in parts.items():
+        try:
+            pickle.dumps(part)
+        except Exception:
+            return _unpicklable(part, f"{path}.{name}")
+    return path, type(component)
+
+
+def _unpacked(packed: bytes) -> Plant[Any]:
+    return compile(pickle.loads(packed))
 
 
 def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:

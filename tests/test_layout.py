@@ -29,7 +29,7 @@ ORDER = [
     "chatter schedules trajectory location projection consistent jam enumeration resolve",
     "failure loop engine",
     "signals events export initial result plant",
-    "steady linearize eigenmodes powerflow sweep optimize",
+    "steady linearization audit eigenmodes powerflow sweeping optimize",
     "plot",
     "__init__",
     "__main__",
