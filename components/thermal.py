@@ -23,6 +23,7 @@ from powertrain import (
     port,
     signal_input,
     signal_output,
+    support,
     variable,
 )
 
@@ -40,6 +41,17 @@ class HeatPort(Connector):
     def power(self) -> Symbol:
         """Zero: the heat is the loss of the part it comes from, and is counted there."""
         return Symbol(0)
+
+
+class Lossy(Component):
+    """Partial: dissipates into a heat port, which is held at its reference temperature where nothing is connected."""
+
+    lossPower: Variable = variable("W", "Dissipated power")
+    heat_port: HeatPort = support(HeatPort)
+
+    def _dissipate(self) -> Equations:
+        yield self.lossPower == self.loss()
+        yield self.heat_port.Q_flow == -self.lossPower
 
 
 class HeatCapacitor(Component):

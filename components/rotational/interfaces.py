@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Component, Connector, Equations, Symbol, Variable, der, flow, port, support, variable
-from powertrain.components.thermal import HeatPort
+from powertrain.components.thermal import Lossy as Lossy
 
 
 class Flange(Connector):
@@ -78,14 +78,3 @@ class CompliantWithRelativeStates(TwoFlanges):
         yield self.w_rel == der(self.phi_rel)
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
-
-
-class Lossy(Component):
-    """Partial: dissipates into a heat port, which is held at its reference temperature where nothing is connected."""
-
-    lossPower: Variable = variable("W", "Dissipated power")
-    heat_port: HeatPort = support(HeatPort)
-
-    def _dissipate(self) -> Equations:
-        yield self.lossPower == self.loss()
-        yield self.heat_port.Q_flow == -self.lossPower

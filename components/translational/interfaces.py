@@ -16,7 +16,7 @@ from powertrain import (
     support,
     variable,
 )
-from powertrain.components.thermal import HeatPort
+from powertrain.components.thermal import Lossy as Lossy
 
 
 class Flange(Connector):
@@ -105,14 +105,3 @@ class CompliantWithRelativeStates(TwoFlanges):
         yield self.v_rel == der(self.s_rel)
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
-
-
-class Lossy(Component):
-    """Partial: dissipates into a heat port, which is held at its reference temperature where nothing is connected."""
-
-    lossPower: Variable = variable("W", "Dissipated power")
-    heat_port: HeatPort = support(HeatPort)
-
-    def _dissipate(self) -> Equations:
-        yield self.lossPower == self.loss()
-        yield self.heat_port.Q_flow == -self.lossPower
