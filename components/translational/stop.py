@@ -7,27 +7,21 @@ import math
 import casadi as ca
 
 from powertrain import (
-    Discrete,
     Equations,
     Parameter,
     Symbol,
     Variable,
     der,
-    discrete,
     friction,
     parameter,
-    reinit,
-    switch,
+    unilateral,
     variable,
-    when,
     within,
 )
 from powertrain.components.translational.interfaces import Lossy, Rigid
 
 BREAKAWAY = 1.001
 """Force at which a resting mass breaks loose over friction at zero speed, as in the Modelica Standard Library."""
-TOUCH = 1e-9
-"""How far in m a mass goes into a stop before it is stopped; so it may start where it just touches one."""
 OVERRUN = 1e-6
 """How far in m behind a stop it is an error."""
 
@@ -35,12 +29,13 @@ OVERRUN = 1e-6
 class MassWithStopAndFriction(Rigid, Lossy):
     """A mass of length L that rubs on the housing and cannot leave smin <= flange_a.s, flange_b.s <= smax.
 
-    v = der(s),  a = der(v),  m a = flange_a.f + flange_b.f - f
+    v = der(s),  a = der(v),  m a = flange_a.f + flange_b.f - f + f_min - f_max
     v > 0: f = F_prop v + F_Coulomb + F_Stribeck exp(-fexp v);  v < 0: its mirror image;
-    v = 0: |f| <= 1.001 (F_Coulomb + F_Stribeck), and at a stop f holds the mass against any force into the stop
+    v = 0: |f| <= 1.001 (F_Coulomb + F_Stribeck)
+    flange_a.s = smin with f_min >= 0, or flange_a.s > smin with f_min = 0; likewise flange_b, smax and f_max
 
-    At a stop the mass loses all its speed at once. That energy is not in lossPower, which has no value at that instant.
-    What is rigidly joined to the mass stops with it; parts that must not are to be joined by a spring.
+    A mass that hits a stop at speed v leaves it at restitution v, in no time. The energy it loses there is not in
+    lossPower, which has no value at that instant. The signals stop_min and stop_max are 1 while the mass is at a stop.
     """
 
     m: Parameter = parameter("kg", "Mass", min=0)
@@ -50,28 +45,28 @@ class MassWithStopAndFriction(Rigid, Lossy):
     fexp: Parameter = parameter("s/m", "Decay of the Stribeck friction with speed", min=0)
     smax: Parameter = parameter("m", "Stop for flange_b")
     smin: Parameter = parameter("m", "Stop for flange_a")
+    restitution: Parameter = parameter("1", "Speed after a hit over speed before it", default=0.0, min=0, max=1)
     s: Variable = variable("m", "Position of the middle between the flanges", start=0.0, prefer=True)
     v: Variable = variable("m/s", "Speed, der(s)", start=0.0, prefer=True)
     a: Variable = variable("m/s2", "Acceleration, der(v)")
-    stopped: Discrete = discrete("1", "-1 at smin, 1 at smax, 0 between the stops")
-    f: Variable = variable("N", "Force of the housing on the mass, positive against positive v")
+    f: Variable = variable("N", "Friction force, positive against positive v")
+    f_min: Variable = variable("N", "Force of the stop at smin on the mass")
+    f_max: Variable = variable("N", "Force of the stop at smax on the mass, against positive s")
 
     def equations(self) -> Equations:
-        """Newton's law, one law for friction and stops, and the loss of speed at a stop."""
+        """Newton's law, friction and two rigid stops."""
         yield from self._span()
         yield self.v == der(self.s)
         yield self.a == der(self.v)
-        yield self.m * self.a == self.flange_a.f + self.flange_b.f - self.f
+        yield self.m * self.a == self.flange_a.f + self.flange_b.f - self.f + self.f_min - self.f_max
+        rub = self.F_Coulomb + self.F_Stribeck * ca.exp(-self.fexp * ca.fabs(self.v))
+        viscous = self.F_prop * self.v
+        yield friction(self.v, self.f, viscous - rub, viscous + rub, peak=BREAKAWAY)
         behind, ahead = self.s - self.L / 2 - self.smin, self.smax - self.s - self.L / 2
+        yield unilateral(behind, self.f_min, restitution=self.restitution, name="stop_min")
+        yield unilateral(ahead, self.f_max, restitution=self.restitution, name="stop_max")
         within(behind, -OVERRUN, math.inf, name="distance to smin", unit="m")
         within(ahead, -OVERRUN, math.inf, name="distance to smax", unit="m")
-        rub = self.F_Coulomb + self.F_Stribeck * ca.exp(-self.fexp * ca.fabs(self.v))
-        lower = switch(self.stopped < -0.5, -math.inf, self.F_prop * self.v - rub)
-        upper = switch(self.stopped > 0.5, math.inf, self.F_prop * self.v + rub)
-        yield friction(self.v, self.f, lower, upper, peak=BREAKAWAY)
-        yield when(behind <= -TOUCH, reinit(self.v, 0.0), reinit(self.stopped, -1.0))
-        yield when(ahead <= -TOUCH, reinit(self.v, 0.0), reinit(self.stopped, 1.0))
-        yield when(ca.logic_and(behind > 0, ahead > 0), reinit(self.stopped, 0.0))
         yield from self._dissipate()
 
     def energy(self) -> Symbol:

@@ -89,7 +89,7 @@ def test_heat_losses_close_the_energy_balance() -> None:
     stored = stored + 50 * np.maximum(-0.02 - result["elastoGap.s_rel"], 0) ** 2
     driven = result["force.f"] * result["mass1.v"]
     impacts = float((stored[:-1] - stored[1:])[np.diff(result.time) == 0].sum())
-    assert 1 in result["massWithStopAndFriction.stopped"]
+    assert 1 in result["massWithStopAndFriction.stop_max"]
     assert impacts > 0
     balance = work(result, driven - result["convection.Q_flow"]) + drop(stored) - impacts
     assert balance == pytest.approx(0, abs=1e-5 * work(result, np.abs(driven)))
