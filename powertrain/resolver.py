@@ -22,7 +22,7 @@ class Resolver:
         self, reduced: Reduced, solved: Solved, torques: list[Torque], x: Symbol, values: dict[int, float]
     ) -> None:
         self.reduced, self.x = reduced, x
-        self.implicit, self.residuals = solved.implicit, solved.residuals
+        self._residuals = solved.residuals
         assigned = list(solved.expressions)
         if assigned:
             assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
@@ -30,9 +30,12 @@ class Resolver:
         self.symbols = column([t.symbol for t in torques])
         self.laws = [self._open_law(t) for t in torques]
         self.groups = parallel_groups(torques, self.laws, x, values)
-        self.torque = column(solve_torques(torques, self.laws, self.groups))
+        torque, bent, self._bent_rows = solve_torques(torques, self.laws, self.groups)
+        self.torque = column(torque)
         self.assigned = self.close([self._opened])[0]
-        self.fractions = [g.theta for g in self.groups if g.theta is not None]
+        self.z = [*solved.implicit, *(torques[i].symbol for i in bent), *(g.theta for g in self.groups if g.theta is not None)]
+        self.z_places = [*map(str, solved.places), *(str(torques[i].place) for i in bent)]
+        self.z_places += [" and ".join(torques[m.law].mode.name() for m in g.members) for g in self.groups if g.theta is not None]
 
     def opened(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p) and the torques of the laws."""
@@ -74,10 +77,10 @@ class Resolver:
         if self.x.numel():
             rates = column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
             result = result + ca.jacobian(value, self.x) @ rates
-        z = [*self.implicit, *self.fractions]
+        z = self.z
         if any(key(s) in {key(u) for u in z} for s in free_symbols(value)):
             unknowns = column(z)
-            residual = column([*self.now(self.residuals), *self.fraction_residuals()])
+            residual = column(self.residuals())
             moved = ca.jacobian(residual, time)
             if self.x.numel():
                 moved = moved + ca.jacobian(residual, self.x) @ rates
@@ -101,9 +104,10 @@ class Resolver:
                 laws[member.law] = replace(laws[member.law], law=joint)
         return laws
 
-    def fraction_residuals(self) -> list[Symbol]:
-        """The equations of the fractions at which laws share a torque."""
-        return self.close([sharing.fraction_residual(g.members, g.theta) for g in self.groups if g.theta is not None])
+    def residuals(self) -> list[Symbol]:
+        """The equations of the implicit unknowns ``z``: of the model, of laws that are not linear, of fractions of a shared torque."""
+        shared = [sharing.fraction_residual(g.members, g.theta) for g in self.groups if g.theta is not None]
+        return self.now([*self._residuals]) + self.close([*self._bent_rows, *shared])
 
     def _open_law(self, t: Torque) -> Torque:
         return _mapped(t, self.opened)

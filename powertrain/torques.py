@@ -161,26 +161,41 @@ def _member(index: int, sign: float, t: Torque) -> sharing.Member:
     return sharing.Member(index, sign, t.mode == 0, law.torque, law.peak * law.lower, law.peak * law.upper, infinite)
 
 
-def solve_torques(torques: list[Torque], opened: Sequence[Torque], groups: list[Group]) -> list[Symbol]:
-    """The torques as expressions of states, implicit unknowns and modes."""
+def solve_torques(
+    torques: list[Torque], opened: Sequence[Torque], groups: list[Group]
+) -> tuple[list[Symbol], list[int], list[Symbol]]:
+    """The torques as expressions of states, implicit unknowns and modes; which of them stay implicit; and the residuals of these.
+
+    A torque stays implicit where the laws are not linear in it, as with an efficiency that depends on the load.
+    """
     if not torques:
-        return []
+        return [], [], []
     rows = [_law_row(t) for t in opened]
     for group in groups:
         for k, member in enumerate(group.members[1:], 1):
             joint, shared = sharing.share(group.members, k, group.theta)
             rows[member.law] = ca.if_else(ca.logic_and(member.stuck, joint), shared, rows[member.law])
     symbols, whole = column([t.symbol for t in torques]), column(rows)
+    bent = {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.jacobian(whole, symbols).nz[:])))}
+    implicit = [i for i, t in enumerate(torques) if key(t.symbol) in bent]
+    explicit = [i for i in range(len(rows)) if i not in implicit]
+    solution = [t.symbol for t in torques]
+    for i, value in zip(explicit, _solve_linear([rows[i] for i in explicit], [solution[i] for i in explicit]), strict=True):
+        solution[i] = value
+    return solution, implicit, [rows[i] for i in implicit]
+
+
+def _solve_linear(rows: list[Symbol], unknowns: list[Symbol]) -> list[Symbol]:
+    """The unknowns of linear rows, each row's own unknown taken as its pivot."""
+    if not rows:
+        return []
+    whole, symbols = column(rows), column(unknowns)
     jacobian = ca.jacobian(whole, symbols)
     right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
     entries: list[linear.Row] = [{} for _ in rows]
     numbers: list[linear.Numbers] = [{} for _ in rows]
     elements = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
     for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
-        if any(key(s) in {key(t.symbol) for t in torques} for s in free_symbols(entry)):
-            raise ModelError(
-                f"{torques[i].place}\n  its bounds are not linear in the torques of friction elements or contacts"
-            )
         entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
     solution = linear.solve(entries, right, numbers)
     return [solution[j] for j in range(len(rows))]
