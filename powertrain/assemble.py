@@ -197,11 +197,11 @@ def _assemble(
     dae = HybridDae(
         t=time,
         x=column(x),
-        z=column([*solved.implicit, *resolver.fractions]),
+        z=column(resolver.z),
         m=column(m),
         p=column([c.symbol for c in flat.parameters]),
         xdot=column(resolver.now(rates)),
-        residual=column([*resolver.now(solved.residuals), *resolver.fraction_residuals()]),
+        residual=column(resolver.residuals()),
         state_names=tuple(_state_names(reduced, states)),
         held_start=_held_start(flat, m),
         frictions=tuple(
@@ -225,6 +225,7 @@ def _assemble(
             Schedule(e.place.path or "input", layout[key(e.held[0])], e.times, e.values) for e in recorder.schedules
         ),
         guards=tuple(_guard(g, resolver) for g in recorder.guards),
+        residual_places=tuple(resolver.z_places),
     )
     dae = _with_impacts(dae, resolver, torques)
     return Compiled(

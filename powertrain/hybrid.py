@@ -112,6 +112,7 @@ class HybridDae:
 
     ``shared`` are groups of friction laws (indices in m) on the same motion: stuck together, they share a torque of which only the sum is
     determined. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps' accelerations to the contact forces.
+    ``residual_places`` are the lines of text behind the residuals.
     """
 
     t: ca.SX
@@ -130,5 +131,10 @@ class HybridDae:
     schedules: tuple[Schedule, ...] = ()
     guards: tuple[Guard, ...] = ()
     shared: tuple[tuple[int, ...], ...] = ()
+    residual_places: tuple[str, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
+
+    def equation(self, k: int) -> str:
+        """The k-th algebraic equation for a message: the line it comes from."""
+        return self.residual_places[k] if k < len(self.residual_places) else f"equation {k + 1} of {self.z.numel()}"
