@@ -13,7 +13,7 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
     """
 
-    tau_nominal: Parameter = parameter("N.m", "Largest torque; it brakes in both directions")
+    tau_nominal: Parameter = parameter("N.m", "Largest torque; it brakes in both directions", min=0)
     w_nominal: Parameter = parameter("rad/s", "Speed of the largest torque at TRef", min=1e-15)
     TRef: Parameter = parameter("K", "Temperature that w_nominal belongs to", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the disc's resistance at 293.15 K", default=0.0)

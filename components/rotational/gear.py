@@ -77,6 +77,8 @@ class LossyGear(_LossyPair):
     the last: mesh efficiency where flange_a and where flange_b drives, bearing friction at flange_a in either case.
     The driving side changes where the mesh carries no torque:
     flange_a.tau = sign(w_a) (tau_bf1 - tau_bf2)/(eta_mf1 - 1/eta_mf2).
+    Source: Pelchen, Schweiger and Otter: Modeling and Simulating the Efficiency of Gearboxes and of Planetary Gearboxes, Modelica
+    Conference 2002, with the driving side found from the mesh torque (Bertsch 2009).
     Errors: ParameterError where without mesh loss the two bearing frictions differ, because no such bearing exists.
     """
 
