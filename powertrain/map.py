@@ -166,9 +166,9 @@ class Map:
     @overload
     def __call__(self, *arguments: Symbol) -> Symbol: ...
     @overload
-    def __call__(self, *arguments: ArrayLike) -> NDArray[np.float64]: ...
+    def __call__(self, *arguments: ArrayLike) -> Any: ...
     def __call__(self, *arguments: Any) -> Any:
-        """The interpolated value; arguments in the order of the axes. Arrays are broadcast."""
+        """The interpolated value; arguments in the order of the axes. Numbers give a number; arrays are broadcast."""
         if len(arguments) != len(self.axes):
             said = ", ".join(f"{a.name} [{a.unit}]" for a in self.axes)
             raise ParameterError(f"map {self.name} takes {len(self.axes)} arguments ({said}), got {len(arguments)}")
@@ -313,7 +313,9 @@ def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], 
         hole = np.argwhere(np.isnan(values))[0]
         said = ", ".join(f"{h[0]} = {g[k]:g} {h[1]}" for h, g, k in zip(heads, grids, hole, strict=False))
         raise ParameterError(f"{path}: no row for {said}: the rows must fill the grid")
-    rules = outside if isinstance(outside, Mapping) else dict.fromkeys((h[0] for h in heads[:-1]), outside)
+    rules: Mapping[str, Outside] = (
+        outside if isinstance(outside, Mapping) else dict.fromkeys((h[0] for h in heads[:-1]), outside)
+    )
     axes = tuple(Axis(*h, g, rules.get(h[0], "error")) for h, g in zip(heads, grids, strict=False))
     return cls(axes, values, heads[-1][1], heads[-1][0], method)
 
