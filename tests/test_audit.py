@@ -1,0 +1,360 @@
+"""The energy audit: closed balances, the order of what is left over, instants, and components that hide energy."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain import Equations, Input, Parameter, Symbol, Variable, connect, der, parameter, signal_input, variable
+from powertrain.audit import energy_audit
+from powertrain.components import blocks
+from powertrain.components import rotational as rot
+from powertrain.components import translational as trans
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, OneFlangeAndSupport, TwoFlanges
+
+
+class Shaft(pt.Component):
+    """A spring between two dampers, as one part."""
+
+    flange_a: rot.Flange = pt.port(rot.Flange)
+    flange_b: rot.Flange = pt.port(rot.Flange)
+    spring: rot.Spring = rot.Spring(c=100.0)
+    damper: rot.Damper = rot.Damper(d=0.5)
+
+    def equations(self) -> Equations:
+        yield connect(self.flange_a, self.spring.flange_a, self.damper.flange_a)
+        yield connect(self.flange_b, self.spring.flange_b, self.damper.flange_b)
+
+
+class Oscillator(pt.Component):
+    J1: rot.Inertia = rot.Inertia(J=2.0)
+    J2: rot.Inertia = rot.Inertia(J=3.0)
+    shaft: Shaft = Shaft()
+    torque: rot.Torque = rot.Torque()
+    sine: blocks.Sine = blocks.Sine(amplitude=1.0, f=2.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.sine.y, self.torque.tau)
+        yield connect(self.torque.flange, self.J1.flange_a)
+        yield connect(self.J1.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.J2.flange_a)
+
+
+def test_balance_of_an_oscillator() -> None:
+    result = pt.simulate(Oscillator(), 5.0, rtol=1e-9, atol=1e-11)
+    audit = energy_audit(result)
+    assert audit.closure < 1e-7
+    assert not audit.hidden
+    table = audit.components
+    assert list(table.index) == ["", "J1", "J2", "shaft", "shaft.spring", "shaft.damper", "torque"]
+    assert table["type"][""] == "Oscillator"
+    assert table.attrs["units"]["lost"] == "J"
+    balance = table["supplied"] + table["sources"] + table["impulses"] - table["lost"] - table["stored"]
+    assert np.allclose(balance, table["residual"], rtol=0, atol=1e-12)
+    whole, shaft = ({name: table[name][path] for name in ("supplied", "sources", "lost")} for path in ("", "shaft"))
+    assert whole["sources"] == pytest.approx(-table["supplied"]["torque"])
+    assert whole["lost"] == shaft["lost"] == table["lost"]["shaft.damper"]
+    assert shaft["supplied"] == pytest.approx(table["supplied"]["shaft.spring"] + table["supplied"]["shaft.damper"])
+    fine = result.at(np.linspace(0.0, 5.0, 20001), ["torque.tau", "J1.w", "shaft.damper.w_rel"])
+    supply = np.trapezoid(fine["torque.tau"] * fine["J1.w"], dx=5.0 / 20000)
+    assert whole["sources"] == pytest.approx(supply, rel=1e-5)
+    assert whole["lost"] == pytest.approx(np.trapezoid(0.5 * fine["shaft.damper.w_rel"] ** 2, dx=5.0 / 20000), rel=1e-5)
+
+
+def test_tables_over_time() -> None:
+    result = pt.simulate(Oscillator(), 2.0)
+    audit = energy_audit(result)
+    assert np.array_equal(audit.time, result.time)
+    assert np.allclose(audit.power["torque.flange"], -result["torque.tau"] * result["J1.w"])
+    assert np.allclose(audit.energy[""], audit.energy["J1"] + audit.energy["J2"] + audit.energy["shaft"])
+    assert np.allclose(audit.energy["shaft.spring"], 50.0 * result["shaft.spring.phi_rel"] ** 2)
+    assert np.allclose(audit.loss["shaft"], 0.5 * result["shaft.damper.w_rel"] ** 2)
+    assert np.allclose(audit.supply["torque"], -audit.power["torque.flange"] - audit.power["torque.support"])
+    assert np.abs(audit.imbalance.to_numpy()).max() < 1e-12
+    assert audit.ports["energy"]["J1.flange_b"] == pytest.approx(-audit.ports["energy"]["shaft.flange_a"])
+    assert (audit.ports["energy_in"] - audit.ports["energy_out"]).to_numpy() == pytest.approx(
+        audit.ports["energy"].to_numpy()
+    )
+    assert repr(audit).startswith("EnergyAudit of Oscillator, 0 .. 2 s\n")
+
+
+def test_what_is_left_over_falls_with_the_tolerance() -> None:
+    plant = pt.compile(Oscillator())
+    closures = [energy_audit(plant.simulate(5.0, rtol=r, atol=1e-2 * r)).closure for r in (1e-4, 1e-6, 1e-8, 1e-10)]
+    assert all(closures[i + 1] < closures[i] / 20 for i in range(3))
+    assert closures[-1] < 1e-9
+
+
+class Clutches(pt.Component):
+    """Two clutches that are pressed one after the other."""
+
+    sine: blocks.Sine = blocks.Sine(amplitude=10.0, f=5.0)
+    torque: rot.Torque = rot.Torque()
+    J: tuple[rot.Inertia, ...] = tuple(rot.Inertia(J=1.0) for _ in range(3))
+    clutch: tuple[rot.Clutch, ...] = tuple(rot.Clutch(peak=1.1, fn_max=20.0) for _ in range(2))
+    press: tuple[blocks.Step, ...] = (blocks.Step(startTime=0.1), blocks.Step(startTime=0.5))
+
+    def equations(self) -> Equations:
+        yield connect(self.sine.y, self.torque.tau)
+        yield connect(self.torque.flange, self.J[0].flange_a)
+        for i in range(2):
+            yield connect(self.J[i].flange_b, self.clutch[i].flange_a)
+            yield connect(self.clutch[i].flange_b, self.J[i + 1].flange_a)
+            yield connect(self.press[i].y, self.clutch[i].f_normalized)
+
+    def initial(self) -> Equations:
+        yield self.J[0].w == 10.0
+
+
+def test_friction_loses_what_the_clutches_say() -> None:
+    result = pt.simulate(Clutches(), 3.0, rtol=1e-8)
+    audit = energy_audit(result)
+    assert len(result.events) > 3
+    assert audit.closure < 1e-7
+    assert not audit.hidden
+    assert min(audit.components["lost"][f"clutch[{i}]"] for i in range(2)) > 1.0
+    assert audit.jumps.empty
+
+
+class Pendulum(pt.Component):
+    """Starts with energy and never changes it: nothing is turned over."""
+
+    J: rot.Inertia = rot.Inertia(J=2.0)
+
+    def equations(self) -> Equations:
+        yield from ()
+
+    def initial(self) -> Equations:
+        yield self.J.w == 3.0
+
+
+def test_nothing_turned_over() -> None:
+    audit = energy_audit(pt.simulate(Pendulum(), 1.0))
+    assert audit.closure == 0.0
+    assert audit.components["stored"]["J"] == 0.0
+    assert audit.energy["J"].iloc[-1] == pytest.approx(9.0)
+
+
+class Stop(TwoFlanges):
+    """A rigid stop with restitution between two shafts."""
+
+    e: Parameter = parameter("1", "Coefficient of restitution", default=0.5)
+    gap: Variable = variable("rad", "Play", start=0.5, prefer=True)
+    force: Variable = variable("N.m", "Contact torque")
+
+    def equations(self) -> Equations:
+        yield self.gap == self.flange_b.phi - self.flange_a.phi
+        yield self.flange_b.tau == -self.force
+        yield self.flange_a.tau == self.force
+        yield pt.unilateral(self.gap, self.force, restitution=self.e)
+
+
+class Collision(pt.Component):
+    a: rot.Inertia = rot.Inertia(J=1.0)
+    stop: Stop = Stop()
+    b: rot.Inertia = rot.Inertia(J=3.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.a.flange_b, self.stop.flange_a)
+        yield connect(self.stop.flange_b, self.b.flange_a)
+
+    def initial(self) -> Equations:
+        yield self.a.w == 2.0
+
+
+def test_an_impact_is_a_loss_of_the_contact() -> None:
+    audit = energy_audit(pt.simulate(Collision(), 1.0))
+    lost = (1 - 0.5**2) / 2 * (1.0 * 3.0 / 4.0) * 2.0**2
+    table = audit.components
+    assert table["lost"]["stop"] == pytest.approx(lost)
+    assert table["impulses"]["stop"] == pytest.approx(lost)
+    assert table["impulses"][""] == pytest.approx(0.0, abs=1e-9)
+    assert table["lost"][""] == pytest.approx(-table["stored"][""])
+    assert audit.closure < 1e-9
+    assert audit.jumps["components"].tolist() == ["stop"]
+    assert audit.jumps["time"].to_numpy() == pytest.approx([0.25])
+    assert audit.jumps["energy"].to_numpy() == pytest.approx([-lost])
+    assert "at impacts and resets" in repr(audit)
+
+
+class Bounce(pt.Component):
+    """A sliding mass runs into its stop and loses its speed there."""
+
+    force: trans.ConstantForce = trans.ConstantForce(f_constant=20.0)
+    mass: trans.MassWithStopAndFriction = trans.MassWithStopAndFriction(
+        L=1.0, m=2.0, F_prop=1.0, F_Coulomb=5.0, F_Stribeck=10.0, fexp=2.0, smax=25.0, smin=-25.0
+    )
+
+    def equations(self) -> Equations:
+        yield connect(self.force.flange, self.mass.flange_a)
+
+
+def test_a_reset_is_a_loss_of_the_component_that_resets() -> None:
+    result = pt.simulate(Bounce(), 10.0, rtol=1e-8)
+    audit = energy_audit(result)
+    speed = np.abs(result["mass.v"]).max()
+    assert speed > 1.0
+    assert audit.jumps["energy"].min() == pytest.approx(-(speed**2), rel=1e-6)
+    assert audit.closure < 1e-7
+    assert not audit.hidden
+    assert audit.components["sources"]["force"] == pytest.approx(
+        20.0 * (result["mass.s"][-1] - result["mass.s"][0]), rel=1e-6
+    )
+
+
+class Forgetful(CompliantWithRelativeStates):
+    """A spring and damper that tells neither its loss nor its energy."""
+
+    def equations(self) -> Equations:
+        yield from self._transmit()
+        yield self.tau == 100.0 * self.phi_rel + 0.5 * self.w_rel
+
+
+class Hiding(pt.Component):
+    a: rot.Inertia = rot.Inertia(J=1.0)
+    shaft: Forgetful = Forgetful()
+    b: rot.Inertia = rot.Inertia(J=2.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.a.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.b.flange_a)
+
+    def initial(self) -> Equations:
+        yield self.a.w == 1.0
+
+
+def test_hidden_energy_is_named() -> None:
+    audit = energy_audit(pt.simulate(Hiding(), 1.0))
+    assert list(audit.hidden) == ["shaft"]
+    assert audit.closure > 0.01
+    assert "not balanced: shaft (up to" in repr(audit)
+    assert audit.imbalance["shaft"].abs().max() == pytest.approx(audit.hidden["shaft"], rel=0.1)
+
+
+class Switched(OneFlangeAndSupport):
+    """A brake whose loss is written with a switch of its own, and whose constant comes from outside."""
+
+    d: Parameter = parameter("N.m.s/rad", "Damping")
+    w: Variable = variable("rad/s", "Speed")
+
+    def equations(self) -> Equations:
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        yield self.flange.tau == self.d * pt.switch(self.w > 0, self.w, 3 * self.w, continuous=True)
+
+    def loss(self) -> Symbol:
+        return self.d * self.w * pt.switch(self.w > 0, self.w, 3 * self.w)
+
+
+class Engine(pt.Component):
+    """A part that is a source itself: it drives the shaft inside it by its own equation, and has an inertia."""
+
+    boundary: ClassVar[bool] = True
+    flange: rot.Flange = pt.port(rot.Flange)
+    u: Input = signal_input("N.m", "Torque")
+    torque: rot.Torque = rot.Torque()
+    J: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.u, self.torque.tau)
+        yield connect(self.torque.flange, self.J.flange_a)
+        yield connect(self.J.flange_b, self.flange)
+
+
+class Braked(pt.Component):
+    damping: Parameter = parameter("N.m.s/rad", "Damping of the brake", default=0.4)
+    sine: blocks.Sine = blocks.Sine(amplitude=3.0, f=0.5)
+    engine: Engine = Engine()
+    brake: Switched = Switched(d=1.0)
+
+    def equations(self) -> Equations:
+        yield self.brake.d == self.damping
+        yield connect(self.sine.y, self.engine.u)
+        yield connect(self.engine.flange, self.brake.flange)
+
+
+def test_switches_in_losses_bound_parameters_and_sources_of_parts() -> None:
+    plant = pt.compile(Braked())
+    count = len(plant.compiled.flat.recorder.switches)
+    audit = energy_audit(plant.simulate(4.0, parameters={"damping": 0.7}, rtol=1e-8))
+    assert len(plant.compiled.flat.recorder.switches) == count
+    assert audit.closure < 1e-6
+    assert not audit.hidden
+    table = audit.components
+    assert table["sources"]["engine"] == pytest.approx(table["sources"]["engine.torque"])
+    assert table["stored"]["engine"] == pytest.approx(table["stored"]["engine.J"])
+    assert table["lost"]["brake"] > 1.0
+
+
+class Cubic(CompliantWithRelativeStates):
+    """phi_rel = tau + tau^3: the torque, and with it the energy, is implicit."""
+
+    def equations(self) -> Equations:
+        yield from self._transmit()
+        yield self.phi_rel == self.tau + self.tau**3
+
+    def energy(self) -> Symbol:
+        """Integral of tau dphi_rel."""
+        return self.tau**2 / 2 + 3 * self.tau**4 / 4
+
+
+class Implicit(pt.Component):
+    fixed: rot.Fixed = rot.Fixed()
+    spring: Cubic = Cubic()
+    J: rot.Inertia = rot.Inertia(J=0.5)
+
+    def equations(self) -> Equations:
+        yield connect(self.fixed.flange, self.spring.flange_a)
+        yield connect(self.spring.flange_b, self.J.flange_a)
+
+    def initial(self) -> Equations:
+        yield self.J.phi == 2.0
+
+
+def test_energy_of_implicit_unknowns() -> None:
+    plant = pt.compile(Implicit())
+    assert plant.compiled.dae.z.numel() == 1
+    audit = energy_audit(plant.simulate(5.0, rtol=1e-8))
+    assert audit.closure < 1e-6
+    assert not audit.hidden
+    assert audit.components["sources"]["spring"] == 0.0
+
+
+class Endless(CompliantWithRelativeStates):
+    """A damper whose energy is not finite where it is relaxed."""
+
+    def equations(self) -> Equations:
+        yield from self._transmit()
+        yield self.tau == self.w_rel
+
+    def energy(self) -> Symbol:
+        return ca.log(self.phi_rel - self.phi_rel)
+
+
+class Broken(pt.Component):
+    a: rot.Inertia = rot.Inertia(J=1.0)
+    part: Endless = Endless()
+
+    def equations(self) -> Equations:
+        yield connect(self.a.flange_b, self.part.flange_a)
+
+
+def test_terms_that_are_not_finite_are_refused() -> None:
+    with pytest.raises(pt.ModelError, match=r"energy of part is not finite at t = "):
+        energy_audit(pt.simulate(Broken(), 0.1))
+
+
+def test_a_result_of_samples_only_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match="samples of the named signals only"):
+        energy_audit(pt.simulate(Hiding(), 0.1, record=["a.w"]))
+
+
+def test_a_run_that_takes_no_time() -> None:
+    audit = energy_audit(pt.simulate(Oscillator(), 0.0))
+    assert audit.closure == 0.0
+    assert audit.components["lost"].sum() == 0.0
+    assert "EnergyAudit of Oscillator" in repr(audit)

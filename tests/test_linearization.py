@@ -1,0 +1,433 @@
+"""Linear models against closed forms, finite differences of simulations, and each other."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import casadi as ca
+import control
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+import powertrain as pt
+from powertrain import (
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Variable,
+    connect,
+    parameter,
+    signal_input,
+    signal_output,
+    variable,
+)
+from powertrain.components import blocks
+from powertrain.components import rotational as rot
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, TwoFlanges
+from powertrain.linearization import linearize
+
+FREQUENCIES = np.array([0.3, 2.0, 7.0, 9.0, 40.0])
+
+
+def response(system: Any, frequencies: NDArray[np.float64] = FREQUENCIES) -> NDArray[np.complex128]:
+    """(outputs, inputs, frequencies)."""
+    return np.asarray(system(1j * frequencies, squeeze=False))
+
+
+class Oscillator(pt.Component):
+    """Two inertias on a spring and damper; a sine drives the first."""
+
+    J1: rot.Inertia = rot.Inertia(J=2.0)
+    J2: rot.Inertia = rot.Inertia(J=3.0)
+    shaft: rot.SpringDamper = rot.SpringDamper(c=100.0, d=0.5)
+    torque: rot.Torque = rot.Torque()
+    sine: blocks.Sine = blocks.Sine(amplitude=1.0, f=2.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.sine.y, self.torque.tau)
+        yield connect(self.torque.flange, self.J1.flange_a)
+        yield connect(self.J1.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.J2.flange_a)
+
+
+def oscillator_speeds(w: float) -> NDArray[np.complex128]:
+    s = 1j * w
+    k = 100.0 + 0.5 * s
+    return np.asarray(s * np.linalg.solve(np.array([[2 * s**2 + k, -k], [-k, 3 * s**2 + k]]), [1.0, 0.0]), complex)
+
+
+@pytest.mark.parametrize("drive", ["torque.tau", "sine.y", "J1.flange_a.tau", "shaft.flange_a.tau"])
+def test_two_masses_have_their_transfer_function(drive: str) -> None:
+    system = linearize(Oscillator(), [drive], ["J1.w", "J2.w", lambda m: m.J1.w - m.J2.w])
+    expected = np.array([oscillator_speeds(w) for w in FREQUENCIES]).T
+    found = response(system)[:, 0]
+    assert np.allclose(found[:2], expected, rtol=1e-9)
+    assert np.allclose(found[2], expected[0] - expected[1], rtol=1e-9)
+    assert system.linearization.outputs == ("J1.w", "J2.w", "J1.w-J2.w")
+    assert list(system.input_labels) == [drive.replace(".", "_")]
+    assert system.linearization.units["J1.w"] == "rad/s"
+    assert system.linearization.units[drive] in ("N.m", "1")
+
+
+def test_linear_models_pickle_and_connect() -> None:
+    system = linearize(Oscillator(), ["torque.tau"], ["J1.w"])
+    again = pickle.loads(pickle.dumps(system))
+    assert again.linearization == system.linearization
+    assert again.state_labels == system.state_labels
+    assert np.array_equal(again.A, system.A)
+    closed = control.feedback(system, 1)
+    assert np.allclose(response(closed)[0, 0], 1 / (1 + 1 / response(system)[0, 0]))
+
+
+def test_an_input_shows_in_its_own_signal() -> None:
+    system = linearize(Oscillator(), ["torque.tau"], ["torque.tau", "sine.y"])
+    assert system.D.ravel().tolist() == [1.0, 0.0]
+
+
+def test_parameters_are_inputs_of_constants() -> None:
+    plant = pt.compile(Oscillator())
+    system = linearize(
+        plant,
+        ["shaft.c", "torque.tau"],
+        ["shaft.tau"],
+        at={"J1.phi": 0.0, "shaft.phi_rel": 0.2, "J1.w": 3.0, "J2.w": 1.0},
+    )
+    assert system.D[0] == pytest.approx([0.2, 0.0])
+    places = [system.linearization.states.index(n) for n in ("J1.w", "J2.w")]
+    assert system.B[places, 0] == pytest.approx([0.2 / 2, -0.2 / 3])
+    assert system.linearization.values["J1.w"] == 3.0
+
+
+class Fan(pt.Component):
+    """An input torque drives a fan through a soft shaft."""
+
+    tau: Input = signal_input("N.m", "Torque of the motor")
+    speed: Output = signal_output("rad/s", "Speed of the fan")
+    torque: rot.Torque = rot.Torque()
+    motor: rot.Inertia = rot.Inertia(J=0.5)
+    shaft: rot.SpringDamper = rot.SpringDamper(c=80.0, d=0.7)
+    fan: rot.Inertia = rot.Inertia(J=1.5)
+    air: rot.QuadraticSpeedDependentTorque = rot.QuadraticSpeedDependentTorque(
+        tau_nominal=-4.0, w_nominal=10.0, TorqueDirection=False
+    )
+    sensor: rot.SpeedSensor = rot.SpeedSensor()
+
+    def equations(self) -> Equations:
+        yield connect(self.tau, self.torque.tau)
+        yield connect(self.torque.flange, self.motor.flange_a)
+        yield connect(self.motor.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.fan.flange_a)
+        yield connect(self.fan.flange_b, self.air.flange, self.sensor.flange)
+        yield connect(self.sensor.w, self.speed)
+
+
+STEADY = {"tau": 9.0, "motor.w": 15.0, "fan.w": 15.0, "shaft.phi_rel": -9.0 / 80.0}
+
+
+def test_linear_model_predicts_differences_of_simulations() -> None:
+    plant = pt.compile(Fan())
+    system = linearize(plant, at=STEADY)
+    assert system.linearization.inputs == ("tau",)
+    assert system.linearization.outputs == ("speed",)
+    starts = {n: v for n, v in STEADY.items() if n != "tau"}
+
+    def simulated(change: float, input_change: float) -> float:
+        result = plant.simulate(
+            0.2, starts=starts | {"motor.w": 15.0 + change}, inputs={"tau": 9.0 + input_change}, rtol=1e-11, atol=1e-12
+        )
+        return float(result["speed"][-1])
+
+    eps, n = 1e-3, len(system.A)
+    block = expm(0.2 * np.block([[system.A, system.B], [np.zeros((1, n + 1))]]))
+    x0 = np.eye(n)[system.linearization.states.index("motor.w")]
+    by_state = (simulated(eps, 0.0) - simulated(-eps, 0.0)) / (2 * eps)
+    by_input = (simulated(0.0, eps) - simulated(0.0, -eps)) / (2 * eps)
+    assert by_state == pytest.approx((system.C @ block[:n, :n] @ x0).item(), rel=1e-6)
+    assert by_input == pytest.approx((system.C @ block[:n, n]).item(), rel=1e-6)
+
+
+def test_same_point_of_a_result() -> None:
+    plant = pt.compile(Fan())
+    result = plant.simulate(1.0, inputs={"tau": 5.0}, rtol=1e-9, parameters={"fan.J": 2.0})
+    at_time = linearize(plant, at=(result, 0.6))
+    values = {n: result.at(0.6, n) for n in ("motor.w", "fan.w", "motor.phi", "fan.phi")}
+    by_hand = linearize(plant, at={"tau": 5.0, "time": 0.6, **values}, parameters={"fan.J": 2.0})
+    for a, b in zip((at_time.A, at_time.B, at_time.C), (by_hand.A, by_hand.B, by_hand.C), strict=True):
+        assert np.allclose(a, b, rtol=1e-7)
+    place = at_time.linearization.states.index("speed")
+    slope = at_time.A[place, place]
+    assert slope == pytest.approx(-(0.7 + 2 * 4.0 / 100 * values["fan.w"]) / 2.0)
+
+
+class Clutches(pt.Component):
+    """Three clutches between four inertias, as CoupledClutches."""
+
+    sine: blocks.Sine = blocks.Sine(amplitude=10.0, f=5.0)
+    torque: rot.Torque = rot.Torque()
+    J: tuple[rot.Inertia, ...] = tuple(rot.Inertia(J=1.0 + i) for i in range(4))
+    clutch: tuple[rot.Clutch, ...] = tuple(rot.Clutch(peak=1.1, fn_max=20.0) for _ in range(3))
+    press: tuple[blocks.Step, ...] = (
+        blocks.Step(startTime=0.0),
+        blocks.Step(startTime=0.4),
+        blocks.Step(startTime=0.9),
+    )
+
+    def equations(self) -> Equations:
+        yield connect(self.sine.y, self.torque.tau)
+        yield connect(self.torque.flange, self.J[0].flange_a)
+        for i in range(3):
+            yield connect(self.J[i].flange_b, self.clutch[i].flange_a)
+            yield connect(self.clutch[i].flange_b, self.J[i + 1].flange_a)
+            yield connect(self.press[i].y, self.clutch[i].f_normalized)
+
+    def initial(self) -> Equations:
+        yield self.J[0].w == 10.0
+
+
+def test_stuck_clutches_take_states_away() -> None:
+    plant = pt.compile(Clutches())
+    result = plant.simulate(4.0)
+    stuck_counts = set()
+    for t in (0.1, 0.39, 0.7, 0.89, 1.1, 2.0, 3.0, 4.0):
+        stuck = [result.at(t, f"clutch[{i}].mode") == 0 for i in range(3)]
+        system = linearize(plant, ["torque.tau", "clutch[1].f_normalized"], ["J[0].w", "J[3].w"], at=(result, t))
+        note = system.linearization
+        assert len(system.A) == 8 - 2 * sum(stuck)
+        assert set(note.states) | set(note.removed) == set(plant.compiled.states)
+        for i in range(3):
+            assert (f"clutch[{i}].w_rel" in note.removed) == stuck[i]
+            assert (f"clutch[{i}].phi_rel" in note.removed) == stuck[i]
+        joined = 1 + next((i for i, s in enumerate(stuck) if not s), 3)
+        mass = sum(1.0 + i for i in range(joined))
+        assert response(system)[0, 0] == pytest.approx(1 / (1j * FREQUENCIES * mass))
+        if all(stuck):
+            assert response(system)[1, 0] == pytest.approx(1 / (1j * FREQUENCIES * mass))
+        else:
+            assert np.abs(response(system)[1, 0]).max() < 1e-12
+        if stuck[0] and not stuck[1] and result.at(t, "clutch[1].mode") != 2:
+            assert np.abs(response(system)[0, 1]).min() > 1e-3
+        stuck_counts.add(sum(stuck))
+    assert {0, 3} <= stuck_counts or {1, 3} <= stuck_counts
+
+
+class Driven(pt.Component):
+    """A motion source, a rigid inertia, a spring and damper, a second inertia."""
+
+    source: rot.Speed | rot.Position | rot.Accelerate
+    first: rot.Inertia = rot.Inertia(J=0.3)
+    shaft: rot.SpringDamper = rot.SpringDamper(c=50.0, d=2.0)
+    second: rot.Inertia = rot.Inertia(J=0.8)
+
+    def equations(self) -> Equations:
+        yield connect(self.source.flange, self.first.flange_a)
+        yield connect(self.first.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.second.flange_a)
+        signal = {rot.Speed: "w_ref", rot.Position: "phi_ref", rot.Accelerate: "a_ref"}[type(self.source)]
+        yield getattr(self.source, signal).value == 0.1 * ca.sin(pt.time)
+
+
+CASES = [
+    (rot.Position(exact=True), "source.phi_ref", 0),
+    (rot.Speed(exact=True), "source.w_ref", 1),
+    (rot.Accelerate(), "source.a_ref", 2),
+]
+
+
+@pytest.mark.parametrize(("source", "signal", "order"), CASES, ids=[c[1] for c in CASES])
+def test_motion_sources_drive_inertias(source: pt.Component, signal: str, order: int) -> None:
+    system = linearize(Driven(source=source), [signal], ["second.phi", "shaft.phi_rel"])  # type: ignore[arg-type]
+    s = 1j * FREQUENCIES
+    expected = (2.0 * s + 50.0) / (0.8 * s**2 + 2.0 * s + 50.0) / s**order
+    found = response(system)[:, 0]
+    assert np.allclose(found[0], expected, rtol=1e-9)
+    assert np.allclose(found[1], expected - 1 / s**order, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("source", "signal", "order"), CASES[:2], ids=[c[1] for c in CASES[:2]])
+def test_an_output_that_needs_derivatives_of_an_input_is_refused(source: pt.Component, signal: str, order: int) -> None:
+    said = "derivative" if order else "second derivative"
+    with pytest.raises(pt.ModelError, match=rf"source\.flange\.tau depends on the {said} of the input {signal}"):
+        linearize(Driven(source=source), [signal], ["source.flange.tau"])  # type: ignore[arg-type]
+    system = linearize(Driven(source=rot.Accelerate()), ["source.a_ref"], ["source.flange.tau"])
+    s = 1j * FREQUENCIES
+    through = (2.0 * s + 50.0) * 0.8 / (0.8 * s**2 + 2.0 * s + 50.0)
+    assert response(system)[0, 0] == pytest.approx(-0.3 - through)
+
+
+def test_shifted_states_are_named() -> None:
+    note = linearize(Driven(source=rot.Position(exact=True)), ["source.phi_ref"], ["second.phi"]).linearization
+    assert note.shifted
+    assert all(set(gains) == {"source.phi_ref"} for gains in note.shifted.values())
+
+
+class Held(pt.Component):
+    """A speed source, a brake-like clutch that is stuck, and an inertia."""
+
+    source: rot.Speed = rot.Speed(exact=True)
+    clutch: rot.Clutch = rot.Clutch(fn_max=100.0)
+    load: rot.Inertia = rot.Inertia(J=1.0)
+    soft: rot.SpringDamper = rot.SpringDamper(c=10.0, d=1.0)
+    end: rot.Inertia = rot.Inertia(J=2.0)
+
+    def equations(self) -> Equations:
+        yield self.source.w_ref.value == 1.0
+        yield self.clutch.f_normalized.value == 1.0
+        yield connect(self.source.flange, self.clutch.flange_a)
+        yield connect(self.clutch.flange_b, self.load.flange_a)
+        yield connect(self.load.flange_b, self.soft.flange_a)
+        yield connect(self.soft.flange_b, self.end.flange_a)
+
+
+def test_stuck_on_a_driven_shaft() -> None:
+    system = linearize(Held(), ["source.w_ref"], ["load.w", "end.w"], at={"load.w": 1.0, "end.w": 1.0})
+    s = 1j * FREQUENCIES
+    assert system.linearization.modes["clutch.mode"] == 0
+    assert np.allclose(response(system)[0, 0], 1.0)
+    assert np.allclose(response(system)[1, 0], (s + 10.0) / (2 * s**2 + s + 10.0))
+
+
+class Cubic(CompliantWithRelativeStates):
+    """phi_rel = tau + tau^3: the torque is an implicit unknown."""
+
+    def equations(self) -> Equations:
+        yield from self._transmit()
+        yield self.phi_rel == self.tau + self.tau**3 + ca.sinh(self.tau)
+
+
+class Implicit(pt.Component):
+    fixed: rot.Fixed = rot.Fixed()
+    spring: Cubic = Cubic()
+    J: rot.Inertia = rot.Inertia(J=0.5)
+
+    def equations(self) -> Equations:
+        yield connect(self.fixed.flange, self.spring.flange_a)
+        yield connect(self.spring.flange_b, self.J.flange_a)
+
+
+def test_implicit_unknowns_are_eliminated() -> None:
+    plant = pt.compile(Implicit())
+    assert plant.compiled.dae.z.numel() == 1
+    phi = 0.7 + 0.7**3 + np.sinh(0.7)
+    system = linearize(plant, ["J.flange_b.tau"], ["J.phi", "spring.tau"], at={"J.phi": phi})
+    c = 1 / (1 + 3 * 0.49 + np.cosh(0.7))
+    expected = 1 / (0.5 * (1j * FREQUENCIES) ** 2 + c)
+    assert np.allclose(response(system)[0, 0], expected)
+    assert np.allclose(response(system)[1, 0], c * expected)
+
+
+class Stop(TwoFlanges):
+    """A one-sided rigid stop between two shafts."""
+
+    gap: Variable = variable("rad", "Play", start=0.1, prefer=True)
+    force: Variable = variable("N.m", "Contact torque")
+
+    def equations(self) -> Equations:
+        yield self.gap == self.flange_b.phi - self.flange_a.phi
+        yield self.flange_b.tau == -self.force
+        yield self.flange_a.tau == self.force
+        yield pt.unilateral(self.gap, self.force)
+
+
+class Stopped(pt.Component):
+    tau: Input = signal_input("N.m", "Torque on the first inertia")
+    torque: rot.Torque = rot.Torque()
+    a: rot.Inertia = rot.Inertia(J=1.0)
+    stop: Stop = Stop()
+    b: rot.Inertia = rot.Inertia(J=3.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.tau, self.torque.tau)
+        yield connect(self.torque.flange, self.a.flange_a)
+        yield connect(self.a.flange_b, self.stop.flange_a)
+        yield connect(self.stop.flange_b, self.b.flange_a)
+
+
+def test_closed_contacts_take_states_away() -> None:
+    plant = pt.compile(Stopped())
+    result = plant.simulate(2.0, inputs={"tau": 1.0})
+    before, after = (linearize(plant, outputs=["a.w", "b.w"], at=(result, t)) for t in (0.1, 1.5))
+    assert (len(before.A), len(after.A)) == (4, 2)
+    assert np.allclose(response(before)[:, 0], [1 / (1j * FREQUENCIES), 0 * FREQUENCIES])
+    assert np.allclose(response(after)[:, 0], 1 / (4j * FREQUENCIES))
+
+
+class Follower(pt.Component):
+    """A part with an input of its own that it hands on."""
+
+    u: Input = signal_input("N.m", "Torque")
+    flange: rot.Flange = pt.port(rot.Flange)
+    gain: blocks.Gain = blocks.Gain(k=3.0)
+    torque: rot.Torque = rot.Torque()
+
+    def equations(self) -> Equations:
+        yield connect(self.u, self.gain.u)
+        yield connect(self.gain.y, self.torque.tau)
+        yield connect(self.torque.flange, self.flange)
+
+
+class Whole(pt.Component):
+    part: Follower = Follower()
+    other: rot.Torque = rot.Torque()
+    source: blocks.Constant = blocks.Constant(k=1.0)
+    J: rot.Inertia = rot.Inertia(J=2.0)
+    J2: rot.Inertia = rot.Inertia(J=5.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.source.y, self.part.u, self.other.tau)
+        yield connect(self.part.flange, self.J.flange_a)
+        yield connect(self.other.flange, self.J2.flange_a)
+
+
+def test_an_input_inside_is_perturbed_alone() -> None:
+    inputs = ["part.u", "part.gain.u", "part.gain.y", "part.torque.tau", "source.y", "other.tau", "part.flange.tau"]
+    system = linearize(Whole(), inputs, ["J.w", "J2.w"])
+    gains = np.real(response(system) * 1j * FREQUENCIES)[:, :, 0]
+    assert gains[0] == pytest.approx(np.array([3, 3, 1, 1, 3, 0, 1]) / 2)
+    assert gains[1] == pytest.approx(np.array([0, 0, 0, 0, 1, 1, 0]) / 5)
+
+
+def test_refusals_name_what_is_known() -> None:
+    plant = pt.compile(Oscillator())
+    with pytest.raises(pt.ParameterError, match=r"no inputs; name what drives"):
+        linearize(plant)
+    with pytest.raises(pt.ParameterError, match=r"torque\.tua; did you mean torque\.tau"):
+        linearize(plant, ["torque.tua"])
+    with pytest.raises(pt.ParameterError, match=r"J1\.ww; did you mean J1\.w"):
+        linearize(plant, ["torque.tau"], ["J1.ww"])
+    with pytest.raises(pt.ParameterError, match="stands twice"):
+        linearize(plant, ["torque.tau", "torque.tau"])
+    result = plant.simulate(0.1)
+    with pytest.raises(pt.ParameterError, match="outside the simulated span"):
+        linearize(plant, ["torque.tau"], at=(result, 0.2))
+    with pytest.raises(pt.ParameterError, match="another model"):
+        linearize(pt.compile(Fan()), at=(result, 0.1))
+
+
+class Root(TwoFlanges):
+    """A torque whose slope is infinite at rest."""
+
+    k: Parameter = parameter("N.m", "Size", default=1.0)
+
+    def equations(self) -> Equations:
+        phi = self.flange_b.phi - self.flange_a.phi
+        yield self.flange_b.tau == self.k * ca.sqrt(phi)
+        yield self.flange_a.tau + self.flange_b.tau == 0
+
+
+class Steep(pt.Component):
+    fixed: rot.Fixed = rot.Fixed()
+    root: Root = Root()
+    J: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.fixed.flange, self.root.flange_a)
+        yield connect(self.root.flange_b, self.J.flange_a)
+
+
+def test_infinite_derivatives_are_refused() -> None:
+    with pytest.raises(pt.ModelError, match=r"derivatives of der\(J\.w\) are not finite"):
+        linearize(Steep(), ["J.flange_b.tau"])
