@@ -6,6 +6,10 @@ shaft swings: the shuffle a driver feels. Nobody says when the clutch stops slip
 
 from __future__ import annotations
 
+import sys
+
+import matplotlib.pyplot as plt
+
 import powertrain as pt
 from powertrain.components.blocks import Ramp
 from powertrain.components.rotational import Clutch, ConstantTorque, IdealGear, Inertia, SpringDamper
@@ -38,10 +42,15 @@ class MovingOff(pt.Component):
 
 
 def main() -> None:
-    """Simulate and tell what happened."""
+    """Simulate and tell what happened; a file name as argument takes the picture."""
     result = pt.simulate(MovingOff(), stop=3)
     print(result.events)
     print(f"After {result.time[-1]:g} s the car does {0.3 * result['car.w'][-1] * 3.6:.1f} km/h.")
+    if len(sys.argv) > 1:
+        figure, (above, below) = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
+        result.plot("flywheel.w", "disc.w", ax=above)
+        result.plot("shaft.tau", "clutch.lossPower", ax=below)
+        figure.savefig(sys.argv[1], dpi=120)
 
 
 if __name__ == "__main__":

@@ -81,7 +81,7 @@ class Plant(Generic[M]):
 
         ``parameters``: other values by name; ``starts``: values of variables that hold at the start; ``guesses``: where the search for the
         start begins; ``inputs``: the model's inputs; ``times`` or ``points`` (intervals): where results are wanted beside events; ``rtol``,
-        ``atol``: tolerances of the states; ``method``: "auto", "dopri5", "rodas5p" or "cvodes"; ``compile``: use the machine's C compiler;
+        ``atol``: tolerances of the states; ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use the machine's C compiler;
         ``record``: names or patterns of the signals to keep; ``progress``: a bar, or a function of the time reached.
 
         Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.

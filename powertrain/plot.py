@@ -65,8 +65,8 @@ def mark_events(result: Result[M], ax: Axes, pattern: str = "*") -> Axes:
 
 
 def axis_label(signals: Sequence[tuple[str, str]], unit: str) -> str:
-    """What (name, meaning) have in common, with the unit: 'Angular velocity [rad/s]', 'w [rad/s]' or '[rad/s]'."""
-    meanings = {doc for _, doc in signals if doc}
+    """What (name, meaning up to its first comma) have in common, with the unit: 'Angular velocity [rad/s]', 'w [rad/s]' or '[rad/s]'."""
+    meanings = {doc.partition(",")[0] for _, doc in signals if doc}
     names = {label.rpartition(".")[2] for label, _ in signals}
     common = meanings.pop() if len(meanings) == 1 and all(doc for _, doc in signals) else ""
     if not common and len(names) == 1 and all(doc for _, doc in signals):
