@@ -9,6 +9,7 @@ if not (_package / "components" / "__init__.py").is_file():
     # A checkout whose file system has no symbolic links: the two folders lie beside the package.
     __path__.append(str(_package.parent))
 
+from powertrain.audit import EnergyAudit, energy_audit
 from powertrain.component import (
     Component,
     Discrete,
@@ -27,8 +28,9 @@ from powertrain.connectors import Connector, Input, Output, Signal, signal_input
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
 from powertrain.export import load
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
+from powertrain.linearization import linearize
 from powertrain.map import Map
-from powertrain.plant import Plant, compile, simulate
+from powertrain.plant import Plant, compile, simulate  # noqa: A004
 from powertrain.result import Result
 from powertrain.sweeping import sweep
 from powertrain.symbols import Symbol, time
@@ -38,6 +40,7 @@ __all__ = [
     "Component",
     "Connector",
     "Discrete",
+    "EnergyAudit",
     "Equations",
     "InitializationError",
     "Input",
@@ -58,8 +61,10 @@ __all__ = [
     "connect",
     "der",
     "discrete",
+    "energy_audit",
     "flow",
     "friction",
+    "linearize",
     "load",
     "parameter",
     "port",

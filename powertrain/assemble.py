@@ -8,17 +8,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.alias import Base, Reduced, eliminate_aliases, quote
+from powertrain.alias import Base, Reduced, eliminate_aliases
 from powertrain.blocks import Solved, solve_blocks
 from powertrain.component import Component
 from powertrain.errors import ModelError
 from powertrain.flatten import Constant, Equation, Flat, Unknown, flatten
 from powertrain.hybrid import Contact, Friction, Guard, HybridDae, Reset, Schedule, Switch, When
-from powertrain.index import Differentiated, differentiate, select_states
+from powertrain.index import differentiate, select_states
 from powertrain.laws import FrictionLaw, Law, Reinit, UnilateralLaw, WhenLaw
-from powertrain.matching import Matching
 from powertrain.recorder import GuardEntry, Place, reading
 from powertrain.resolver import Resolver
+from powertrain.structure import check_structure
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 from powertrain.torques import Torque, add_rates, declare_torques
 
@@ -47,7 +47,11 @@ class Compiled:
 
 def compile_model(model: Component) -> Compiled:
     """Flattens, reduces and solves the model symbolically. Raises ModelError where the text does not describe a solvable model."""
-    flat = flatten(model)
+    return compile_flat(flatten(model))
+
+
+def compile_flat(flat: Flat) -> Compiled:
+    """The passes after flattening, in their order."""
     _bind_parameters(flat)
     inputs = _schedule_inputs(flat)
     values = {key(c.symbol): c.value for c in flat.parameters}
@@ -55,7 +59,7 @@ def compile_model(model: Component) -> Compiled:
     with reading(flat.recorder):
         torques, others = declare_torques(reduced)
         known = {key(t.symbol) for t in torques}
-        _check_structure(reduced, torques)
+        check_structure(reduced, torques)
         system = differentiate(reduced, known)
         add_rates(system, torques)
         states = select_states(system, _wishes(reduced, torques, others), values)
@@ -99,59 +103,6 @@ def _schedule_inputs(flat: Flat) -> list[Unknown]:
             flat.recorder.path, flat.recorder.text = unknown.name, None
             flat.equations.append(Equation(unknown.symbol - schedule([0.0], [unknown.guess]), Place(unknown.name)))
     return flat.inputs
-
-
-def _check_structure(reduced: Reduced, torques: list[Torque]) -> None:
-    """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
-    known = {key(t.symbol) for t in torques}
-    system = Differentiated(reduced, known)
-    bases = [list(dict.fromkeys(b for b, _ in system.bases(e.residual))) for e in reduced.equations]
-    matching = Matching(lambda e: bases[e])
-    for e in range(len(bases)):
-        if not matching.augment(e):
-            raise ModelError(_too_much(reduced, sorted(matching.seen_equations), matching.seen_variables, torques))
-    free = [b for b in reduced.symbols if b not in reduced.aliases and b not in known and b not in matching.equation_of]
-    if free:
-        raise ModelError(_too_little(reduced, free))
-
-
-def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[Torque]) -> str:
-    said = [reduced.originals[e] for e in equations if e < len(reduced.originals)]
-    said += [reduced.equations[e] for e in equations if e >= len(reduced.originals)]
-    recorder = reduced.flat.recorder
-
-    def inside(listed: list[Equation]) -> list[int]:
-        bases = [key(recorder.bases.get(key(s), (s, 0))[0]) for e in listed for s in free_symbols(e.residual)]
-        return list(dict.fromkeys(bases))
-
-    roots = set(inside([reduced.equations[e] for e in equations]))
-    laws = [t for t in torques if key(t.symbol) in roots]
-    named = [b for b in [*inside(said), *(key(t.symbol) for t in laws)] if b in reduced.flat.unknowns]
-    quoted = quote([*said, *reduced.tied_by(named)])
-    if laws:
-        given = "\n  ".join(str(t.place) for t in laws)
-        return (
-            f"over-determined: these laws give torques or forces that the equations below them give too, so that a motion is not "
-            f"determined; put an inertia or a compliance between\n  {given}\n  {quoted}"
-        )
-    names = sorted(_name(reduced, b) for b in variables)
-    n = len(equations)
-    count = f"{n} equation{'s' * (n != 1)} for the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}"
-    what = count if names else "this is already known from the other equations"
-    return f"over-determined: {what}; one of these has to go\n  {quoted}"
-
-
-def _too_little(reduced: Reduced, free: list[int]) -> str:
-    names = sorted(_name(reduced, b) for b in free)
-    more = ", ..." if len(names) > 8 else ""
-    inputs = reduced.flat.loose_inputs
-    hint = f"not connected: {', '.join(inputs)}" if inputs else "is an equation missing, or a part not connected?"
-    return f"under-determined: {len(free)} equation{'s' * (len(free) != 1)} missing to determine {', '.join(names[:8])}{more}; {hint}"
-
-
-def _name(reduced: Reduced, base: int) -> str:
-    unknown = reduced.flat.unknowns.get(base)
-    return unknown.name if unknown else reduced.symbols[base].name()
 
 
 def _wishes(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:

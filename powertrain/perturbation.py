@@ -12,17 +12,12 @@ from typing import Any
 
 import casadi as ca
 
-from powertrain.alias import eliminate_aliases
-from powertrain.assemble import Compiled, _assemble, _bind_parameters, _schedule_inputs, _wishes
-from powertrain.blocks import solve_blocks
+from powertrain.assemble import Compiled, compile_flat
 from powertrain.component import Component, Variable
 from powertrain.connectors import Connector, Output, Signal
 from powertrain.flatten import Equation, Flat, flatten
-from powertrain.index import differentiate, select_states
 from powertrain.laws import FrictionLaw, UnilateralLaw
-from powertrain.recorder import reading
 from powertrain.symbols import Symbol, column, key, time, total_derivative
-from powertrain.torques import add_rates, declare_torques
 
 ORDER = 4
 """Highest derivative of a perturbation that is followed."""
@@ -95,22 +90,7 @@ def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
         _add(flat, spot, polynomial)
         if not spot.outward and "." not in name[len(spot.owner) + 1 :]:
             added[name] = polynomial
-    return Perturbed(_reduced(flat), reference, tuple(coefficients), added)
-
-
-def _reduced(flat: Flat) -> Compiled:
-    """What ``compile_model`` does with a flat model; the structure is that of a model it has accepted."""
-    _bind_parameters(flat)
-    inputs = _schedule_inputs(flat)
-    values = {key(c.symbol): c.value for c in flat.parameters}
-    reduced = eliminate_aliases(flat, values)
-    with reading(flat.recorder):
-        torques, others = declare_torques(reduced)
-        system = differentiate(reduced, {key(t.symbol) for t in torques})
-        add_rates(system, torques)
-        states = select_states(system, _wishes(reduced, torques, others), values)
-    solved = solve_blocks(system, states, values)
-    return _assemble(reduced, states, solved, torques, others, inputs, values)
+    return Perturbed(compile_flat(flat), reference, tuple(coefficients), added)
 
 
 def _add(flat: Flat, spot: Spot, polynomial: Symbol) -> None:
