@@ -30,7 +30,9 @@ class Reference:
     @property
     def continuous(self) -> list[str]:
         """Names of the signals that are neither modes nor flags."""
-        return [name for name in self.signals if name.rpartition(".")[2] not in ("mode", "startForward", "startBackward")]
+        return [
+            name for name in self.signals if name.rpartition(".")[2] not in ("mode", "startForward", "startBackward")
+        ]
 
     @property
     def modes(self) -> list[str]:
