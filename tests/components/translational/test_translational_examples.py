@@ -10,6 +10,23 @@ import pytest
 import translational_examples as examples
 
 import powertrain as pt
+from powertrain.audit import energy_audit
+
+STOPS = {
+    "CompareBrakingForce": 2,
+    "CoupledByAdaptors": 1,
+    "Damper": 1,
+    "EddyCurrentBrake": 1,
+    "ElastoGap": 5,
+    "Friction": 5,
+    "HeatLosses": 2,
+    "InitialConditions": 5,
+    "Oscillator": 1,
+    "PreLoad": 100,
+    "Sensors": 1,
+    "Vehicle": 60,
+    "WhyArrows": 1,
+}
 
 
 def tight(model: pt.Component, stop: float, **options: Any) -> pt.Result[pt.Component]:
@@ -22,6 +39,13 @@ def drop(values: Any) -> float:
 
 def work(result: pt.Result[pt.Component], power: Any) -> float:
     return float(np.trapezoid(power, result.time))
+
+
+@pytest.mark.parametrize("name", STOPS)
+def test_energy_closes(name: str) -> None:
+    audit = energy_audit(pt.simulate(getattr(examples, name)(), STOPS[name], rtol=1e-8, atol=1e-10))
+    assert audit.closure < 1e-6
+    assert not audit.hidden
 
 
 def test_stribeck_friction_by_formula_and_by_table_agree() -> None:
@@ -113,6 +137,21 @@ def test_one_chain_starts_at_rest_and_the_other_swings() -> None:
     energy = energy + 500 * (result["s1.s_rel"] - 1) ** 2 + 55.5 * (result["sd1.s_rel"] - 1) ** 2
     assert energy[0] == pytest.approx(125.0)
     assert drop(energy) == pytest.approx(work(result, result["sd1.lossPower"]), rel=2e-2)
+
+
+def test_four_braking_forces_in_closed_form() -> None:
+    """Below v0 = 1 m/s the first and the last force are proportional to speed; the last one jumps there to a hundredth."""
+    result = tight(examples.CompareBrakingForce(), 2.0)
+    t = result.time
+    slow1, slow4 = 0.99, (1e4 - 1) / 2e4
+    expected = {
+        1: np.where(t < slow1, 100 - 100 * t, np.exp(-100 * np.maximum(t - slow1, 0))),
+        2: 100 * np.exp(-t),
+        3: 100 / (1 + t),
+        4: np.where(t < slow4, np.sqrt(np.maximum(1e4 - 2e4 * t, 0)), np.exp(-100 * np.maximum(t - slow4, 0))),
+    }
+    for k, v in expected.items():
+        np.testing.assert_allclose(result[f"mass{k}.v"], v, atol=2e-6, err_msg=str(k))
 
 
 def test_signals_between_masses_are_as_good_as_flanges() -> None:

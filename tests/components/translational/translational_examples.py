@@ -424,6 +424,36 @@ class EddyCurrentBrake(Component):
         yield self.heatCapacitor.T == 293.15
 
 
+class CompareBrakingForce(Component):
+    """Four laws of braking force on the same moving mass."""
+
+    mass1: trans.Mass = trans.Mass(m=1)
+    signForce: trans.SignForce = trans.SignForce(f_nominal=-100, reg="linear", v0=1)
+    mass2: trans.Mass = trans.Mass(m=1)
+    linearSpeedDependentForce: trans.LinearSpeedDependentForce = trans.LinearSpeedDependentForce(
+        f_nominal=-100, ForceDirection=False, v_nominal=100
+    )
+    mass3: trans.Mass = trans.Mass(m=1)
+    quadraticSpeedDependentForce: trans.QuadraticSpeedDependentForce = trans.QuadraticSpeedDependentForce(
+        f_nominal=-100, ForceDirection=False, v_nominal=100
+    )
+    mass4: trans.Mass = trans.Mass(m=1)
+    inverseSpeedDependentForce: trans.InverseSpeedDependentForce = trans.InverseSpeedDependentForce(
+        f_nominal=-100, ForceDirection=False, v_nominal=100, v0=1
+    )
+
+    def equations(self) -> Equations:
+        yield connect(self.signForce.flange, self.mass1.flange_a)
+        yield connect(self.linearSpeedDependentForce.flange, self.mass2.flange_a)
+        yield connect(self.quadraticSpeedDependentForce.flange, self.mass3.flange_a)
+        yield connect(self.inverseSpeedDependentForce.flange, self.mass4.flange_a)
+
+    def initial(self) -> Equations:
+        for mass in (self.mass1, self.mass2, self.mass3, self.mass4):
+            yield mass.s == 0
+            yield mass.v == 100
+
+
 INCLINATION = ((0.0, 0.0), (20.0, 0.0), (20.0, 0.05), (25.0, 0.05), (25.0, 0.0), (60.0, 0.0))
 TORQUE = (
     (0.0, 0.0),
