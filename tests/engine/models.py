@@ -113,29 +113,29 @@ def bodies(
     """
     n, laws = len(inertias), len(jacobian)
     x, m, p = ca.SX.sym("x", n), ca.SX.sym("m", laws + extra_held), ca.SX.sym("p", 0)
-    push, jacobian = ca.vertcat(*force), ca.DM(jacobian)
+    push, gradient = ca.vertcat(*force), ca.DM(jacobian)
     inverse = ca.diag(1 / ca.DM(list(inertias)))
     torque = ca.SX.sym("torque", laws)
     limits = bounds(torque, m)  # type: ignore[operator]
-    acceleration = inverse @ (push - jacobian.T @ torque)
+    acceleration = inverse @ (push - gradient.T @ torque)
     rows = []
     for k in range(laws):
         lower, upper = limits[k]
         loose = torque[k] - ca.if_else(m[k] == 1, upper, ca.if_else(m[k] == -1, lower, 0))
-        rows.append(ca.if_else(m[k] == 0, -(jacobian[k, :] @ acceleration), loose))
+        rows.append(ca.if_else(m[k] == 0, -(gradient[k, :] @ acceleration), loose))
     equations = ca.vertcat(*rows)
     found = solve_linear(ca.jacobian(equations, torque), -ca.substitute(equations, torque, ca.SX.zeros(laws)))
 
-    def final(e: object) -> ca.SX:
+    def final(e: ca.SX | float) -> ca.SX:
         return ca.substitute(ca.SX(e), torque, found)
 
-    rates = jacobian @ acceleration
+    rates = gradient @ acceleration
     frictions = tuple(
         Friction(
             f"law{k}",
             "hand",
             k,
-            jacobian[k, :] @ x,
+            gradient[k, :] @ x,
             found[k],
             final(limits[k][0]),
             final(limits[k][1]),
