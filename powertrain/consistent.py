@@ -11,6 +11,8 @@ from powertrain.steps import PREFIX
 
 _ITERATIONS = 60
 _STEP = 1e-11
+_ROUNDING = 1e-9
+"""Where Newton's method does not converge (at a kink), the nearest point is taken if it is as close as the modes of laws are resolved."""
 
 
 class NotConsistent(ArithmeticError):
@@ -45,9 +47,12 @@ class Algebra:
             return
         z, call = self._y[side][self.n :], self._bound[side].call
         call()
+        best, nearest = np.inf, z.copy()
         for _ in range(_ITERATIONS):
             residual = self._residual.copy()
             size = float(np.abs(residual).max())
+            if size < best:
+                best, nearest = size, z.copy()
             step = self._newton_step(residual)
             if not np.isfinite(step).all():
                 break
@@ -64,7 +69,10 @@ class Algebra:
                 length *= 0.5
             if new == 0.0 or (length == 1.0 and np.all(np.abs(step) <= _STEP * (1.0 + np.abs(z))) and self._closed(z)):
                 return
-        self._refuse()
+        z[:] = nearest
+        call()
+        if not best <= _ROUNDING:
+            self._refuse()
 
     def _closed(self, z: Array) -> bool:
         terms = np.abs(self._jacobian.reshape(self.nz, self.nz, order="F")) @ (1.0 + np.abs(z))

@@ -221,7 +221,14 @@ class Engine:
         return min((instant for instant in self.memory.instants.tolist() if instant > after), default=np.inf)
 
     def check_modes(self, side: int) -> None:
-        """Refuse friction at rest under a prescribed motion."""
+        """Refuse friction at rest under a prescribed motion, and motion against a torque without limit."""
+        for law, mode in self._one_way:
+            if self.memory.m[law.index] == mode:
+                way = "forward" if mode > 0 else "backward"
+                raise SimulationError(
+                    f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
+                    "slide that way. Give a start (or a reset) with which it rests or moves the other way."
+                )
         for law in self._prescribed:
             if self.memory.m[law.index] == 0:
                 raise SimulationError(
@@ -275,6 +282,8 @@ class Engine:
             self.instants = Bound(functions["instants"], [m, p], [memory.instants])
         self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
         self._prescribed = [law for law in self.dae.frictions if law.prescribed]
+        ends = [(law, mode, bound) for law in self.dae.frictions for mode, bound in ((1.0, law.upper), (-1.0, law.lower))]
+        self._one_way = [(law, mode) for law, mode, bound in ends if bound.is_constant() and np.isinf(float(bound))]
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
         self._untimed_whens = [
             (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 import casadi as ca
 import numpy as np
@@ -92,7 +93,7 @@ class Resolver:
     def _finite(self, side: int, varied: set[int]) -> bool:
         """Stuck laws that lock the same motion leave their torques undetermined: look for a combination that gives the same motion."""
         total = self.memory.flags[3]
-        if total - total == 0.0:
+        if isfinite(total):
             return True
         laws = undetermined_laws(self.dae, self.memory, side)
         if len(laws) < 2:
