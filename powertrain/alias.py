@@ -299,7 +299,7 @@ def _compose(outer: Affine, inner: Affine) -> Affine:
 
 
 def _is_zero(coefficient: Coefficient) -> bool:
-    return coefficient == 0.0 if isinstance(coefficient, float) else bool(coefficient.is_zero())
+    return bool(coefficient.is_zero()) if isinstance(coefficient, Symbol) else coefficient == 0.0
 
 
 def _number(expression: Symbol) -> Coefficient:

@@ -289,7 +289,7 @@ class Component:
         return f"{type(self).__name__}({', '.join(shown)})"
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self._values == other._values
+        return isinstance(other, Component) and type(self) is type(other) and self._values == other._values
 
     def __hash__(self) -> int:
         return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
