@@ -184,3 +184,10 @@ def test_one_way_clutch_pulls_back_with_friction() -> None:
     alone = result.time > 1 + 1e-9
     np.testing.assert_allclose(result["parts[2].tau"][alone], 2.0, rtol=1e-9)
     np.testing.assert_allclose(result["parts[3].w"][alone], 2 - 2 / 3 * (result.time[alone] - 1), rtol=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["Freewheel", "OneWayClutch"])
+def test_freewheel_cannot_start_the_wrong_way(kind: str) -> None:
+    part = rot.Freewheel() if kind == "Freewheel" else rot.OneWayClutch(fn_max=1)
+    with pytest.raises(pt.PowertrainError, match=r"parts\[2\].mode"):
+        run(overrun(part, kind == "OneWayClutch"), 1.0, {"1.w": 3.0})
