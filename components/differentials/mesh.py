@@ -5,55 +5,109 @@ D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technolo
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Parameter, Symbol, Variable, der, friction, parameter, port, switch, variable
-from powertrain.components.rotational.interfaces import Flange
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Map,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    switch,
+    variable,
+)
+from powertrain.components.differentials.interfaces import ThreeMembers
+from powertrain.components.rotational.interfaces import Lossy
+
+AXES = {"w_rel": "rad/s", "tau": "N.m", "angle": "rad", "T": "K"}
+"""What an efficiency may depend on: |w_a - w_h|, |T_a|, the angle of a against the carrier, the temperature; with their units."""
 
 
-class ThreeMembers(Component):
-    """Partial: the three members of a fundamental differential.
-
-    The basic speed ratio R_o = (w_a - w_h)/(w_b - w_h) holds for the speeds against the carrier (eq. 1); no torque reacts to ground:
-    T_a + T_b + T_h = 0 (eq. 21).
-    """
-
-    a: Flange = port(Flange)
-    b: Flange = port(Flange)
-    carrier: Flange = port(Flange)
-
-
-class Mesh(ThreeMembers):
-    """Two central members a and b that mesh through planets on a carrier, with loss by latent power.
+class MeshLaw(ThreeMembers, Lossy):
+    """Partial: members a and b that mesh, directly or through planets, on a carrier, with loss by latent power.
 
     w_rel = w_a - w_h = R_o (w_b - w_h);  T_a + T_b + T_h = 0;  T_b = -R_o (T_a - tauLoss)
 
-    With the carrier at rest in thought, P_a^h = T_a w_rel is the latent power of a (eq. 5). Where a drives (P_a^h > 0) the efficiency
-    eta_ab gives T_b/T_a = -R_o eta_ab (eqs. 11-12), where b drives (P_a^h < 0) T_b/T_a = -R_o/eta_ba (eqs. 17-18):
-    tauLoss = (1 - eta_ab) T_a or (1 - 1/eta_ba) T_a, and the loss tauLoss w_rel is never negative. Without relative motion nothing is lost:
-    the mesh is stuck, tauLoss lies anywhere between its values forward and backward, and the members turn as one block.
+    The power that rubs is the same if the carrier is brought to rest in thought, because neither torques nor relative speeds
+    change by that (p. 12). P_a^h = T_a w_rel is then the latent power of a (eq. 5). Where a drives (P_a^h > 0) the efficiency eta_ab
+    gives T_b/T_a = -R_o eta_ab (eqs. 11-12), where b drives (P_a^h < 0) T_b/T_a = -R_o/eta_ba (eqs. 17-18), so that tauLoss = (1 -
+    eta_ab) T_a or (1 - 1/eta_ba) T_a, and the loss tauLoss w_rel is never negative. Without relative motion
+    nothing is lost: the mesh is stuck, tauLoss lies anywhere between its values forward and backward, the members turn as one block.
 
-    R_o < 0 is the type 2K-H(-), R_o > 0 the types 2K-H(+) and KHV. For eta < R_o < 1/eta the carrier locks itself; a torque that would have
-    to pass it has no solution, or several, and the simulation says so.
+    R_o < 0 is the type 2K-H(-), R_o > 0 the types 2K-H(+) and KHV. For eta < R_o < 1/eta the carrier cannot drive: the gear locks
+    itself; a torque that would have to pass it has no solution, or several, and the simulation says so.
+
+    ``map_ab``, ``map_ba``: efficiencies that depend on the operating point take the place of eta_ab, eta_ba. Their axes are named by
+    what they depend on, any of w_rel [rad/s] (its size), tau [N.m] (size of T_a), angle [rad] (of a against the carrier, periodic over
+    the axis), T [K] (of the heat port). Errors: ParameterError for other axes, or values outside (0, 1].
     """
 
     ratio: Parameter = parameter("1", "Basic speed ratio R_o = (w_a - w_h)/(w_b - w_h)", exclude=(0.0, 1.0))
     eta_ab: Parameter = parameter("1", "Efficiency from a to b, carrier fixed", default=1.0, above=0, max=1)
     eta_ba: Parameter = parameter("1", "Efficiency from b to a, carrier fixed", default=1.0, above=0, max=1)
+    map_ab: Map | None = None
+    map_ba: Map | None = None
     w_rel: Variable = variable("rad/s", "Speed of a against the carrier", prefer=True)
     tauLoss: Variable = variable("N.m", "Torque loss, counted at a")
 
-    def equations(self) -> Equations:
-        """Kinematics, balance and the loss that opposes the relative motion."""
+    def _mesh(self) -> Equations:
         relative = self.a.phi - self.carrier.phi
         yield relative == self.ratio * (self.b.phi - self.carrier.phi)
         yield self.w_rel == der(relative)
         yield self.a.tau + self.b.tau + self.carrier.tau == 0
         yield self.b.tau == -self.ratio * (self.a.tau - self.tauLoss)
-        a_drives, b_drives = (1 - self.eta_ab) * self.a.tau, (1 - 1 / self.eta_ba) * self.a.tau
+        eta_ab, eta_ba = self._efficiency("map_ab", self.eta_ab), self._efficiency("map_ba", self.eta_ba)
+        a_drives, b_drives = (1 - eta_ab) * self.a.tau, (1 - 1 / eta_ba) * self.a.tau
         pushed = self.a.tau >= 0
         upper = switch(pushed, a_drives, b_drives, continuous=True)
         lower = switch(pushed, b_drives, a_drives, continuous=True)
         yield friction(self.w_rel, self.tauLoss, lower, upper)
+        yield from self._dissipate()
+
+    def _efficiency(self, name: str, constant: Symbol) -> Symbol:
+        """The map where there is one, else the constant."""
+        given: Map | None = getattr(self, name)
+        if given is None:
+            return constant
+        checked_efficiency(given, f"{self._path}.{name}", AXES)
+        values = {"w_rel": ca.fabs(self.w_rel), "tau": ca.fabs(self.a.tau), "T": self.heat_port.T}
+        for axis in given.axes:
+            if axis.name == "angle":
+                turned, period = self.a.phi - self.carrier.phi - axis.low, axis.high - axis.low
+                values["angle"] = axis.low + turned - period * ca.floor(turned / period)
+        return given(*(Symbol(values[axis.name]) for axis in given.axes))
 
     def loss(self) -> Symbol:
         """Torque loss times relative speed."""
         return self.tauLoss * self.w_rel
+
+
+class Mesh(MeshLaw):
+    """Two members a and b that mesh on a carrier, by their basic speed ratio: the law of every two-degree-of-freedom differential.
+
+    w_a - w_h = R_o (w_b - w_h),  T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a where a drives, -R_o T_a/eta_ba where b drives
+
+    It is also the single pair of wheels that more complex sets are made of: a pair of teeth Z_a, Z_b has R_o = -Z_b/Z_a where it is
+    external, +Z_b/Z_a where it is internal, and either member may be a planet (its flange turns with the planet's absolute speed).
+    """
+
+    def equations(self) -> Equations:
+        """Kinematics, balance and the loss that opposes the relative motion."""
+        yield from self._mesh()
+
+
+def checked_efficiency(given: Map, where: str, axes: dict[str, str]) -> None:
+    """Refuses a map that is no efficiency in (0, 1] over some of ``axes`` (name: unit)."""
+    for axis in given.axes:
+        if axes.get(axis.name) != axis.unit:
+            known = ", ".join(f"{name} [{unit}]" for name, unit in axes.items())
+            raise ParameterError(
+                f"{where}: an efficiency has no axis {axis.name} [{axis.unit}]; it may depend on {known}"
+            )
+    low, high = float(given.values.min()), float(given.values.max())
+    if not (low > 0 and high <= 1):
+        raise ParameterError(f"{where}: an efficiency lies in (0, 1], this map's values lie in [{low:g}, {high:g}]")

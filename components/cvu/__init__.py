@@ -1,0 +1,23 @@
+"""Continuously variable units (CVU) behind one interface: two flanges and the speed ratio as a signal."""
+
+from __future__ import annotations
+
+from powertrain.components.cvu.actuator import RatioActuator
+from powertrain.components.cvu.electric import ElectricVariator
+from powertrain.components.cvu.friction_drives import TractionDrive, VBelt
+from powertrain.components.cvu.hydrostatic import HydrostaticUnit
+from powertrain.components.cvu.interfaces import VariableUnit
+from powertrain.components.cvu.limiter import LimitedUnit, TorqueLimiter
+from powertrain.components.cvu.unit import CVU
+
+__all__ = [
+    "CVU",
+    "ElectricVariator",
+    "HydrostaticUnit",
+    "LimitedUnit",
+    "RatioActuator",
+    "TorqueLimiter",
+    "TractionDrive",
+    "VBelt",
+    "VariableUnit",
+]

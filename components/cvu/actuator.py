@@ -1,0 +1,46 @@
+"""What sets the ratio of a variable unit."""
+
+from __future__ import annotations
+
+from powertrain import (
+    Component,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    der,
+    parameter,
+    signal_input,
+    signal_output,
+    switch,
+)
+
+
+class RatioActuator(Component):
+    """Follows a demanded ratio with a first-order lag, no faster than its rate and no further than its range.
+
+    T der(ratio) = target - ratio,  |der(ratio)| <= rate,  target = demand held within [ratio_min, ratio_max]
+
+    It starts at ratio_start.
+    """
+
+    T: Parameter = parameter("s", "Time constant of the follow-up", default=0.05, above=0)
+    rate: Parameter = parameter("1/s", "Greatest rate of the ratio", default=1.0, above=0)
+    ratio_min: Parameter = parameter("1", "Least ratio", default=-1e3)
+    ratio_max: Parameter = parameter("1", "Greatest ratio", default=1e3)
+    ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
+    demand: Input = signal_input("1", "Demanded ratio")
+    ratio: Output = signal_output("1", "Ratio, for the variable unit")
+
+    def equations(self) -> Equations:
+        """A lag within limits."""
+        demand = self.demand.value
+        high = switch(demand > self.ratio_max, self.ratio_max, demand, continuous=True)
+        target = switch(demand < self.ratio_min, self.ratio_min, high, continuous=True)
+        wanted = (target - self.ratio.value) / self.T
+        slow = switch(wanted > self.rate, self.rate, wanted, continuous=True)
+        yield der(self.ratio.value) == switch(wanted < -self.rate, -self.rate, slow, continuous=True)
+
+    def initial(self) -> Equations:
+        """The start."""
+        yield self.ratio.value == self.ratio_start

@@ -1,0 +1,67 @@
+"""A variable unit of two electric machines."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain.components.cvu.interfaces import VariableUnit
+
+
+class ElectricVariator(VariableUnit):
+    """Two electric machines on a common DC link: the one at flange_b keeps the speed ratio, the one at flange_a keeps the link charged.
+
+    T_b = -limited(k (V w_a - w_b), tau_max_b)
+    T_a = limited(P w_a/(w_a^2 + slow^2), tau_max_a),  P = -T_b w_b + losses + k_E (E_0 - E): what the link needs
+    der(E) = T_a w_a + T_b w_b - losses,  losses = copper (T_a^2 + T_b^2) + iron (w_a^2 + w_b^2)
+    limited(u, limit) = u/sqrt(1 + (u/limit)^2)
+
+    The torque into each flange is positive where the machine generates. E is the energy in the link, E_0 what is aimed at: at low speed
+    of flange_a, and beyond its torque, the link is drawn down. Machines as quasi-static losses, without inertia.
+    ``ratio`` may be any number, also through zero (geared neutral).
+    """
+
+    k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)
+    tau_max_a: Parameter = parameter("N.m", "Greatest torque of the machine at flange_a", default=300.0, above=0)
+    tau_max_b: Parameter = parameter("N.m", "Greatest torque of the machine at flange_b", default=300.0, above=0)
+    copper: Parameter = parameter("W/(N2.m2)", "Loss of each machine over its torque squared", default=0.05, min=0)
+    iron: Parameter = parameter("W.s2/rad2", "Loss of each machine over its speed squared", default=2e-3, min=0)
+    k_E: Parameter = parameter("1/s", "Gain of the control of the link's energy", default=50.0, above=0)
+    E_0: Parameter = parameter("J", "Energy that the link is kept at", default=5e3, above=0)
+    slow: Parameter = parameter(
+        "rad/s", "Speed of flange_a below which the machine gives less power", default=1.0, above=0
+    )
+    E: Variable = variable("J", "Energy in the link")
+    tau_a: Variable = variable("N.m", "Torque of the machine at flange_a")
+    tau_b: Variable = variable("N.m", "Torque of the machine at flange_b")
+
+    def equations(self) -> Equations:
+        """Speed control, link control, and the link's balance."""
+        V = self._ratio()
+        yield from self._balance()
+        yield self.w_a == der(self.flange_a.phi - self.support.phi)
+        yield self.w_b == der(self.flange_b.phi - self.support.phi)
+        yield self.tau_b == -_limited(self.k * (V * self.w_a - self.w_b), self.tau_max_b)
+        rotating = self.copper * self.tau_b**2 + self.iron * (self.w_a**2 + self.w_b**2)
+        needed = -self.tau_b * self.w_b + rotating + self.k_E * (self.E_0 - self.E)
+        yield self.tau_a == _limited(needed * self.w_a / (self.w_a**2 + self.slow**2), self.tau_max_a)
+        yield self.flange_a.tau == self.tau_a
+        yield self.flange_b.tau == self.tau_b
+        yield der(self.E) == self.tau_a * self.w_a + self.tau_b * self.w_b - self.loss()
+        yield from self._dissipate()
+
+    def initial(self) -> Equations:
+        """The link is charged."""
+        yield self.E == self.E_0
+
+    def energy(self) -> Symbol:
+        """Energy in the link."""
+        return self.E
+
+    def loss(self) -> Symbol:
+        """Copper and iron losses of both machines."""
+        return self.copper * (self.tau_a**2 + self.tau_b**2) + self.iron * (self.w_a**2 + self.w_b**2)
+
+
+def _limited(value: Symbol, limit: Symbol) -> Symbol:
+    return value / ca.sqrt(1 + (value / limit) ** 2)

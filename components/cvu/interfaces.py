@@ -1,0 +1,26 @@
+"""What all continuously variable units have in common, whatever they are built of."""
+
+from __future__ import annotations
+
+from powertrain import Input, Parameter, Symbol, Variable, parameter, signal_input, variable, within
+from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+
+
+class VariableUnit(TwoFlangesAndSupport, Lossy):
+    """Partial: a continuously variable unit (CVU) between two shafts: the wanted speed ratio V = w_b/w_a is a signal.
+
+    Its housing is the support, at rest where nothing is connected. A ratio outside [ratio_min, ratio_max] ends a simulation with an
+    error.
+    """
+
+    ratio: Input = signal_input("1", "Speed ratio V, speed of flange_b over speed of flange_a")
+    ratio_min: Parameter = parameter("1", "Least ratio that the unit can take", default=-1e3)
+    ratio_max: Parameter = parameter("1", "Greatest ratio that the unit can take", default=1e3)
+    w_a: Variable = variable("rad/s", "Speed of flange_a against the housing")
+    w_b: Variable = variable("rad/s", "Speed of flange_b against the housing")
+
+    def _ratio(self) -> Symbol:
+        """The ratio, which has to stay within its range."""
+        V = self.ratio.value
+        within(V, self.ratio_min, self.ratio_max, name="speed ratio of the variable unit", unit="1")
+        return V

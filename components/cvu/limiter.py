@@ -1,0 +1,53 @@
+"""The most that a variable unit may carry."""
+
+from __future__ import annotations
+
+from powertrain import Equations, Parameter, Symbol, connect, friction, parameter
+from powertrain.components.cvu.interfaces import VariableUnit
+from powertrain.components.cvu.unit import CVU
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+
+
+class TorqueLimiter(CompliantWithRelativeStates, Lossy):
+    """A coupling that slips where the torque exceeds tau_max, in either direction.
+
+    w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
+    w_rel > 0: tau = tau_max;  w_rel < 0: tau = -tau_max;  w_rel = 0: |tau| <= tau_max
+    """
+
+    tau_max: Parameter = parameter("N.m", "Greatest torque", min=0)
+
+    def equations(self) -> Equations:
+        """Dry friction."""
+        yield from self._transmit()
+        yield friction(self.w_rel, self.tau, -self.tau_max, self.tau_max)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Torque times slip."""
+        return self.tau * self.w_rel
+
+
+class LimitedUnit(VariableUnit):
+    """A variable unit that slips where the torque at flange_b exceeds tau_max.
+
+    A unit of exact ratio, and a torque limiter between it and flange_b.
+    """
+
+    tau_max: Parameter = parameter("N.m", "Greatest torque at flange_b", min=0)
+    unit: VariableUnit = CVU()
+    limiter: TorqueLimiter = TorqueLimiter(tau_max=1)
+
+    def equations(self) -> Equations:
+        """Unit and limiter in a row."""
+        self._ratio()
+        yield self.limiter.tau_max == self.tau_max
+        yield self.w_a == self.unit.w_a
+        yield self.w_b == self.unit.w_b + self.limiter.w_rel
+        yield connect(self.ratio, self.unit.ratio)
+        yield connect(self.flange_a, self.unit.flange_a)
+        yield connect(self.unit.flange_b, self.limiter.flange_a)
+        yield connect(self.limiter.flange_b, self.flange_b)
+        yield connect(self.unit.support, self.support)
+        yield connect(self.heat_port, self.unit.heat_port, self.limiter.heat_port)
+        yield self.lossPower == self.unit.lossPower + self.limiter.lossPower

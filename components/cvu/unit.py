@@ -1,0 +1,64 @@
+"""The continuously variable unit by its efficiency."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Map, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
+from powertrain.components.cvu.interfaces import VariableUnit
+from powertrain.components.differentials.mesh import checked_efficiency
+
+AXES = {"ratio": "1", "w_a": "rad/s", "tau": "N.m"}
+"""What the efficiency of a variable unit may depend on: V, |w_a|, |T_a|; with their units."""
+
+
+class CVU(VariableUnit):
+    """A continuously variable unit that keeps its ratio exactly and loses power by an efficiency.
+
+    w_b = V w_a,  T_a = tauLoss - V T_b,  T_a + T_b + support.tau = 0
+
+    Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power that the unit gives to what stands at
+    flange_b (in a split-path transmission the differential), Yu & Beachley 1986 have P_2 < 0, flange_b drives: loss = (1 - eta_ba)
+    |P_2| (eq. 25a), hence T_a w_a = -eta_ba T_b w_b and tauLoss = (1 - 1/eta_ba) T_a;
+    P_2 > 0, flange_a drives: loss = (1 - eta_ab)/eta_ab |P_2| (eq. 25b), hence T_b w_b = -eta_ab T_a w_a and tauLoss = (1 - eta_ab) T_a.
+    At rest tauLoss lies anywhere between its values forward and backward: the torques at rest hold each other within the efficiency.
+
+    ``map_ab``, ``map_ba`` take the place of eta_ab, eta_ba; their axes are any of ratio [1], w_a [rad/s] (its size), tau [N.m] (size of
+    T_a). A ratio that changes between two shafts with inertia must change continuously (RatioActuator does). Errors: ParameterError for
+    other axes or values outside (0, 1]; SimulationError where the ratio leaves its range.
+    """
+
+    eta_ab: Parameter = parameter("1", "Efficiency where flange_a drives", default=1.0, above=0, max=1)
+    eta_ba: Parameter = parameter("1", "Efficiency where flange_b drives", default=1.0, above=0, max=1)
+    map_ab: Map | None = None
+    map_ba: Map | None = None
+    tauLoss: Variable = variable("N.m", "Torque loss, counted at flange_a")
+
+    def equations(self) -> Equations:
+        """A gear of variable ratio."""
+        V = self._ratio()
+        yield from self._balance()
+        yield self.w_a == der(self.flange_a.phi - self.support.phi)
+        yield self.w_b == der(self.flange_b.phi - self.support.phi)
+        yield self.w_b == V * self.w_a
+        yield self.flange_a.tau == self.tauLoss - V * self.flange_b.tau
+        tau = self.flange_a.tau
+        eta_ab, eta_ba = self._efficiency("map_ab", self.eta_ab), self._efficiency("map_ba", self.eta_ba)
+        a_drives, b_drives = (1 - eta_ab) * tau, (1 - 1 / eta_ba) * tau
+        upper = switch(tau >= 0, a_drives, b_drives, continuous=True)
+        lower = switch(tau >= 0, b_drives, a_drives, continuous=True)
+        yield friction(self.w_a, self.tauLoss, lower, upper)
+        yield from self._dissipate()
+
+    def _efficiency(self, name: str, constant: Symbol) -> Symbol:
+        """The map where there is one, else the constant."""
+        given: Map | None = getattr(self, name)
+        if given is None:
+            return constant
+        checked_efficiency(given, f"{self._path}.{name}", AXES)
+        values = {"ratio": self.ratio.value, "w_a": ca.fabs(self.w_a), "tau": ca.fabs(self.flange_a.tau)}
+        return given(*(values[axis.name] for axis in given.axes))
+
+    def loss(self) -> Symbol:
+        """Torque loss times speed."""
+        return self.tauLoss * self.w_a

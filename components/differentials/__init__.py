@@ -1,0 +1,40 @@
+"""Differentials: the mesh law, and the geared sets, axle differentials and gears that are made of it."""
+
+from __future__ import annotations
+
+from powertrain.components.differentials.axle import BevelDifferential, CrownGear, LimitedSlipDifferential
+from powertrain.components.differentials.churning import ChurningLoss
+from powertrain.components.differentials.fundamental import FundamentalDifferential
+from powertrain.components.differentials.interfaces import Differential, Epicyclic, ThreeMembers
+from powertrain.components.differentials.mesh import Mesh, MeshLaw
+from powertrain.components.differentials.planetary import (
+    DoublePinionPlanetaryGear,
+    PlanetaryGear,
+    SteppedPlanetaryGear,
+)
+from powertrain.components.differentials.planets import PlanetTrain, RavigneauxGear
+from powertrain.components.differentials.teeth import Pairs, Planets, Ring, Sun, basic_ratio, train_value
+
+__all__ = [
+    "BevelDifferential",
+    "ChurningLoss",
+    "CrownGear",
+    "Differential",
+    "DoublePinionPlanetaryGear",
+    "Epicyclic",
+    "FundamentalDifferential",
+    "LimitedSlipDifferential",
+    "Mesh",
+    "MeshLaw",
+    "Pairs",
+    "PlanetTrain",
+    "PlanetaryGear",
+    "Planets",
+    "RavigneauxGear",
+    "Ring",
+    "SteppedPlanetaryGear",
+    "Sun",
+    "ThreeMembers",
+    "basic_ratio",
+    "train_value",
+]

@@ -1,0 +1,123 @@
+"""Geared differentials of an axle: open, and with limited slip; and the crown wheel that drives them."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from powertrain import (
+    Equations,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    connect,
+    der,
+    friction,
+    parameter,
+    support,
+    switch,
+    variable,
+)
+from powertrain.components.differentials.interfaces import Differential
+from powertrain.components.differentials.mesh import Mesh
+from powertrain.components.differentials.teeth import pair_ratio
+from powertrain.components.rotational.fixed import Fixed
+from powertrain.components.rotational.interfaces import Lossy, TwoFlanges
+from powertrain.components.thermal import HeatPort
+
+
+class BevelDifferential(Differential):
+    """The open bevel-gear differential: equal side wheels on bevel planets in the cage, which the crown wheel turns.
+
+    w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0
+    The mesh law with R_o = -1: left.tau = right.tau without loss; with loss the slower side gets 1/eta of what the faster side gets.
+
+    No loss while both sides turn as fast as the crown wheel. Without inertia: put inertias at its flanges.
+    """
+
+    eta: Parameter = parameter(
+        "1", "Efficiency from one side wheel to the other, cage fixed", default=1.0, above=0, max=1
+    )
+    heat_port: HeatPort = support(HeatPort)
+    mesh: Mesh = Mesh(ratio=-1)
+
+    def equations(self) -> Equations:
+        """A symmetric fundamental differential."""
+        yield self.mesh.eta_ab == self.eta
+        yield self.mesh.eta_ba == self.eta
+        yield connect(self.left, self.mesh.a)
+        yield connect(self.right, self.mesh.b)
+        yield connect(self.crown, self.mesh.carrier)
+        yield connect(self.heat_port, self.mesh.heat_port)
+
+
+class LimitedSlipDifferential(Differential, Lossy):
+    """A differential whose friction works against a difference of speed between its sides: preload, and a part that grows with the torque.
+
+    w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
+    w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit
+    limit = preload + lock |crown.tau|/2,  lock = (bias - 1)/(bias + 1)
+
+    Power in is crown.tau w_crown + left.tau w_left + right.tau w_right = tau w_rel, which is lost. ``preload`` is the torque that turns
+    one side while the other is held and the cage is free. ``bias`` is the torque-bias ratio, larger over smaller side torque without
+    preload: 1 for an open differential, 2.5 to 5 for helical (Torsen-like) differentials, often higher in traction than in coasting.
+    It is the carrier-fixed efficiency 1/bias of the mesh law: both shafts loaded the same way, the two laws are the same.
+    """
+
+    preload: Parameter = parameter("N.m", "Torque between one side and the other without load", default=0.0, min=0)
+    bias_drive: Parameter = parameter("1", "Torque-bias ratio while crown.tau > 0", default=1.0, min=1)
+    bias_coast: Parameter = parameter("1", "Torque-bias ratio while crown.tau < 0", default=1.0, min=1)
+    w_rel: Variable = variable("rad/s", "Speed of the left side against the right side", prefer=True)
+    tau: Variable = variable("N.m", "Friction torque, half the difference of the sides' torques")
+
+    def equations(self) -> Equations:
+        """Symmetric kinematics, and friction between the sides."""
+        yield self.left.phi + self.right.phi == 2 * self.crown.phi
+        yield self.w_rel == der(self.left.phi - self.right.phi)
+        yield self.left.tau == self.tau - self.crown.tau / 2
+        yield self.right.tau == -self.tau - self.crown.tau / 2
+        drive, coast = (self.crown.tau / 2 * (bias - 1) / (bias + 1) for bias in (self.bias_drive, self.bias_coast))
+        limit = self.preload + switch(self.crown.tau >= 0, drive, -coast, continuous=True)
+        yield friction(self.w_rel, self.tau, -limit, limit)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction torque times relative speed."""
+        return self.tau * self.w_rel
+
+
+class CrownGear(TwoFlanges):
+    """A pinion (flange_a) that drives a crown wheel (flange_b), bevel or hypoid, in a housing at rest.
+
+    w_pinion = ratio w_crown,  flange_b.tau = -ratio eta_ab flange_a.tau where the pinion drives, -ratio flange_a.tau/eta_ba where the
+    crown wheel drives
+
+    The mesh law with its carrier held (R_o = ratio); ratio < 0 where the crown wheel lies on the other side of the pinion. The shafts
+    are at right angles, so that the housing takes the whole torque of each about its own axis.
+    """
+
+    ratio: Parameter = parameter("1", "Speed of the pinion over speed of the crown wheel", exclude=(0.0, 1.0))
+    eta_ab: Parameter = parameter("1", "Efficiency where the pinion drives", default=1.0, above=0, max=1)
+    eta_ba: Parameter = parameter("1", "Efficiency where the crown wheel drives", default=1.0, above=0, max=1)
+    heat_port: HeatPort = support(HeatPort)
+    mesh: Mesh = Mesh(ratio=-1)
+    housing: Fixed = Fixed()
+
+    def equations(self) -> Equations:
+        """A mesh on a carrier that does not turn."""
+        yield self.mesh.ratio == self.ratio
+        yield self.mesh.eta_ab == self.eta_ab
+        yield self.mesh.eta_ba == self.eta_ba
+        yield connect(self.flange_a, self.mesh.a)
+        yield connect(self.flange_b, self.mesh.b)
+        yield connect(self.housing.flange, self.mesh.carrier)
+        yield connect(self.heat_port, self.mesh.heat_port)
+
+    @classmethod
+    def from_teeth(cls, pinion: int, crown: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
+        """The ratio is crown/pinion. Errors: ParameterError where the crown wheel is no larger than the pinion."""
+        if crown <= pinion:
+            raise ParameterError(
+                f"a crown wheel of {crown} teeth is no larger than its pinion of {pinion}: exchange them, or use a gear pair"
+            )
+        return cls(ratio=pair_ratio(pinion, crown), eta_ab=eta_ab, eta_ba=eta_ba)

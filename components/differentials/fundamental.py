@@ -1,0 +1,42 @@
+"""The fundamental differential in the terms of its tooth numbers."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from powertrain import Equations
+from powertrain.components.differentials.mesh import MeshLaw
+from powertrain.components.differentials.teeth import Central, Pairs, Planets, basic_ratio, eccentric_ratio
+
+
+class FundamentalDifferential(MeshLaw):
+    """The fundamental geared differential of members a, b and carrier H, described by its basic speed ratio R_o = (w_a - w_h)/(w_b - w_h).
+
+    T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a where a drives relative to the carrier, T_b = -R_o T_a/eta_ba where b drives
+
+    R_o < 0 is the type 2K-H(-) (Fig. 3), R_o > 0 the type 2K-H(+) (Fig. 4) or KHV (Fig. 5, where the planet g stands for a).
+    ``from_teeth`` and ``khv`` compute R_o from tooth numbers by eq. (3). Inertias, bearings and churning are parts of their own at its
+    flanges. Errors: ParameterError where ``from_teeth`` gets wheels that cannot be put together, where R_o is 0 or 1, where an
+    efficiency is not in (0, 1]. Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, pp. 9-12, eqs. (1)-(3), (5)-(18), (21).
+    """
+
+    def equations(self) -> Equations:
+        """The mesh law."""
+        yield from self._mesh()
+
+    @classmethod
+    def from_teeth(
+        cls, a: Central, b: Central, planets: Planets | Pairs, *, eta_ab: float = 1.0, eta_ba: float = 1.0
+    ) -> Self:
+        """The differential of two central wheels and their planets.
+
+        >>> from powertrain.components.differentials import Planets, Ring, Sun
+        >>> float(FundamentalDifferential.from_teeth(Sun(90), Ring(153), Planets(31, n=3)).ratio)
+        -1.7
+        """
+        return cls(ratio=basic_ratio(a, b, planets), eta_ab=eta_ab, eta_ba=eta_ba)
+
+    @classmethod
+    def khv(cls, planet: int, ring: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
+        """A planet (member a, through its angular velocity mechanism) in a ring (b): R_o = ring/planet > 1."""
+        return cls(ratio=eccentric_ratio(planet, ring), eta_ab=eta_ab, eta_ba=eta_ba)

@@ -1,0 +1,199 @@
+"""Numbers of teeth: the basic speed ratio that they give, and whether such a gear set can be put together and turn.
+
+D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology (July/August 1986), eq. (3), p. 11.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from powertrain import ParameterError
+
+FEWEST = 5
+"""Fewest teeth of a wheel; below that no involute pair runs, whatever its profile shift."""
+SHIFT = 2
+"""By how many teeth two centre distances may differ: profile shift makes up for it."""
+
+
+@dataclass(frozen=True)
+class Sun:
+    """A central wheel with external teeth."""
+
+    teeth: int
+
+    def __post_init__(self) -> None:
+        _check(self.teeth, "sun")
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A central wheel with internal teeth."""
+
+    teeth: int
+
+    def __post_init__(self) -> None:
+        _check(self.teeth, "ring")
+
+
+@dataclass(frozen=True)
+class Planets:
+    """n equally spaced planets, each one wheel (``second`` not given) or two on one shaft: ``first`` meshes with a, ``second`` with b."""
+
+    first: int
+    second: int | None = None
+    n: int = 3
+
+    def __post_init__(self) -> None:
+        _check(self.first, "planet")
+        if self.second is not None:
+            _check(self.second, "planet")
+        _check_number(self.n)
+
+    @property
+    def at_b(self) -> int:
+        """Teeth that mesh with b."""
+        return self.first if self.second is None else self.second
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """n equally spaced pairs of planets that mesh with each other: ``inner`` with the sun, ``outer`` with the ring."""
+
+    inner: int
+    outer: int
+    n: int = 3
+
+    def __post_init__(self) -> None:
+        _check(self.inner, "inner planet")
+        _check(self.outer, "outer planet")
+        _check_number(self.n)
+
+
+Central = Sun | Ring
+
+
+def train_value(*pairs: tuple[int, int, bool]) -> float:
+    """R_o by eq. (3): the product of driven over driving teeth, negative for each external pair; pairs (driving, driven, internal)."""
+    value = 1.0
+    for driving, driven, internal in pairs:
+        value *= (driven if internal else -driven) / driving
+    return value
+
+
+def basic_ratio(a: Central, b: Central, planets: Planets | Pairs) -> float:
+    """R_o of a fundamental differential. Errors: ParameterError where these wheels cannot be put together.
+
+    >>> basic_ratio(Sun(90), Ring(153), Planets(31))
+    -1.7
+    """
+    if isinstance(planets, Pairs):
+        _check_pairs(a, b, planets)
+        return b.teeth / a.teeth
+    for wheel, planet in ((a, planets.first), (b, planets.at_b)):
+        check_pair(wheel, planet)
+        _check_neighbours(wheel, planet, planets.n)
+    if planets.second is None:
+        _check_coaxial(a, b, planets.first)
+    _check_assembly(a, b, planets)
+    first = (a.teeth, planets.first, isinstance(a, Ring))
+    return train_value(first, (planets.at_b, b.teeth, isinstance(b, Ring)))
+
+
+def eccentric_ratio(planet: int, ring: int) -> float:
+    """R_o of a KHV gear: a single planet in a ring, whose rotation is taken off by an angular velocity mechanism."""
+    _check(planet, "planet")
+    check_pair(Ring(ring), planet)
+    return ring / planet
+
+
+def check_pair(wheel: Central, planet: int) -> None:
+    """A planet within a ring must be smaller than the ring."""
+    if isinstance(wheel, Ring) and wheel.teeth <= planet:
+        raise ParameterError(
+            f"a ring of {wheel.teeth} teeth cannot hold a planet of {planet}: it needs more teeth than the planet"
+        )
+
+
+def pair_ratio(driving: int, driven: int) -> float:
+    """Teeth of the driven over teeth of the driving wheel, both checked."""
+    _check(driving, "driving wheel")
+    _check(driven, "driven wheel")
+    return driven / driving
+
+
+def _check(teeth: int, what: str) -> None:
+    if isinstance(teeth, bool) or not isinstance(teeth, int):
+        raise ParameterError(f"a {what} of {teeth!r} teeth: a number of teeth is an integer")
+    if teeth < FEWEST:
+        raise ParameterError(f"a {what} of {teeth} teeth: no wheel has fewer than {FEWEST}")
+
+
+def _check_number(n: int) -> None:
+    if isinstance(n, bool) or not isinstance(n, int) or n < 1:
+        raise ParameterError(f"{n!r} planets: their number is an integer from 1 on")
+
+
+def _check_coaxial(a: Central, b: Central, planet: int) -> None:
+    """Both pairs have the same distance of axes: Z_a + Z_g = Z_b - Z_g, but for what profile shift makes up for."""
+    if isinstance(a, type(b)):
+        raise ParameterError(
+            f"two {'suns' if isinstance(a, Sun) else 'rings'} of {a.teeth} and {b.teeth} teeth on the same planet of "
+            f"{planet} are one wheel; "
+            "a planet with two wheels, Planets(first, second), is needed"
+        )
+    sun, ring = (a, b) if isinstance(a, Sun) else (b, a)
+    off = ring.teeth - sun.teeth - 2 * planet
+    if abs(off) > SHIFT:
+        raise ParameterError(
+            f"a planet of {planet} teeth does not fit between a sun of {sun.teeth} and a ring of {ring.teeth}: ring "
+            f"- sun - 2 planet = {off}, "
+            f"and profile shift makes up for {SHIFT} at most; take a planet of {(ring.teeth - sun.teeth) // 2}"
+        )
+
+
+def _check_neighbours(wheel: Central, planet: int, n: int) -> None:
+    """The tips of neighbouring planets stay apart: 2 axis distance sin(pi/n) > tip diameter, all over the module."""
+    axes = wheel.teeth + planet if isinstance(wheel, Sun) else wheel.teeth - planet
+    if n > 1 and axes * math.sin(math.pi / n) <= planet + 2:
+        most = max(k for k in range(1, n) if k == 1 or axes * math.sin(math.pi / k) > planet + 2)
+        raise ParameterError(f"{n} planets of {planet} teeth touch each other on {wheel}: there is room for {most}")
+
+
+def _check_assembly(a: Central, b: Central, planets: Planets) -> None:
+    """Equal spacing: with R_o = -s Z_b Z_g/(Z_a Z_f), (Z_a Z_f + s Z_b Z_g)/n must be a multiple of gcd(Z_g, Z_f).
+
+    Turn the carrier by 2 pi/n: the next planet comes to the place of the last. It goes in if a and b can stand there as before, moved
+    by i and j teeth: (1 - R_o)/n = i/Z_a - R_o j/Z_b for some integers i, j.
+    """
+    g, f = planets.first, planets.at_b
+    sign = 1 if isinstance(a, Sun) is not isinstance(b, Sun) else -1
+    teeth, common = a.teeth * f + sign * b.teeth * g, math.gcd(g, f)
+    if teeth % (planets.n * common):
+        fit = [k for k in range(1, 13) if teeth % (k * common) == 0]
+        raise ParameterError(
+            f"{planets.n} planets of {'-'.join(map(str, dict.fromkeys((g, f))))} teeth cannot be put in between {a} "
+            f"and {b} at equal distances: "
+            f"{teeth} is not divisible by {planets.n * common}; numbers that fit: {', '.join(map(str, fit))}"
+        )
+
+
+def _check_pairs(a: Central, b: Central, planets: Pairs) -> None:
+    """A sun, a ring, and planets that can bridge the gap between them."""
+    if not isinstance(a, Sun) or not isinstance(b, Ring):
+        raise ParameterError(f"pairs of planets run between a sun and a ring, not {a} and {b}")
+    check_pair(b, planets.outer)
+    inner, outer, across = a.teeth + planets.inner, b.teeth - planets.outer, planets.inner + planets.outer
+    if not abs(inner - outer) < across < inner + outer:
+        raise ParameterError(
+            f"planets of {planets.inner} and {planets.outer} teeth cannot mesh with each other, a sun of {a.teeth} "
+            f"and a ring of {b.teeth}: their axes, "
+            f"{inner} and {outer} from the centre and {across} apart, make no triangle"
+        )
+    if (b.teeth - a.teeth) % planets.n:
+        raise ParameterError(
+            f"{planets.n} pairs of planets cannot be put in between {a} and {b} at equal distances: "
+            f"{b.teeth} - {a.teeth} is not divisible by {planets.n}"
+        )
+    _check_neighbours(a, planets.inner, planets.n)
+    _check_neighbours(b, planets.outer, planets.n)

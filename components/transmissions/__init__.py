@@ -1,0 +1,28 @@
+"""Transmissions put together from differentials, variable units, gears and clutches."""
+
+from __future__ import annotations
+
+from powertrain.components.transmissions.layout import (
+    COMBINATIONS,
+    TYPES,
+    Coupling,
+    Layout,
+    members,
+    overall_ratio,
+    relative_ratio,
+    unit_ratio,
+)
+from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
+
+__all__ = [
+    "COMBINATIONS",
+    "TYPES",
+    "Coupling",
+    "Layout",
+    "SplitPathTransmission",
+    "SwitchedSplitPathTransmission",
+    "members",
+    "overall_ratio",
+    "relative_ratio",
+    "unit_ratio",
+]

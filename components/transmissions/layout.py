@@ -1,0 +1,90 @@
+"""How the members of a differential stand in a split-path transmission: Yu & Beachley's six types and nine combinations.
+
+D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology (July/August 1986), Table 1, pp. 14-16.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from powertrain import ParameterError
+
+Layout = Literal["bHa", "Hba", "baH", "abH", "Hab", "aHb"]
+"""The members at 1 (input), 2 (variable unit) and 3 (output)."""
+Coupling = Literal["input", "output"]
+"""The variable unit lies between 1 and 2 (input-coupled) or between 3 and 2 (output-coupled)."""
+
+TYPES: dict[int, Layout] = {1: "bHa", 2: "Hba", 3: "baH", 4: "abH", 5: "Hab", 6: "aHb"}
+"""The paper's numbers of the six types of connection."""
+COMBINATIONS: dict[str, tuple[int, int]] = {
+    "I": (1, 2),
+    "II": (3, 5),
+    "III": (4, 6),
+    "IV": (1, 3),
+    "V": (2, 4),
+    "VI": (5, 6),
+    "VII": (1, 6),
+    "VIII": (2, 5),
+    "IX": (3, 4),
+}
+"""The types between which a transmission switches when b and H (I-III), a and H (IV-VI) or a and b (VII-IX) change places.
+
+The text fixes I (a stays the output). Within each column of Table 1 the others are taken in the order of their lower type.
+"""
+
+
+def members(layout: str) -> tuple[str, str, str]:
+    """The ports of a differential at 1, 2 and 3: ("b", "carrier", "a") for "bHa". Errors: ParameterError for anything but the six."""
+    if layout not in TYPES.values():
+        raise ParameterError(
+            f"the layout {layout!r} is none of {', '.join(TYPES.values())} (members at 1: input, 2: variable unit, 3: output)"
+        )
+    first, second, third = ("carrier" if name == "H" else name for name in layout)
+    return first, second, third
+
+
+def relative_ratio(layout: str, R_o: float) -> float:
+    """R = (w_3 - w_2)/(w_1 - w_2) of a layout, from the basic speed ratio R_o = (w_a - w_h)/(w_b - w_h); eqs. (1), (2), (24).
+
+    >>> [round(relative_ratio(layout, -1.7), 2) for layout in TYPES.values()]
+    [-1.7, 2.7, 0.63, 0.37, 1.59, -0.59]
+    """
+    speeds = {"a": R_o, "b": 1.0, "carrier": 0.0}
+    one, two, three = (speeds[name] for name in members(layout))
+    return (three - two) / (one - two)
+
+
+def overall_ratio(layout: str, R_o: float, V: float, coupling: Coupling = "input") -> float:
+    """The ratio r = w_3/w_1 over V = w_2/w_1 (input-coupled, eq. 24) or V = w_2/w_3 (output-coupled: r (1 - V + R V) = R)."""
+    R = relative_ratio(layout, R_o)
+    return R + (1 - R) * V if checked(coupling) == "input" else R / (1 - V + R * V)
+
+
+def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") -> float:
+    """V that gives r: (r - R)/(1 - R) (eq. 23), or (1 - R/r)/(1 - R). Errors: ParameterError where no finite V does."""
+    R = relative_ratio(layout, R_o)
+    if checked(coupling) == "input":
+        return (r - R) / (1 - R)
+    if r == 0:
+        raise ParameterError(
+            f"the output-coupled layout {layout} cannot stand still at its output while the input turns: V would be infinite; "
+            "take the input-coupled one"
+        )
+    return (1 - R / r) / (1 - R)
+
+
+def checked(coupling: str) -> str:
+    """``coupling`` itself. Errors: ParameterError for anything but input and output."""
+    if coupling not in ("input", "output"):
+        raise ParameterError(f'the coupling {coupling!r} is neither "input" nor "output"')
+    return coupling
+
+
+def switched(one: str, other: str) -> tuple[int, int, int]:
+    """The positions (0, 1, 2) of two layouts that differ by two members: those that change places, then the one that stays."""
+    differ = [i for i, (p, q) in enumerate(zip(members(one), members(other), strict=True)) if p != q]
+    if len(differ) != 2:
+        raise ParameterError(
+            f"the layouts {one} and {other} differ in {len(differ)} positions: exactly two members change places in a switched transmission"
+        )
+    return differ[0], differ[1], 3 - sum(differ)
