@@ -76,10 +76,9 @@ def undetermined_message(laws: Sequence[Friction], t: float) -> str:
 
 def undetermined_note(laws: Sequence[Friction], t: float) -> str:
     """Stuck laws that lock the same motion: the motion is unique, their torques are not."""
-    return (
-        f"from t = {t:.9g} s: {_names(laws)} are stuck and lock the same motion; "
-        "the sum of their torques is unique, how they share it is not"
-    )
+    if len(laws) == 1:
+        return f"from t = {t:.9g} s: {_names(laws)} is stuck where nothing can move anyway; its torque is not unique"
+    return f"from t = {t:.9g} s: {_names(laws)} are stuck and lock the same motion; the sum of their torques is unique, how they share it is not"
 
 
 def _names(laws: Sequence[Friction]) -> str:

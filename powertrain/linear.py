@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from powertrain.symbols import Symbol
 
@@ -19,7 +19,13 @@ class SingularBlock(Exception):
         self.rows = rows
 
 
-def solve(rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Numbers]) -> dict[int, Symbol]:
+Settle = Callable[[int, Symbol], Symbol]
+"""Changes the pivot of a row before it is divided by, as where it may vanish."""
+
+
+def solve(
+    rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Numbers], settle: Settle | None = None
+) -> dict[int, Symbol]:
     """The x with sum_j rows[i][j] x_j = right[i], as expressions.
 
     ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those
@@ -43,6 +49,8 @@ def solve(rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Number
         j = min((j for j in table[i] if abs(values[i][j]) >= 0.01 * largest), key=lambda j: (len(holders[j]), j))
         open_rows.discard(i)
         order.append((i, j))
+        if settle is not None:
+            table[i][j] = settle(i, table[i][j])
         for k in holders.pop(j):
             if k in open_rows:
                 _subtract(table, values, b, holders, k, i, j)

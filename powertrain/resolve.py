@@ -13,7 +13,8 @@ from powertrain.consistent import Algebra, NotConsistent
 from powertrain.enumeration import enumerate_modes
 from powertrain.errors import SimulationError
 from powertrain.hybrid import Contact, HybridDae, When
-from powertrain.jam import jam_message, undetermined_laws, undetermined_message, undetermined_note
+from powertrain.jam import jam_message, undetermined_laws, undetermined_message
+from powertrain.redundancy import Redundancy
 from powertrain.steps import PREFIX
 
 _PASSES = 20
@@ -34,8 +35,7 @@ class Resolver:
         self._update, self._fresh = update, fresh
         self._values = _Events(dae, memory) if dae.whens or dae.contacts else None
         self.extra: list[tuple[str, str]] = []
-        self.notes: list[str] = []
-        self._noted: set[tuple[str, ...]] = set()
+        self.redundancy = Redundancy(dae, memory)
 
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
@@ -92,23 +92,24 @@ class Resolver:
 
     def _finite(self, side: int, varied: set[int]) -> bool:
         """Stuck laws that lock the same motion leave their torques undetermined: look for a combination that gives the same motion."""
-        total = self.memory.flags[3]
-        if isfinite(total):
+        if isfinite(self.memory.flags[3]):
+            self.redundancy.note(side)
             return True
         laws = undetermined_laws(self.dae, self.memory, side)
         if len(laws) < 2:
             return True
         self._enumerate(side, varied, undetermined_message(laws, self.memory.time[0]))
-        key = tuple(law.name for law in laws)
-        if key not in self._noted:
-            self._noted.add(key)
-            self.notes.append(undetermined_note(laws, self.memory.time[0]))
+        self.redundancy.add(laws)
         return True
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not unique."""
+        return self.redundancy.notes
 
     def forget(self) -> None:
         """Drop the notes of the last run."""
-        self.notes = []
-        self._noted = set()
+        self.redundancy.forget()
 
     def _enumerate(self, side: int, varied: set[int], message: str | None = None) -> bool:
         found = enumerate_modes(self.dae, self.memory, side, varied, lambda: self._try(side))

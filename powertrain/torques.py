@@ -23,6 +23,10 @@ from powertrain.recorder import Place
 from powertrain.symbols import Symbol, column, free_symbols, key, total_derivative
 
 
+_FLOOR = 1e-9
+"""Pivots of stuck laws below this part of what they are alone count as zero."""
+
+
 @dataclass
 class Torque:
     """A friction law or contact, whose torque is the unknown ``symbol``."""
@@ -180,13 +184,18 @@ def solve_torques(
     implicit = [i for i, t in enumerate(torques) if key(t.symbol) in bent]
     explicit = [i for i in range(len(rows)) if i not in implicit]
     solution = [t.symbol for t in torques]
-    for i, value in zip(explicit, _solve_linear([rows[i] for i in explicit], [solution[i] for i in explicit]), strict=True):
+    linear_rows, stuck = [rows[i] for i in explicit], [torques[i].mode == 0 for i in explicit]
+    for i, value in zip(explicit, _solve_linear(linear_rows, [solution[i] for i in explicit], stuck), strict=True):
         solution[i] = value
     return solution, implicit, [rows[i] for i in implicit]
 
 
-def _solve_linear(rows: list[Symbol], unknowns: list[Symbol]) -> list[Symbol]:
-    """The unknowns of linear rows, each row's own unknown taken as its pivot."""
+def _solve_linear(rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol]) -> list[Symbol]:
+    """The unknowns of linear rows, each row's own unknown taken as its pivot.
+
+    A stuck law whose motion the other stuck laws already hold has no pivot left; with a tiny one in its place it takes no torque,
+    unless it would have to hold against them: then its torque is beyond all bounds.
+    """
     if not rows:
         return []
     whole, symbols = column(rows), column(unknowns)
@@ -197,7 +206,15 @@ def _solve_linear(rows: list[Symbol], unknowns: list[Symbol]) -> list[Symbol]:
     elements = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
     for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
         entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
-    solution = linear.solve(entries, right, numbers)
+    own = [row.get(i, Symbol(1)) for i, row in enumerate(entries)]
+
+    def settle(i: int, pivot: Symbol) -> Symbol:
+        if len(rows) < 2 or pivot.is_constant():
+            return pivot
+        floor = ca.if_else(own[i] == 0, -1, _FLOOR * own[i])
+        return ca.if_else(ca.logic_and(stuck[i], ca.fabs(pivot) <= _FLOOR * ca.fabs(own[i])), floor, pivot)
+
+    solution = linear.solve(entries, right, numbers, settle)
     return [solution[j] for j in range(len(rows))]
 
 

@@ -26,7 +26,7 @@ ORDER = [
     "flatten alias index torques structure blocks resolver assemble",
     "buffers compiled packing pivots indicators modes",
     "survey step dopri5 rodas5p steps",
-    "chatter schedules trajectory location projection consistent jam enumeration resolve",
+    "chatter schedules trajectory location projection consistent jam redundancy enumeration resolve",
     "sparse_step failure loop engine",
     "signals events export initial result plant",
     "linear_model reduction perturbation linearization energy_terms audit",
