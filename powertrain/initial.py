@@ -8,14 +8,17 @@ of the run replaces it. Guesses only say where the search begins.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.assemble import Compiled
+from powertrain.buffers import Bound, zeros
 from powertrain.engine import Engine
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.symbols import Symbol, column, free_symbols, key
@@ -25,10 +28,21 @@ _ROUNDS = 20
 _ITERATIONS = 60
 _DENSE = 200
 _KEPT = 16
+DECLARED = "start of the variable"
 
 
 @dataclass(frozen=True)
 class Condition:
+    """What holds at the start: a name or a place in the text, where it comes from, and the value."""
+
+    label: str
+    source: str
+    value: float
+    unit: str = "1"
+
+
+@dataclass(frozen=True)
+class _Asked:
     """expression = value at the start."""
 
     label: str
@@ -38,13 +52,49 @@ class Condition:
     unit: str = "1"
 
 
-@dataclass(frozen=True)
 class InitialReport:
     """The start of one run: the conditions that were used, those that follow from others, and the states they give."""
 
-    used: tuple[Condition, ...]
-    implied: tuple[Condition, ...]
-    states: dict[str, float]
+    def __init__(
+        self,
+        asked: Sequence[_Asked],
+        values: Array,
+        chosen: Set[int],
+        states: Sequence[str],
+        y: Array,
+        open_states: Sequence[int],
+    ) -> None:
+        self._asked, self._values, self._chosen, self._names, self._y, self._open = (
+            asked,
+            values,
+            chosen,
+            states,
+            y,
+            open_states,
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"used": self.used, "implied": self.implied, "states": self.states}
+
+    @cached_property
+    def used(self) -> tuple[Condition, ...]:
+        """The conditions that were solved, and the states that none of them reaches."""
+        rest = [Condition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self._open]
+        return (*self._conditions(True), *rest)
+
+    @cached_property
+    def implied(self) -> tuple[Condition, ...]:
+        """The conditions that follow from those before them."""
+        return self._conditions(False)
+
+    @cached_property
+    def states(self) -> dict[str, float]:
+        """The states at the start."""
+        return dict(zip(self._names, self._y.tolist(), strict=False))
+
+    def _conditions(self, used: bool) -> tuple[Condition, ...]:
+        pairs = enumerate(zip(self._asked, self._values.tolist(), strict=True))
+        return tuple(Condition(a.label, a.source, v, a.unit) for i, (a, v) in pairs if (i in self._chosen) == used)
 
     def __str__(self) -> str:
         rows = [(c.label, f"{c.value:.6g} {c.unit}", c.source) for c in self.used]
@@ -77,66 +127,68 @@ class Initializer:
         return self._plans[names].solve(engine, t, p, m, np.array([float(v) for v in starts.values()]), guesses)
 
 
-def _text_conditions(compiled: Compiled) -> list[Condition]:
-    flat = compiled.flat
+def _text_conditions(compiled: Compiled) -> list[_Asked]:
+    flat, dae = compiled.flat, compiled.dae
     residuals = compiled.resolve([e.residual for e in flat.initial])
-    conditions = []
-    for equation, residual in zip(flat.initial, residuals, strict=True):
-        _refuse_unknown(compiled, residual, str(equation.place))
-        conditions.append(Condition(str(equation.place), "initial()", residual, 0.0))
-    return conditions
-
-
-def _refuse_unknown(compiled: Compiled, expression: Symbol, where: str) -> None:
-    dae = compiled.dae
     inside = {key(s) for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in ca.symvar(group)}
-    strange = [s.name() for s in free_symbols(expression) if key(s) not in inside]
-    if strange:
-        raise InitializationError(
-            f"{where}\n  {strange[0]} is no variable of the model after reduction; state the condition otherwise"
-        )
+    for equation, residual in zip(flat.initial, residuals, strict=True):
+        strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
+        if strange:
+            raise InitializationError(
+                f"{equation.place}\n  {strange[0]} is no variable of the model after reduction; state the condition otherwise"
+            )
+    return [_Asked(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
 
 
-def _signal_condition(compiled: Compiled, name: str, value: float, source: str) -> Condition:
+def _signal_condition(compiled: Compiled, name: str, value: float, source: str) -> _Asked:
     if name not in compiled.signals:
         raise ParameterError(f"starts: the model has no variable {name}{suggestion(name, compiled.signals)}")
     signal = compiled.signals[name]
-    return Condition(name, source, signal.expression, value, signal.unit)
+    return _Asked(name, source, signal.expression, value, signal.unit)
 
 
-def _declared_conditions(compiled: Compiled) -> list[Condition]:
+def _declared_conditions(compiled: Compiled) -> list[_Asked]:
     """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
     declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
     declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
-    return [_signal_condition(compiled, u.name, u.start or 0.0, "start of the variable") for u in declared]
+    return [_signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
 
 
 class _Plan:
     """The conditions for one set of given names, made independent at the point where they are solved, by Newton's method."""
 
-    def __init__(self, compiled: Compiled, conditions: list[Condition], given: int) -> None:
+    def __init__(self, compiled: Compiled, conditions: list[_Asked], given: int) -> None:
         self.compiled, self.conditions, self.given = compiled, conditions, given
         dae = compiled.dae
         self.n, self.nz = dae.x.numel(), dae.z.numel()
         residuals = ca.vertsplit(dae.residual) if self.nz else []
         rows = column([*residuals, *(c.expression for c in conditions)])
         jacobian = ca.jacobian(rows, ca.vertcat(dae.x, dae.z))
-        self.values = ca.Function(
-            "powertrain_initial", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(rows), jacobian.nz[:]]
-        )
+        inputs = [dae.t, ca.vertcat(dae.x, dae.z), dae.m, dae.p]
+        function = ca.Function("powertrain_initial", inputs, [ca.densify(rows), ca.densify(jacobian.nz[:])])
+        self.arguments = [zeros(function.nnz_in(i)) for i in range(4)]
+        self.results = [zeros(function.nnz_out(i)) for i in range(2)]
+        self.values = Bound(function, self.arguments, self.results)
         self.rows, self.columns = (np.array(k, int) for k in jacobian.sparsity().get_triplet())
         outputs = ca.vertcat(rows, ca.vec(jacobian.nz[:])) if rows.numel() else rows
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
-        self.places = self._guessable()
-        self.choices: dict[bytes, tuple[list[int], list[int]]] = {}
+        self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
+        self.guess = self._guess(
+            {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}, np.zeros(self.n + self.nz)
+        )
+        self.declared = np.array([c.value for c in conditions[given:]])
+        self.implied = np.array(
+            [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
+        )
+        self.choices: dict[bytes, _Choice] = {}
 
     def solve(
         self, engine: Engine, t: float, p: Array, m: Array, given: Array, guesses: Mapping[str, float]
     ) -> tuple[Array, Array, Array, InitialReport]:
-        y = self._guess(guesses)
-        target = np.concatenate([np.zeros(self.nz), given, [c.value for c in self.conditions[self.given :]]])
+        y = self._guess(guesses, self.guess.copy(), asked=True) if guesses else self.guess.copy()
+        target = np.concatenate([np.zeros(self.nz), given, self.declared])
         for _ in range(_ROUNDS):
-            chosen, owned = self._newton(t, y, m, p, target)
+            choice = self._newton(t, y, m, p, target)
             if not self.modal:
                 break
             x, z, resolved = engine.resolve(t, y[: self.n], y[self.n :], m, p)
@@ -148,36 +200,37 @@ class _Plan:
             raise InitializationError(
                 f"{self._law_names()}: the modes of these laws at the start do not settle; give more of the start"
             )
-        return y[: self.n], y[self.n :], m, self._report(t, y, m, p, target, chosen, owned)
+        return y[: self.n], y[self.n :], m, self._report(t, y, m, p, target, choice)
 
     def _law_names(self) -> str:
         dae = self.compiled.dae
         names = [f.name for f in dae.frictions] + [s.name for s in dae.switches] + [c.name for c in dae.contacts]
         return ", ".join(names[:8])
 
-    def _guessable(self) -> dict[str, tuple[int, float, float]]:
+    @cached_property
+    def places(self) -> dict[str, tuple[int, float, float]]:
         """The signals that are slope * unknown + offset with numbers: name -> (place of the unknown, slope, offset)."""
-        dae = self.compiled.dae
-        position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
-        found = {}
-        for name, signal in self.compiled.signals.items():
-            inside = free_symbols(signal.expression)
-            if len(inside) != 1 or key(inside[0]) not in position:
-                continue
-            slope = ca.jacobian(signal.expression, inside[0])
-            if slope.is_constant() and float(slope):
-                offset = float(ca.substitute(signal.expression, inside[0], 0))
-                found[name] = (position[key(inside[0])], float(slope), offset)
-        return found
+        found = {name: self._place(name) for name in self.compiled.signals}
+        return {name: place for name, place in found.items() if place is not None}
 
-    def _guess(self, guesses: Mapping[str, float]) -> Array:
-        y = np.zeros(self.n + self.nz)
-        declared = {u.name: u.guess for u in self.compiled.flat.unknowns.values() if u.guess}
-        for name, value in {**declared, **guesses}.items():
-            if name in self.places:
-                place, slope, offset = self.places[name]
+    def _place(self, name: str) -> tuple[int, float, float] | None:
+        signal = self.compiled.signals.get(name)
+        inside = free_symbols(signal.expression) if signal else []
+        if signal is None or len(inside) != 1 or key(inside[0]) not in self.position:
+            return None
+        slope = ca.jacobian(signal.expression, inside[0])
+        if not slope.is_constant() or not float(slope):
+            return None
+        offset = float(ca.substitute(signal.expression, inside[0], 0))
+        return self.position[key(inside[0])], float(slope), offset
+
+    def _guess(self, guesses: Mapping[str, float], y: Array, asked: bool = False) -> Array:
+        for name, value in guesses.items():
+            found = self._place(name)
+            if found is not None:
+                place, slope, offset = found
                 y[place] = (value - offset) / slope
-            elif name in guesses:
+            elif asked:
                 raise ParameterError(self._no_guess(name))
         return y
 
@@ -190,56 +243,38 @@ class _Plan:
         )
 
     def _evaluate(self, t: float, y: Array, m: Array, p: Array) -> tuple[Array, Array]:
-        """All rows and the nonzeros of their Jacobian."""
-        r, j = self.values(t, y[: self.n], y[self.n :], m, p)
-        return np.array(r, float).ravel(), np.array(j, float).ravel()
+        """All rows and the nonzeros of their Jacobian, until the next call."""
+        self.arguments[0][0] = t
+        for array, value in zip(self.arguments[1:], (y, m, p), strict=True):
+            array[: value.size] = value
+        self.values.call()
+        return self.results[0], self.results[1]
 
-    def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> tuple[list[int], list[int]]:
+    def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> _Choice:
         """Solves the chosen conditions for the unknowns they own, in place; what nobody owns keeps its guess."""
         if not len(target) or not len(y):
-            return [], []
+            return _Choice(self, [], [])
         r, j = self._evaluate(t, y, m, p)
-        chosen, owned, open_rows = self._choose(j)
+        choice, open_rows = self._choose(j)
         if open_rows:
             y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
             r, j = self._evaluate(t, y, m, p)
-            chosen, owned, open_rows = self._choose(j)
+            choice, open_rows = self._choose(j)
         if open_rows:
             raise InitializationError(self._singular(open_rows))
+        chosen, owned = choice.chosen, choice.owned
         for _ in range(_ITERATIONS):
             gap = r[chosen] - target[chosen]
-            step = self._step(j, chosen, owned, gap)
+            if not gap.any():
+                return choice
+            step = choice.step(j, gap)
             if not np.isfinite(step).all():
                 break
             y[owned] += step
             r, j = self._evaluate(t, y, m, p)
             if np.all(np.abs(step) <= 1e-12 * (1.0 + np.abs(y[owned]))):
-                return chosen, owned
-        raise InitializationError(self._no_solution(r - target, chosen))
-
-    def _step(self, j: Array, chosen: list[int], owned: list[int], gap: Array) -> Array:
-        row_place, column_place = np.full(len(self.conditions) + self.nz, -1), np.full(self.n + self.nz, -1)
-        row_place[chosen], column_place[owned] = np.arange(len(chosen)), np.arange(len(owned))
-        i, k = row_place[self.rows], column_place[self.columns]
-        inside = (i >= 0) & (k >= 0)
-        size = len(chosen)
-        if not np.isfinite(j[inside]).all() or not np.isfinite(gap).all():
-            return np.full(size, np.nan)
-        if size <= _DENSE:
-            matrix = np.zeros((size, size))
-            matrix[i[inside], k[inside]] = j[inside]
-            try:
-                return np.asarray(np.linalg.solve(matrix, -gap), np.float64)
-            except np.linalg.LinAlgError:
-                return np.asarray(np.linalg.lstsq(matrix, -gap, rcond=None)[0], np.float64)
-        from scipy.sparse import csc_array
-        from scipy.sparse.linalg import splu
-
-        try:
-            factors = splu(csc_array((j[inside], (i[inside], k[inside])), shape=(size, size)))
-        except RuntimeError:
-            return np.full(size, np.nan)
-        return np.asarray(factors.solve(-gap), float)
+                return choice
+        raise InitializationError(self._no_solution(r - target, chosen.tolist()))
 
     def _no_solution(self, gap: Array, chosen: list[int]) -> str:
         sizes = [(np.inf if np.isnan(gap[i]) else abs(gap[i]), i) for i in chosen]
@@ -260,11 +295,11 @@ class _Plan:
     def _label(self, row: int) -> str:
         return self.conditions[row - self.nz].label if row >= self.nz else self.compiled.dae.equation(row)
 
-    def _choose(self, nonzeros: Array) -> tuple[list[int], list[int], list[int]]:
-        """(rows, the unknowns they own, implicit rows without an unknown), taken in order; a row that those before determine is left out."""
+    def _choose(self, nonzeros: Array) -> tuple[_Choice, list[int]]:
+        """Rows and the unknowns they own, in order (what those before determine is left out); implicit rows without one."""
         known = self.choices.get(nonzeros.tobytes())
         if known is not None:
-            return *known, []
+            return known, []
         table: list[dict[int, float]] = [{} for _ in range(self.nz + len(self.conditions))]
         for i, k, a in zip(self.rows.tolist(), self.columns.tolist(), nonzeros.tolist(), strict=True):
             if a != 0.0 and np.isfinite(a):
@@ -283,49 +318,69 @@ class _Plan:
                 continue
             chosen.append(i)
             basis[pivot] = (len(basis), row)
+        choice = _Choice(self, chosen, list(basis))
         if not open_rows:
             if len(self.choices) >= _KEPT:
                 self.choices.clear()
-            self.choices[nonzeros.tobytes()] = (chosen, list(basis))
-        return chosen, list(basis), open_rows
+            self.choices[nonzeros.tobytes()] = choice
+        return choice, open_rows
 
-    def _report(
-        self, t: float, y: Array, m: Array, p: Array, target: Array, chosen: list[int], owned: list[int]
-    ) -> InitialReport:
-        taken = set(chosen)
-        left = [i for i in range(self.nz, len(target)) if i not in taken]
-        conditions = [self._with_value(i, float(target[i])) for i in range(self.nz, len(target))]
-        if left:
-            r, _ = self._evaluate(t, y, m, p)
-            for i in left:
-                self._check_implied(conditions[i - self.nz], i, float(r[i]) - float(target[i]), float(r[i]))
-        used = [c for i, c in enumerate(conditions, self.nz) if i in taken]
-        rest = [
-            Condition(self.compiled.states[k], "not determined otherwise", Symbol(0), float(y[k]))
-            for k in sorted(set(range(self.n)) - set(owned))
-        ]
-        return InitialReport(
-            (*used, *rest),
-            tuple(conditions[i - self.nz] for i in left),
-            dict(zip(self.compiled.states, y, strict=False)),
-        )
+    def _report(self, t: float, y: Array, m: Array, p: Array, target: Array, choice: _Choice) -> InitialReport:
+        values = target[self.nz :]
+        left = choice.left[self.implied[choice.left]]
+        if len(left):
+            reached = self._evaluate(t, y, m, p)[0][self.nz :]
+            for i in left[~(np.abs(reached - values)[left] <= 1e-9 * (1.0 + np.abs(reached[left])))].tolist():
+                self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
+        return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
 
-    def _with_value(self, row: int, value: float) -> Condition:
-        c = self.conditions[row - self.nz]
-        return Condition(c.label, c.source, c.expression, value, c.unit)
-
-    def _check_implied(self, condition: Condition, row: int, gap: float, reached: float) -> None:
+    def _refuse(self, condition: _Asked, value: float, reached: float) -> None:
         """A condition that was left out must hold, unless a value given for this run took its place or it is only a declared start."""
-        first = row - self.nz < self.given
-        replaced = self.given > 0 or condition.source == "start of the variable"
-        if abs(gap) <= 1e-9 * (1.0 + abs(reached)) or (replaced and not first):
-            return
-        asked = f"asks for {condition.value:g} {condition.unit}, but the other conditions already give {reached:g} {condition.unit}"
+        asked = (
+            f"asks for {value:g} {condition.unit}, but the other conditions already give {reached:g} {condition.unit}"
+        )
         if condition.source == "initial()":
             asked = f"cannot hold: the other conditions leave left minus right at {reached:g}"
         raise InitializationError(
             f"inconsistent initial conditions: {condition.label}\n  {asked}; take one of them out"
         )
+
+
+class _Choice:
+    """The rows that are solved, the unknowns they own, and where the entries of their square system lie."""
+
+    def __init__(self, plan: _Plan, chosen: list[int], owned: list[int]) -> None:
+        self.chosen, self.owned = np.array(chosen, int), np.array(owned, int)
+        rows, unknowns = plan.nz + len(plan.conditions), plan.n + plan.nz
+        row_place, column_place = np.full(rows, -1), np.full(unknowns, -1)
+        row_place[self.chosen], column_place[self.owned] = np.arange(len(chosen)), np.arange(len(owned))
+        i, k = row_place[plan.rows], column_place[plan.columns]
+        self.inside = np.flatnonzero((i >= 0) & (k >= 0))
+        self.i, self.k = i[self.inside], k[self.inside]
+        self.taken = frozenset(i - plan.nz for i in chosen)
+        self.left = np.array([i for i in range(len(plan.conditions)) if i not in self.taken], int)
+        self.open_states = sorted(set(range(plan.n)) - set(owned))
+
+    def step(self, nonzeros: Array, gap: Array) -> Array:
+        """Newton's step; not finite where there is none."""
+        entries, size = nonzeros[self.inside], len(self.chosen)
+        if not np.isfinite(entries).all() or not np.isfinite(gap).all():
+            return np.full(size, np.nan)
+        if size <= _DENSE:
+            matrix = np.zeros((size, size))
+            matrix[self.i, self.k] = entries
+            try:
+                return np.asarray(np.linalg.solve(matrix, -gap), np.float64)
+            except np.linalg.LinAlgError:
+                return np.asarray(np.linalg.lstsq(matrix, -gap, rcond=None)[0], np.float64)
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        try:
+            factors = splu(csc_array((entries, (self.i, self.k)), shape=(size, size)))
+        except RuntimeError:
+            return np.full(size, np.nan)
+        return np.asarray(factors.solve(-gap), float)
 
 
 def _reduce(row: dict[int, float], basis: dict[int, tuple[int, dict[int, float]]]) -> None:
