@@ -270,8 +270,15 @@ class _Plan:
             step = choice.step(j, gap)
             if not np.isfinite(step).all():
                 break
-            y[owned] += step
-            r, j = self._evaluate(t, y, m, p)
+            old, size, length = y[owned], float(np.abs(gap).max()), 1.0
+            near = bool(np.all(np.abs(step) <= 1e-9 * (1.0 + np.abs(old))))
+            while True:
+                y[owned] = old + length * step
+                r, j = self._evaluate(t, y, m, p)
+                new = float(np.abs(r[chosen] - target[chosen]).max())
+                if near or new <= size * (1.0 - 0.1 * length) or length < 1e-4:
+                    break
+                length *= 0.5
             if np.all(np.abs(step) <= 1e-12 * (1.0 + np.abs(y[owned]))):
                 return choice
         raise InitializationError(self._no_solution(r - target, chosen.tolist()))
