@@ -35,7 +35,8 @@ class MassWithStopAndFriction(Rigid, Lossy):
     flange_a.s = smin with f_min >= 0, or flange_a.s > smin with f_min = 0; likewise flange_b, smax and f_max
 
     A mass that hits a stop at speed v leaves it at restitution v, in no time. The energy it loses there is not in
-    lossPower, which has no value at that instant. The signals stop_min and stop_max are 1 while the mass is at a stop.
+    lossPower, which has no value at that instant. The signals stop_min and stop_max are 1 while the mass is pressed
+    against a stop. How much of the pressing force friction takes then is not determined; no motion depends on it.
     """
 
     m: Parameter = parameter("kg", "Mass", min=0)
