@@ -1,0 +1,177 @@
+"""A map's points at full speed: neighbours mostly have the same modes, and with the modes given, little arithmetic is left.
+
+For every combination of modes that is met, an expression tape without any other mode is made. It gives the wanted values together with
+a mark where these modes, and no others, hold. It runs ahead until that mark is missing, then the next
+combination takes over. Only points that none of the known combinations fits are left to the solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import product
+from math import prod
+from typing import Protocol
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.buffers import Array
+from powertrain.choices import with_modes
+from powertrain.equilibrium import Equilibrium
+from powertrain.hybrid import Switch
+from powertrain.indicators import EPS, guard_margin
+from powertrain.lanes import Tape, all_hold, dependence
+from powertrain.operating import LANES, Solver
+from powertrain.symbols import Symbol
+
+WIDTHS = (128, 1024, 4096)
+_TAPES = 64
+_ALTERNATIVES = 64
+Key = tuple[float, ...]
+
+
+class Careful(Protocol):
+    """Solves the points from ``first`` to ``last`` of a piece one by one, writes them, and returns the modes of the last good one."""
+
+    def __call__(self, first: int, last: int) -> Array | None: ...
+
+
+class Walker:
+    """Tapes for the combinations of modes of one explicit steady problem. Serves one thread."""
+
+    def __init__(self, problem: Equilibrium, solver: Solver) -> None:
+        self.problem, self.choices, self.groups = problem, solver.choices, solver.groups
+        self._wanted = [*problem.outputs, *problem.rates]
+        self._guards = [guard_margin(g) for g in problem.guards]
+        self._switches = [k for k, c in enumerate(self.choices) if isinstance(c.law, Switch)]
+        self._relevant: dict[Key, list[int]] = {}
+        self._expressions: dict[Key, list[Symbol]] = {}
+        self._tapes: dict[tuple[Key, int], Tape] = {}
+        self._common: Array = np.zeros(1)
+        self._fits = np.empty(max(WIDTHS))
+        self._next: dict[Key, Key] = {}
+        self.unchecked = False
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._common = values.copy()
+        for tape in self._tapes.values():
+            tape.set_common(values)
+
+    def walk(
+        self, count: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful, done: Callable[[int], None]
+    ) -> None:
+        """Fills the first ``count`` points of ``results``; what is written beyond them, up to the largest width, has no meaning."""
+        i, level, current = 0, 0, next(iter(self._expressions), None)
+        while i < count:
+            fits = 0
+            for candidate in self._candidates(current):
+                fits, full = self._run(candidate, level, i, arguments, results)
+                if fits:
+                    if current is not None and candidate != current:
+                        self._next[current] = candidate
+                    current = candidate
+                    level = min(level + 1, len(WIDTHS) - 1) if full else 0
+                    break
+                level = 0
+            if fits:
+                i = min(i + fits, count)
+            else:
+                last = min(i + LANES, count)
+                modes = careful(i, last)
+                if modes is not None:
+                    current = self._enter(modes) or current
+                i = last
+            done(i)
+
+    def _candidates(self, current: Key | None) -> list[Key]:
+        first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]
+        return list(dict.fromkeys([*first, *self._expressions]))
+
+    def _run(self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]) -> tuple[int, bool]:
+        """How many points from i on fit, and whether all that were tried did."""
+        width = WIDTHS[level]
+        tape = self._tape(key, level)
+        fits = self._fits[:width]
+        tape.into([a[i : i + width] for a in arguments], 0, [*[r[i : i + width] for r in results], fits])
+        first = int(fits.argmin())
+        return (width, True) if fits[first] else (first, False)
+
+    def _tape(self, key: Key, level: int) -> Tape:
+        if (key, level) not in self._tapes:
+            tape = Tape("steady_walk", self.problem.grid, self.problem.common, self._expressions[key], WIDTHS[level])
+            tape.set_common(self._common)
+            self._tapes[key, level] = tape
+        return self._tapes[key, level]
+
+    def _enter(self, modes: Array) -> Key | None:
+        """The combination of some modes, with the switches that have no influence left at zero."""
+        laws = tuple(float(m) for k, m in enumerate(modes) if k not in self._switches)
+        given = {k: float(m) for k, m in enumerate(modes) if k not in self._switches}
+        if laws not in self._relevant:
+            self._relevant[laws] = self._influential(given)
+        relevant = set(self._relevant[laws]) | set(given)
+        key = tuple(float(m) if k in relevant else 0.0 for k, m in enumerate(modes))
+        if key not in self._expressions:
+            if len(self._expressions) >= _TAPES:
+                return None
+            self._expressions[key] = self._specialised(key, self._relevant[laws])
+        return key
+
+    def _influential(self, given: dict[int, float]) -> list[int]:
+        """The switches that the wanted values and the margins depend on, for given modes of the other laws."""
+        modes = self.problem.modes
+        margins = [self.choices[k].margin(m) for k, m in given.items() if m in self.choices[k].modes]
+        conditions = [c.law.g if isinstance(c.law, Switch) else Symbol(0) for c in self.choices]
+        base = [*self._wanted, *self._guards, *margins]
+        put = with_modes([*base, *conditions], modes, given)
+        found = dependence(put, modes)
+        wanted = found[: len(base)].any(axis=0) if len(base) else np.zeros(len(modes), bool)
+        while True:
+            more = wanted | found[len(base) :][wanted].any(axis=0)
+            if (more == wanted).all():
+                break
+            wanted = more
+        return [k for k in self._switches if wanted[k]]
+
+    def _specialised(self, key: Key, switches: list[int]) -> list[Symbol]:
+        """The wanted values of one combination, and whether these modes and no others hold."""
+        modes, nodes = self.problem.modes, [k for k in range(len(key)) if k not in self._switches] + switches
+        given = dict(enumerate(key))
+        margins = [self.choices[k].margin(key[k]) for k in nodes if key[k] in self.choices[k].modes]
+        exact = with_modes([*self._wanted, *margins, *self._guards], modes, given)
+        wanted, fits = exact[: len(self._wanted)], all_hold(exact[len(self._wanted) :])
+        for other in self._alternatives(key, switches):
+            rivals = with_modes([self.choices[k].margin(m) for k, m in other.items()], modes, given | other)
+            fits = fits * (1 - all_hold([rival - 2 * EPS for rival in rivals]))
+        return list(ca.cse([*wanted, fits]))
+
+    def _alternatives(self, key: Key, switches: list[int]) -> list[dict[int, float]]:
+        """Other combinations of the laws that depend on each other."""
+        found: list[dict[int, float]] = []
+        given = {k: m for k, m in enumerate(key) if k not in self._switches}
+        for group, coupled in self.groups:
+            if not coupled:
+                continue
+            members = [k for k in group if k in switches or k not in self._switches]
+            if all(k in self._switches for k in members):
+                members = self._coupled(members, given)
+            if prod(len(self.choices[k].modes) for k in members) > _ALTERNATIVES:
+                self.unchecked = True
+                continue
+            for combination in product(*(self.choices[k].modes for k in members)):
+                other = dict(zip(members, combination, strict=True))
+                if any(key[k] != m for k, m in other.items()):
+                    found.append(other)
+        return found
+
+    def _coupled(self, members: list[int], given: dict[int, float]) -> list[int]:
+        """Of some switches, those that still depend on one another once the other modes are given."""
+        modes = [self.problem.modes[k] for k in members]
+        conditions = [c.g for c in (self.choices[k].law for k in members) if isinstance(c, Switch)]
+        reach: NDArray[np.bool_] = dependence(with_modes(conditions, self.problem.modes, given), modes)
+        for _ in members:
+            reach = reach | (reach.astype(int) @ reach.astype(int) > 0)
+        return [k for i, k in enumerate(members) if reach[i, i]]
+
