@@ -18,6 +18,9 @@ from powertrain.matching import Matching
 from powertrain.recorder import Place
 from powertrain.symbols import Symbol, free_symbols, key, time, total_derivative
 
+VARYING = 5
+"""Twice the wish for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""
+
 
 class Differentiated:
     """Equations with all their derivatives, and the highest derivative of every variable."""
@@ -106,7 +109,8 @@ def select_states(system: Differentiated, wish: dict[int, int], values: dict[int
     """The states: variables below their highest derivative that no constraint determines.
 
     For each level below the highest, the differentiated equations determine as many derivatives ("dummies"); these are chosen by
-    sparse elimination with numeric pivots at the point ``values``, first among the variables with the lowest ``wish``.
+    sparse elimination with numeric pivots at the point ``values``, first among the variables with the lowest ``wish``. A variable whose
+    coefficient in a constraint varies stays a state if it can: to find it from the others would divide by what may pass through zero.
     """
     dummies: set[int] = set(system.top)
     states: list[Base] = []
@@ -140,10 +144,13 @@ def _pivots(
     numbers = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
     dense = ca.Function("pt_pivots", [ca.vertcat(*symbols) if symbols else Symbol(0, 1)], [jacobian])(numbers)
     table: list[dict[int, float]] = [{} for _ in rows]
-    for i, j, a in zip(*jacobian.sparsity().get_triplet(), np.array(dense.nonzeros()), strict=True):
+    wanted = [2 * wish.get(b, 0) for b in columns]
+    for k, (i, j, a) in enumerate(zip(*jacobian.sparsity().get_triplet(), np.array(dense.nonzeros()), strict=True)):
         if a != 0.0:
             table[i][j] = float(a)
-    chosen, free = _eliminate(table, [wish.get(b, 0) for b in columns])
+        if any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(jacobian.nz[k])):
+            wanted[j] = max(wanted[j], VARYING)
+    chosen, free = _eliminate(table, wanted)
     if free:
         quoted = "\n  ".join(str(system.places[rows[i]]) for i in free)
         raise ModelError(f"{quoted}\n  this constraint repeats or contradicts other constraints of the model")
