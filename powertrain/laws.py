@@ -120,13 +120,17 @@ def switch(condition: Symbol, a: Expression, b: Expression, *, continuous: bool 
     """``a`` while ``condition`` holds, else ``b``, with the change as an exact event.
 
     ``condition`` compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
-    ``continuous``: the branches agree where the condition changes, so that the integration need not restart there.
+    ``continuous``: the branches agree where the condition changes, so that the integration need not restart there. Several switches on
+    the same condition object change as one.
     """
     active, g = recorder(), crossing(Symbol(condition))
     if all(key(s) in active.constants for s in free_symbols(g)):
         return ca.if_else(Symbol(condition), a, b)
+    for entry in active.switches:
+        if entry.condition is condition and entry.continuous == continuous:
+            return ca.if_else(entry.mode, a, b)
     mode = active.hold(f"{active.path}.switch{len(active.switches)}")
-    active.switches.append(SwitchEntry(mode, g, active.place, continuous))
+    active.switches.append(SwitchEntry(mode, g, active.place, continuous, condition))
     return ca.if_else(mode, a, b)
 
 

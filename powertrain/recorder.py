@@ -39,6 +39,7 @@ class SwitchEntry:
     g: Symbol
     place: Place
     continuous: bool
+    condition: Symbol = field(default_factory=Symbol)
 
 
 @dataclass(frozen=True)

@@ -35,11 +35,12 @@ class Resolver:
         self._update, self._fresh = update, fresh
         self._values = _Events(dae, memory) if dae.whens or dae.contacts else None
         self.extra: list[tuple[str, str]] = []
+        self._unsolved: NotConsistent | None = None
         self.redundancy = Redundancy(dae, memory)
 
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
-        self.extra = []
+        self.extra, self._unsolved = [], None
         for _ in range(_ROUNDS):
             if self._fixed_point(side):
                 return
@@ -55,7 +56,8 @@ class Resolver:
         seen: set[bytes] = set()
         varied: set[int] = set()
         for n in range(_PASSES):
-            self._solve(side)
+            if not self._solvable(side):
+                break
             call()
             if (flags[1] or flags[2]) and self._discontinuity(side):
                 return False
@@ -79,7 +81,8 @@ class Resolver:
         seen: set[bytes] = set()
         while m.tobytes() not in seen:
             seen.add(m.tobytes())
-            self._solve(side)
+            if not self._solvable(side):
+                break
             call()
             if (flags[1] or flags[2]) and self._discontinuity(side):
                 return False
@@ -117,9 +120,20 @@ class Resolver:
             self.memory.m[:] = found.modes[0]
             self._solve(side)
             return True
+        if self._unsolved is not None and not found.involved:
+            raise self._unsolved
         raise SimulationError(
             message or jam_message(self.dae, self.memory, side, found.modes, found.involved, found.combinations)
         )
+
+    def _solvable(self, side: int) -> bool:
+        """Solve the algebraic equations for the present modes; whether they have a solution."""
+        try:
+            self._solve(side)
+        except NotConsistent as error:
+            self._unsolved = error
+            return False
+        return True
 
     def _try(self, side: int) -> Array | None:
         """The rates with the present modes, or None if these are not consistent."""

@@ -1,0 +1,163 @@
+"""What holds for every part of the library: it is found by walking the package, and nobody has to remember it here."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+import powertrain.components as library
+from powertrain.component import Parameter, Port, Quantity, children
+from powertrain.components import rotational, translational
+from powertrain.components.blocks import Sine
+
+# What a class needs beside numbers, and numbers that 1 does not serve.
+GIVEN: dict[str, dict[str, Any]] = {
+    "Gearbox": {
+        "lossyGear": rotational.LossyGear(ratio=2.0, lossTable=((0.0, 0.9, 0.8, 0.1, 0.1),)),
+        "elastoBacklash": rotational.ElastoBacklash(b=0.01, c=1e3, d=10.0),
+    },
+    "QuadraticSpeedDependentTorque": {"tau_nominal": -1.0},
+    "QuadraticSpeedDependentForce": {"f_nominal": -1.0},
+    "MassWithStopAndFriction": {"smax": 4.0, "smin": -4.0, "L": 1.0},
+}
+VALUES = {"ratio": 2.0, "ring_ratio": 3.0, "efficiency": 0.9, "fn_max": 20.0}
+ONE_SIDED = {
+    "Freewheel": "locks in one direction",
+    "OneWayClutch": "locks in one direction",
+    "ElastoGap": "pushes and does not pull",
+}
+
+
+def concrete() -> list[type[pt.Component]]:
+    """Every class of the library that has equations and is not private."""
+    found: dict[str, type[pt.Component]] = {}
+    for module in pkgutil.walk_packages(library.__path__, "powertrain.components."):
+        for name, kind in vars(importlib.import_module(module.name)).items():
+            if (
+                inspect.isclass(kind)
+                and issubclass(kind, pt.Component)
+                and kind.__module__.startswith(library.__name__)
+            ):
+                if kind.equations is not pt.Component.equations and not name.startswith("_"):
+                    found[f"{kind.__module__}.{kind.__name__}"] = kind
+    return [found[name] for name in sorted(found)]
+
+
+def made(kind: type[pt.Component]) -> pt.Component:
+    """One of its kind with plain values."""
+    values = dict(GIVEN.get(kind.__name__, {}))
+    for name, spec in kind._fields.items():
+        if isinstance(spec, Parameter) and spec.default is None and name not in values:
+            values[name] = VALUES.get(name, 1.0)
+    return kind(**values)
+
+
+class Bench(pt.Component):
+    """A part on a test bench: an inertia or a mass, driven by a sine, on every free shaft end; a sine at every input."""
+
+    part: pt.Component
+    rotors: tuple[rotational.Inertia, ...]
+    masses: tuple[translational.Mass, ...]
+    torques: tuple[rotational.Torque, ...]
+    forces: tuple[translational.Force, ...]
+    drives: tuple[Sine, ...]
+    signals: tuple[Sine, ...]
+
+    def equations(self) -> pt.Equations:
+        shafts, rods, inputs = list(self.rotors), list(self.masses), list(self.signals)
+        drives, torques, forces = list(self.drives), list(self.torques), list(self.forces)
+        for name, spec in self.part._fields.items():
+            port = getattr(self.part, name) if isinstance(spec, Port) else None
+            if isinstance(port, pt.Input):
+                yield pt.connect(port, inputs.pop().y)
+            elif isinstance(spec, Port) and not spec.grounded and isinstance(port, rotational.Flange):
+                rotor, torque = shafts.pop(), torques.pop()
+                yield pt.connect(port, rotor.flange_a)
+                yield pt.connect(rotor.flange_b, torque.flange)
+                yield pt.connect(torque.tau, drives.pop().y)
+            elif isinstance(spec, Port) and not spec.grounded and isinstance(port, translational.Flange):
+                mass, force = rods.pop(), forces.pop()
+                yield pt.connect(port, mass.flange_a)
+                yield pt.connect(mass.flange_b, force.flange)
+                yield pt.connect(force.f, drives.pop().y)
+
+
+def bench(part: pt.Component, sign: float = 1.0) -> Bench:
+    ports = [(part._fields.get(name), port) for name, port in children(part)]
+    free = [port for spec, port in ports if isinstance(spec, Port) and not spec.grounded]
+    n = sum(isinstance(port, rotational.Flange) for port in free)
+    k = sum(isinstance(port, translational.Flange) for port in free)
+    inputs = sum(isinstance(port, pt.Input) for _, port in ports)
+    return Bench(
+        part=part,
+        rotors=tuple(rotational.Inertia(J=1.0 + 0.3 * i) for i in range(n)),
+        masses=tuple(translational.Mass(m=1.0 + 0.3 * i) for i in range(k)),
+        torques=(rotational.Torque(),) * n,
+        forces=(translational.Force(),) * k,
+        drives=tuple(Sine(amplitude=sign * (3.0 + i), f=0.4 + 0.17 * i, phase=0.3 * i) for i in range(n + k)),
+        signals=tuple(Sine(amplitude=0.2, f=0.6, offset=0.5) for _ in range(inputs)),
+    )
+
+
+ALL = concrete()
+NAMES = [kind.__qualname__ for kind in ALL]
+
+
+def test_the_walk_finds_the_library() -> None:
+    assert {"Inertia", "Clutch", "LossyGear", "MassWithStopAndFriction", "Vehicle", "Sine", "HeatCapacitor"} <= set(
+        NAMES
+    )
+
+
+@pytest.mark.parametrize("kind", ALL, ids=NAMES)
+def test_documented(kind: type[pt.Component]) -> None:
+    """Says what it is; every quantity has a unit and a meaning."""
+    assert (kind.__doc__ or "").strip()
+    for name, spec in kind._fields.items():
+        if isinstance(spec, Quantity):
+            assert "" not in (spec.unit, spec.doc), f"{kind.__name__}.{name}"
+
+
+def _mechanical(kind: type[pt.Component]) -> bool:
+    kinds = (rotational.Flange, translational.Flange)
+    return any(isinstance(spec, Port) and issubclass(spec.kind, kinds) for spec in kind._fields.values())
+
+
+MECHANICAL = [kind for kind in ALL if _mechanical(kind)]
+
+
+@pytest.mark.parametrize("kind", MECHANICAL, ids=[kind.__qualname__ for kind in MECHANICAL])
+def test_energy_closes_and_no_loss_is_negative(kind: type[pt.Component]) -> None:
+    """What enters through the ports is lost, stored, or (sources) supplied; a passive part never loses less than nothing."""
+    result = pt.simulate(
+        bench(made(kind)), stop=2.0, rtol=1e-8, atol=1e-10, max_step=0.02
+    )  # a model without states has no error to control
+    audit = pt.energy_audit(result)
+    assert not audit.hidden
+    assert audit.closure < 1e-6  # the integrator's tolerance over a few hundred steps
+    loss = np.asarray(audit.loss["part"])
+    if not kind.boundary:
+        assert loss.min() >= -1e-7 * (1.0 + np.abs(loss).max())
+
+
+SYMMETRIC = [kind for kind in MECHANICAL if kind.__name__ not in ONE_SIDED and not kind.boundary]
+
+
+@pytest.mark.parametrize("kind", SYMMETRIC, ids=[kind.__qualname__ for kind in SYMMETRIC])
+def test_mirrored_drive_gives_mirrored_motion(kind: type[pt.Component]) -> None:
+    """Opposite torques and forces give opposite speeds: no direction is preferred."""
+    part, times = made(kind), np.linspace(0.0, 1.5, 31)
+    runs = [pt.simulate(bench(part, sign), stop=1.5, times=times, rtol=1e-9, atol=1e-11) for sign in (1.0, -1.0)]
+    speeds = [
+        name for name in runs[0].names("*") if name.startswith(("rotors[", "masses[")) and name.endswith((".w", ".v"))
+    ]
+    assert speeds
+    for name in speeds:
+        forward, backward = (run.at(times, name) for run in runs)
+        np.testing.assert_allclose(backward, -forward, atol=1e-6 * (1.0 + np.abs(forward).max()))
