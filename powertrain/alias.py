@@ -310,9 +310,9 @@ def _affine_rows(flat: Flat) -> list[_Row]:
     """The equations that are affine in the variables with coefficients of parameters only."""
     residuals = column([e.residual for e in flat.equations])
     held = flat.recorder.constants
-    parameters = {key(c.symbol) for c in flat.parameters}
+    moved = held - {key(c.symbol) for c in flat.parameters}
     symbols = [s for s in ca.symvar(residuals) if key(s) not in held and key(s) != key(time)]
-    moving = [s for s in ca.symvar(residuals) if key(s) in held - parameters] + [time]
+    moving = [s for s in ca.symvar(residuals) if key(s) in moved] + [time]
     unknowns, bases = column(symbols), flat.recorder.bases
     jacobian = ca.jacobian(residuals, unknowns)
     entries = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
