@@ -29,11 +29,24 @@ _CODE = re.compile(r"(``.*?``)")
 
 
 def _plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Docstrings are plain text with ``code``: a product's * and a magnitude's | are no markup."""
-    for i, line in enumerate(lines):
-        parts = _CODE.split(line)
-        parts[::2] = [re.sub(r"([*|])", r"\\\1", part) for part in parts[::2]]
-        lines[i] = "".join(parts)
+    """Docstrings are plain text with ``code``: a product's * and a magnitude's | are no markup, indented lines are shown as they stand."""
+    shown: list[str] = []
+    inside = False
+    for line in lines:
+        indented = line.startswith("  ")
+        if indented and not inside:
+            shown += ["", "::", ""]
+        elif inside and not indented and line.strip():
+            shown.append("")
+        inside = indented or (inside and not line.strip())
+        shown.append(line if inside else _escaped(line))
+    lines[:] = shown
+
+
+def _escaped(line: str) -> str:
+    parts = _CODE.split(line)
+    parts[::2] = [re.sub(r"([*|])", r"\\\1", part) for part in parts[::2]]
+    return "".join(parts)
 
 
 def setup(app: Any) -> None:
