@@ -8,11 +8,13 @@ from powertrain import (
     Input,
     Output,
     Parameter,
+    Variable,
     der,
     parameter,
     signal_input,
     signal_output,
     switch,
+    variable,
 )
 
 
@@ -29,18 +31,20 @@ class RatioActuator(Component):
     ratio_min: Parameter = parameter("1", "Least ratio", default=-1e3)
     ratio_max: Parameter = parameter("1", "Greatest ratio", default=1e3)
     ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
+    V: Variable = variable("1", "Ratio", prefer=True)
     demand: Input = signal_input("1", "Demanded ratio")
     ratio: Output = signal_output("1", "Ratio, for the variable unit")
 
     def equations(self) -> Equations:
         """A lag within limits."""
+        yield self.ratio.value == self.V
         demand = self.demand.value
         high = switch(demand > self.ratio_max, self.ratio_max, demand, continuous=True)
         target = switch(demand < self.ratio_min, self.ratio_min, high, continuous=True)
-        wanted = (target - self.ratio.value) / self.T
+        wanted = (target - self.V) / self.T
         slow = switch(wanted > self.rate, self.rate, wanted, continuous=True)
-        yield der(self.ratio.value) == switch(wanted < -self.rate, -self.rate, slow, continuous=True)
+        yield der(self.V) == switch(wanted < -self.rate, -self.rate, slow, continuous=True)
 
     def initial(self) -> Equations:
         """The start."""
-        yield self.ratio.value == self.ratio_start
+        yield self.ratio_start == self.V

@@ -59,6 +59,8 @@ class VBelt(_Creeping):
     rotational.BearingFriction, ChurningLoss.
     """
 
+    ratio_min: Parameter = parameter("1", "Least ratio that the pulleys allow", default=0.1, above=0)
+    ratio_max: Parameter = parameter("1", "Greatest ratio that the pulleys allow", default=10.0, above=0)
     r_mean: Parameter = parameter("m", "Mean of the two running radii", default=0.05, above=0)
     clamp: Parameter = parameter("N", "Axial clamping force of a pulley", default=2e4, min=0)
     mue: Parameter = parameter("1", "Coefficient of friction between belt and sheave", default=0.09, min=0)
@@ -77,15 +79,18 @@ class VBelt(_Creeping):
 class TractionDrive(_Creeping):
     """A full-toroidal (Perbury-type) traction drive: rollers between two toroidal discs, which turn against each other.
 
-    V = -r_a/r_b < 0,  r_a + r_b = 2 e (e: distance of the roller's centre from the axis);  tau_max = n mue clamp r_b
+    |V| = r_a/r_b,  r_a + r_b = 2 e (e: distance of the roller's centre from the axis);  tau_max = n mue clamp r_b
     creep = (V w_a - w_b)/w_rolling,  w_rolling^2 = slow^2 + (V w_a)^2/2 + w_b^2/2
     T_b = -tau,  T_a = V tau,  tau = tau_max x/sqrt(1 + x^2),  x = creep/creep_max
 
     ``clamp`` is the normal force of each of the n contacts, ``mue`` the traction coefficient at which the fluid yields (0.05 to 0.1),
-    ``creep_max`` the limit over the first slope of the traction curve. The rollers are tilted by the angle whose sine is (e/r_roller)(1
-    - |V|)/(1 + |V|), r_roller their radius. The power tau (V w_a - w_b) is lost by creep; spin and bearings are parts of their own.
+    ``creep_max`` the limit over the first slope of the traction curve. The rollers are tilted by the angle whose sine
+    is (e/r_roller) (1 - |V|)/(1 + |V|), r_roller their radius. V < 0, or V > 0 with a reversing gear behind the discs. The power tau (V
+    w_a - w_b) is lost by creep; spin and bearings are parts of their own.
     """
 
+    ratio_min: Parameter = parameter("1", "Least ratio that the tilt of the rollers allows", default=-10.0)
+    ratio_max: Parameter = parameter("1", "Greatest ratio that the tilt of the rollers allows", default=10.0)
     e: Parameter = parameter("m", "Distance of the roller's centre from the axis of the discs", default=0.06, above=0)
     n: Parameter = parameter("1", "Number of rollers", default=6.0, above=0)
     clamp: Parameter = parameter("N", "Normal force of a contact", default=1e4, min=0)
@@ -96,6 +101,6 @@ class TractionDrive(_Creeping):
     def equations(self) -> Equations:
         """Radii from the ratio, the torque from the creep."""
         V = self._ratio()
-        yield self.r_b == 2 * self.e / (1 - V)
-        yield self.r_a == -V * self.r_b
+        yield self.r_b == 2 * self.e / (1 + ca.fabs(V))
+        yield self.r_a == ca.fabs(V) * self.r_b
         yield from self._contact(V, self.n * self.mue * self.clamp * self.r_b)

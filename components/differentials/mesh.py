@@ -51,7 +51,7 @@ class MeshLaw(ThreeMembers, Lossy):
     eta_ba: Parameter = parameter("1", "Efficiency from b to a, carrier fixed", default=1.0, above=0, max=1)
     map_ab: Map | None = None
     map_ba: Map | None = None
-    w_rel: Variable = variable("rad/s", "Speed of a against the carrier", prefer=True)
+    w_rel: Variable = variable("rad/s", "Speed of a against the carrier")
     tauLoss: Variable = variable("N.m", "Torque loss, counted at a")
 
     def _mesh(self) -> Equations:
