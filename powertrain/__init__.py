@@ -33,6 +33,7 @@ from powertrain.map import Map
 from powertrain.plant import Plant, compile, simulate  # noqa: A004
 from powertrain.result import Result
 from powertrain.sweeping import sweep
+from powertrain.steady import steady
 from powertrain.symbols import Symbol, time
 
 __version__ = "0.1.0"
@@ -74,6 +75,7 @@ __all__ = [
     "signal_input",
     "signal_output",
     "simulate",
+    "steady",
     "support",
     "sweep",
     "switch",

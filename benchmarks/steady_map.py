@@ -1,0 +1,108 @@
+"""The steady map of a split-path transmission at a million points, against its closed form in numpy and in a compiled C loop."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+
+import numpy as np
+from numpy.typing import NDArray
+
+import powertrain as pt
+from benchmarks import native
+from benchmarks.timing import Call, Row, at_most, duration, measure, seconds, table
+from powertrain.components.rotational import ConstantSpeed, Torque
+from powertrain.components.transmissions import SplitPathTransmission
+
+NAME = "steady map"
+ETA, ETA_V, RATIO = 0.95, 0.9, -1.7
+SIGNALS = ("V", "efficiency", "K", "transmission.flange_a.tau")
+Array = NDArray[np.float64]
+
+
+class Bench(pt.Component):
+    """A transmission driven at a constant speed and loaded by a torque."""
+
+    V: pt.Input = pt.signal_input("1", "Ratio of the variable unit")
+    load: pt.Input = pt.signal_input("N.m", "Accelerating torque on the output")
+    r: pt.Variable = pt.variable("1", "Speed of the output over speed of the input")
+    efficiency: pt.Variable = pt.variable("1", "Output power over input power")
+    K: pt.Variable = pt.variable("1", "Power into the variable unit over input power, negative from 2 to 1")
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
+    transmission: SplitPathTransmission = SplitPathTransmission()
+    torque: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        """Connections, and what the map shows."""
+        yield pt.connect(self.drive.flange, self.transmission.flange_a)
+        yield pt.connect(self.torque.flange, self.transmission.flange_b)
+        yield pt.connect(self.V, self.transmission.ratio)
+        yield pt.connect(self.load, self.torque.tau)
+        yield self.r * self.drive.w == pt.der(self.torque.phi)
+        power, unit = self.transmission.flange_a.power(), self.transmission.cvu
+        yield self.efficiency * power == -self.transmission.flange_b.power()
+        at_2 = -unit.flange_b.power()
+        yield self.K * power == pt.switch(at_2 >= 0, unit.flange_a.power(), at_2)
+
+
+def by_hand(ratio: Array, load: Array) -> list[Array]:
+    """Yu & Beachley's formulas for the output on a and the unit at the carrier, vectorised."""
+    r, T_a = ratio[:, None], load[None, :]
+    V = (r - RATIO) / (1 - RATIO)
+    T_b = np.where(T_a * (r - V) > 0, -RATIO * ETA, -RATIO / ETA) * T_a
+    P_2 = (-T_a - T_b) * V
+    unit = P_2 * np.where(P_2 > 0, 1 / ETA_V, ETA_V)
+    T_1 = T_b + unit
+    K = np.where(P_2 > 0, unit, P_2) / T_1
+    return [np.broadcast_to(V, T_1.shape).copy(), -T_a * r / T_1, K, T_1]
+
+
+def in_c(ratio: Array, load: Array) -> Call:
+    """The same formulas in a compiled loop."""
+    function = native.build(native.FLOORS / "split_path.c").split_path
+    double, long = ctypes.c_double, ctypes.c_long
+
+    def call() -> list[Array]:
+        out = [np.empty((ratio.size, load.size)) for _ in SIGNALS]
+        numbers = double(RATIO), double(ETA), double(ETA_V)
+        arrays = [native.pointer(o) for o in out]
+        function(long(ratio.size), long(load.size), native.pointer(ratio), native.pointer(load), *numbers, *arrays)
+        return out
+
+    return call
+
+
+def run(rounds: int = 15, n: int = 1000) -> list[Row]:
+    """All rows of this benchmark."""
+    ratio, load = np.linspace(-2.0, 3.0, n), np.linspace(-200.0, 200.0, n)
+    plant = pt.compile(Bench())
+
+    def ours() -> list[Array]:
+        found = pt.steady(plant, {"r": ratio, "load": load}, outputs=SIGNALS)
+        return [found[name].values for name in SIGNALS]
+
+    first = seconds(ours)
+    calls: dict[str, Call] = {"ours": ours, "numpy": lambda: by_hand(ratio, load)}
+    reason = native.no_compiler()
+    if not reason:
+        calls["C"] = in_c(ratio, load)
+    exact = by_hand(ratio, load)
+    error = max(float((np.abs(a - b) / (1 + np.abs(b))).max()) for a, b in zip(ours(), exact, strict=True))
+    times = measure(calls, rounds)
+    million = n * n / 1e6
+    rows = [
+        Row(NAME, f"{million:g} million points, no compiler", duration(times.median("ours"))),
+        Row(NAME, "the first map of a plant, all preparations", duration(first)),
+        Row(NAME, "largest relative difference from the closed form", f"{error:.1e}", "<= 1e-9", error <= 1e-9),
+        Row(NAME, "closed form in numpy", duration(times.median("numpy"))),
+        at_most(NAME, "against the closed form in numpy", times.ratio("ours", "numpy"), 1),
+    ]
+    if reason:
+        return [*rows, Row(NAME, "against C", reason)]
+    rows.append(Row(NAME, "closed form in a C loop", duration(times.median("C"))))
+    rows.append(at_most(NAME, "against the closed form in C", times.ratio("ours", "C"), 5))
+    return rows
+
+
+if __name__ == "__main__":
+    print(table(run(*map(int, sys.argv[1:]))))
