@@ -13,7 +13,7 @@ from powertrain import steps
 from powertrain.buffers import Array, Bound, Memory
 from powertrain.compiled import compile_functions
 from powertrain.consistent import Algebra, NotConsistent
-from powertrain.errors import InitializationError, SimulationError
+from powertrain.errors import InitializationError, ParameterError, SimulationError
 from powertrain.hybrid import Guard, HybridDae
 from powertrain.indicators import Indicator, indicators
 from powertrain.loop import Run
@@ -42,9 +42,9 @@ class Engine:
 
     def __init__(self, dae: HybridDae, method: Method = "auto", compile: bool = False) -> None:
         if method not in _METHODS:
-            raise ValueError(f"method={method!r} is not one of {', '.join(_METHODS)}")
+            raise ParameterError(f"method = {method!r} is not one of {', '.join(_METHODS)}")
         if method == "dopri5" and dae.z.numel():
-            raise ValueError(
+            raise ParameterError(
                 "method='dopri5' is explicit; the model keeps algebraic unknowns, take 'rodas5p' or 'auto'"
             )
         self.dae, self.method, self.compile = dae, method, compile

@@ -30,7 +30,8 @@ class Plant(Generic[M]):
 
     def __init__(self, model: M) -> None:
         if not isinstance(model, Component):
-            raise ParameterError(f"pt.compile takes a component, not {type(model).__name__}")
+            said = f"the class {model.__name__}: give a value, {model.__name__}(...)" if isinstance(model, type) else repr(model)
+            raise ParameterError(f"a model is a component, not {said}")
         self.model = model
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
@@ -87,6 +88,7 @@ class Plant(Generic[M]):
         Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
         """
         grid = _grid(start, stop, times, points)
+        _check_options(rtol=rtol, atol=atol, max_step=max_step)
         p = self.parameter_vector(parameters)
         engine = self._engine(method, compile)
         held = self._set_inputs(engine, inputs or {}, start)
@@ -185,8 +187,16 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
     return plant.simulate(stop, **options)
 
 
+def _check_options(**positive: float) -> None:
+    for name, value in positive.items():
+        if not value > 0:
+            raise ParameterError(f"{name} = {value!r} must be positive")
+
+
 def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
-    if not (np.isfinite(start) and np.isfinite(stop)) or stop < start:
+    if not (np.isfinite(start) and np.isfinite(stop)):
+        raise ParameterError(f"start = {start!r} s and stop = {stop!r} s must be finite")
+    if stop < start:
         raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
     if times is None:
         if points < 1:

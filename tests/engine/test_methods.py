@@ -11,6 +11,7 @@ from models import dae
 
 from powertrain import steps
 from powertrain.engine import Engine
+from powertrain.errors import ParameterError
 from powertrain.hybrid import HybridDae
 
 
@@ -106,9 +107,9 @@ def test_a_stiff_model_changes_the_method_during_the_run() -> None:
 
 
 def test_explicit_method_refuses_algebraic_unknowns() -> None:
-    with pytest.raises(ValueError, match="algebraic unknowns"):
+    with pytest.raises(ParameterError, match="algebraic unknowns"):
         Engine(implicit(), "dopri5")
-    with pytest.raises(ValueError, match="not one of"):
+    with pytest.raises(ParameterError, match="not one of"):
         Engine(nonlinear(), "euler")  # type: ignore[arg-type]
 
 
