@@ -19,7 +19,7 @@ from powertrain.component import Component
 from powertrain.connectors import Connector, Signal
 from powertrain.errors import ModelError, ParameterError
 from powertrain.recorder import Recorder, reading
-from powertrain.signals import Lanes, Samples, signals_of
+from powertrain.signals import Lanes, Samples, Signals, signals_of
 from powertrain.symbols import Symbol, column
 
 Matrix = NDArray[np.float64]
@@ -47,17 +47,50 @@ class Values:
     rate: Matrix
 
 
+@dataclass(frozen=True)
+class WrittenTerms:
+    """What a model says about power through its ports, losses and stored energies, as expressions of (t, x, z, m, p)."""
+
+    parts: list[Part]
+    ports: list[str]
+    power: list[Symbol]
+    loss: list[Symbol]
+    energy: list[Symbol]
+
+
+def written_terms(compiled: Compiled) -> WrittenTerms:
+    """The terms of a compiled model. ModelError where one cannot be computed."""
+    parts, ports, texts = _without_idle(_texts(compiled.flat.components, compiled.flat.recorder))
+    power = [p for t in texts for p in t.power.values()]
+    written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
+    n, k = len(power), len(power) + len(texts)
+    return WrittenTerms(parts, ports, written[:n], written[n:k], written[k:])
+
+
+def _resolved(signals: Signals, expressions: list[Symbol], texts: list[_Text]) -> list[Symbol]:
+    try:
+        return signals.resolve(expressions)
+    except ParameterError as error:
+        for text in texts:
+            try:
+                signals.resolve([*text.power.values(), text.loss, text.energy])
+            except ParameterError:
+                raise ModelError(
+                    f"{text.path}: power(), loss() or energy() of {text.kind} cannot be computed: {error}"
+                ) from None
+        raise
+
+
 class EnergyTerms:
     """The terms of one compiled model. ``parts`` come in the order of the model, wholes before their parts; the first is the model."""
 
     def __init__(self, compiled: Compiled) -> None:
         self._signals = signals_of(compiled)
-        self.parts, self.ports, texts = _without_idle(_texts(compiled.flat.components, compiled.flat.recorder))
-        power = [p for t in texts for p in t.power.values()]
-        written = self._resolved([*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
-        self._power, n = len(power), len(texts)
+        terms = written_terms(compiled)
+        self.parts, self.ports, self._power = terms.parts, terms.ports, len(terms.ports)
         self.own = own_power(self.parts, len(self.ports))
-        dae, energy = compiled.dae, column(written[len(power) + n :])
+        written = [*terms.power, *terms.loss, *terms.energy]
+        dae, energy = compiled.dae, column(terms.energy)
         rate = _rate(energy, dae.t, dae.x, dae.xdot)
         self._nz, slopes = dae.z.numel(), ca.jacobian(energy, dae.z)
         rows = [column(written), rate]
@@ -69,19 +102,6 @@ class EnergyTerms:
                 _rate(dae.residual, dae.t, dae.x, dae.xdot),
             ]
         self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.vertcat(*rows))
-
-    def _resolved(self, expressions: list[Symbol], texts: list[_Text]) -> list[Symbol]:
-        try:
-            return self._signals.resolve(expressions)
-        except ParameterError as error:
-            for text in texts:
-                try:
-                    self._signals.resolve([*text.power.values(), text.loss, text.energy])
-                except ParameterError:
-                    raise ModelError(
-                        f"{text.path}: power(), loss() or energy() of {text.kind} cannot be computed: {error}"
-                    ) from None
-            raise
 
     def values(self, samples: Samples, p: Array) -> Values:
         """The terms at the samples. ModelError where one is not finite."""

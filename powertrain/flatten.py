@@ -55,6 +55,10 @@ class Equation:
     place: Place
 
 
+Face = tuple[str, bool]
+"""A port seen from outside its component, or (True) from inside it, where its component's own parts are connected to it."""
+
+
 @dataclass
 class Flat:
     """A model without hierarchy."""
@@ -70,6 +74,7 @@ class Flat:
     laws: list[tuple[Place, Law]] = field(default_factory=list)
     components: list[Component] = field(default_factory=list)
     bindings: dict[int, tuple[Symbol, Symbol]] = field(default_factory=dict)
+    nodes: list[tuple[Face, ...]] = field(default_factory=list)
 
 
 def flatten(model: Component) -> Flat:
@@ -175,11 +180,11 @@ class _Nodes:
     """The sets of joined ports. A port has two faces: outward, to its component's surroundings, and inward, for a component's own parts."""
 
     def __init__(self) -> None:
-        self.parent: dict[tuple[str, bool], tuple[str, bool]] = {}
-        self.ports: dict[tuple[str, bool], Connector] = {}
-        self.places: dict[tuple[str, bool], Place] = {}
+        self.parent: dict[Face, Face] = {}
+        self.ports: dict[Face, Connector] = {}
+        self.places: dict[Face, Place] = {}
 
-    def find(self, face: tuple[str, bool]) -> tuple[str, bool]:
+    def find(self, face: Face) -> Face:
         while self.parent[face] != face:
             self.parent[face] = self.parent[self.parent[face]]
             face = self.parent[face]
@@ -197,17 +202,18 @@ class _Nodes:
 
     def write(self, flat: Flat, root: Component) -> None:
         """Adds the equations of all nodes and of all ports that are not connected."""
-        sets: dict[tuple[str, bool], list[tuple[str, bool]]] = {}
+        sets: dict[Face, list[Face]] = {}
         for face in self.ports:
             sets.setdefault(self.find(face), []).append(face)
         for faces in sets.values():
+            flat.nodes.append(tuple(faces))
             self._write_node(flat, faces)
         for component in flat.components:
             for name, spec in component._fields.items():
                 if isinstance(spec, Port) and (f"{component._path}.{name}".lstrip("."), False) not in self.ports:
                     _write_unconnected(flat, component.__dict__[name], spec, top=component is root)
 
-    def _write_node(self, flat: Flat, faces: list[tuple[str, bool]]) -> None:
+    def _write_node(self, flat: Flat, faces: list[Face]) -> None:
         first, place = self.ports[faces[0]], self.places[faces[0]]
         outputs = [f for f in faces if isinstance(self.ports[f], Output) and not f[1]]
         if len(outputs) > 1:
