@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from powertrain import linear
+from powertrain import calls, linear
 from powertrain.alias import Base
 from powertrain.errors import ModelError
 from powertrain.index import Differentiated, generic
@@ -68,7 +68,10 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
         for order in range(top + 1)
         if (b, order) not in known
     ]
-    jacobian = ca.jacobian(column(residuals), column(unknowns))
+    if reduced.flat.recorder.calls:
+        jacobian = calls.jacobian(residuals, column(unknowns))
+    else:
+        jacobian = ca.jacobian(column(residuals), column(unknowns))
     symbols = ca.symvar(jacobian)
     point = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
     numbers = np.array(ca.Function("pt_entries", [column(symbols)], [jacobian])(point).nonzeros(), float)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.laws import within
-from powertrain.recorder import recording
+from powertrain.recorder import recorder, recording
 from powertrain.symbols import Symbol
 from powertrain.units import checked_unit
 
@@ -197,14 +197,19 @@ class Map:
             held = [a if axis.outside == "linear" else axis.clipped(a) for axis, a in varying]
             if len(held) == 1 and len(varying[0][0].points) <= FEW:
                 return _ramps(varying[0][0].points, self.values.ravel(), held[0])
-            return Symbol(self._interpolant(ca.vertcat(*held)))
+            return self._called(ca.vertcat(*held))
         held = [axis.clipped(a) for axis, a in varying]
         inner = ca.SX.sym("inner", len(held))
-        value = Symbol(self._interpolant(inner))
+        value = self._called(inner)
         for i, (axis, a) in enumerate(varying):
             if axis.outside == "linear":
                 value += ca.jacobian(Symbol(self._interpolant(inner)), inner[i]) * (a - held[i])
         return ca.substitute(value, inner, ca.vertcat(*held))
+
+    def _called(self, arguments: Symbol) -> Symbol:
+        if recording():
+            recorder().calls = True
+        return Symbol(self._interpolant(arguments))
 
     @cached_property
     def _interpolant(self) -> ca.Function:

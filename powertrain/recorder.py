@@ -77,6 +77,8 @@ class Recorder:
     switches: list[SwitchEntry] = field(default_factory=list)
     schedules: list[ScheduleEntry] = field(default_factory=list)
     guards: list[GuardEntry] = field(default_factory=list)
+    calls: bool = False
+    """Whether an expression calls a function, as large maps do."""
 
     @property
     def place(self) -> Place:

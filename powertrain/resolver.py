@@ -10,6 +10,7 @@ import casadi as ca
 from powertrain import sharing
 from powertrain.alias import Reduced
 from powertrain.blocks import Solved
+from powertrain.calls import substituted_in_place
 from powertrain.laws import FrictionLaw
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 from powertrain.torques import Torque, parallel_groups, solve_torques
@@ -25,7 +26,10 @@ class Resolver:
         self._residuals = solved.residuals
         assigned = list(solved.expressions)
         if assigned:
-            assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
+            if reduced.flat.recorder.calls:
+                assigned = substituted_in_place(solved.names, assigned)
+            else:
+                assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
         self.names, self._opened = column(solved.names), column(assigned)
         self.symbols = column([t.symbol for t in torques])
         self.laws = [self._open_law(t) for t in torques]
@@ -56,7 +60,7 @@ class Resolver:
         rewritten = self.reduced.rewrite(expressions)
         found = self.now(rewritten)
         left = self._not_assigned(found)
-        return _substituted(found, column(left), column([self._derived(s) for s in left])) if left else found
+        return _substituted(found, column(left), ca.densify(column([self._derived(s) for s in left]))) if left else found
 
     def _not_assigned(self, expressions: list[Symbol]) -> list[Symbol]:
         """Derivatives that the equations do not contain and that therefore have no assignment."""

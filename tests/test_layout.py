@@ -22,7 +22,7 @@ ORDER = [
     "component connectors laws",
     "map",
     "hybrid",
-    "matching linear sharing sparse_lu",
+    "matching linear sharing calls sparse_lu",
     "flatten alias index torques structure blocks resolver assemble",
     "buffers compiled packing pivots indicators modes",
     "survey step dopri5 rodas5p steps",

@@ -244,3 +244,17 @@ def test_a_warm_eddy_current_brake_brakes_most_at_a_higher_speed() -> None:
     result = run(joined(brake, tr.ConstantSpeed(v_fixed=5), joints="0.flange=1.flange"), 1.0)
     x = 5 / (10 * 1 / (1 + alpha * 50))
     np.testing.assert_allclose(result["parts[0].f"], 200 * x / (1 + x**2), rtol=1e-12)
+
+
+def test_a_guide_with_a_long_table() -> None:
+    """Tables of more than some dozens of rows are functions that the model calls."""
+    data = {"F_prop": 0.5, "F_Coulomb": 1.0, "F_Stribeck": 2.0, "fexp": 2.0, "v_max": 3.0}
+    final = []
+    for rows in (31, 3001):
+        table = tr.stribeck_table(**data, rows=rows)  # type: ignore[arg-type]
+        parts = (tr.Mass(m=2), tr.SupportFriction(f_pos=table, peak=1.2), tr.Spring(c=10), tr.Mass(m=1))
+        joints = "0.flange_b=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange_a"
+        result = run(joined(*parts, joints=joints), 3.0, {"0.s": 0.0, "0.v": 2.5, "3.s": 0.0, "3.v": 0.0})
+        final.append((result["parts[0].s"][-1], result["parts[3].v"][-1]))
+        assert {0, 1} <= set(result["parts[1].mode"])
+    np.testing.assert_allclose(final[0], final[1], rtol=2e-3)

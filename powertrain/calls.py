@@ -1,0 +1,69 @@
+"""Expressions that call functions, as maps do: what CasADi's algebra does not get right for them, done another way.
+
+``ca.substitute_inplace`` gives garbage where an expression calls a function, and a derivative in forward direction calls it for
+symbols that are not among its arguments too, so that what stands linearly in an equation no longer looks so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from powertrain.symbols import Symbol, column, free_symbols
+
+
+def calling(expressions: Sequence[Symbol]) -> list[int]:
+    """Which of the expressions contain a call."""
+    everything = column(list(expressions))
+    tape = ca.Function("powertrain_calls", [column(free_symbols(everything))], list(expressions))
+    touched: dict[int, bool] = {}
+    found = []
+    for k in range(tape.n_instructions()):
+        operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            if touched[inputs[0]]:
+                found.append(outputs[0])
+            continue
+        fresh = operation in (ca.OP_CONST, ca.OP_INPUT, ca.OP_PARAMETER)
+        called = operation == ca.OP_CALL or (not fresh and any(touched[i] for i in inputs))
+        touched.update(dict.fromkeys(outputs, called))
+    return sorted(set(found))
+
+
+def jacobian(rows: Sequence[Symbol], unknowns: Symbol) -> Symbol:
+    """The Jacobian of scalar rows, without calls in the entries of symbols that no call depends on."""
+    full = ca.jacobian(column(list(rows)), unknowns)
+    pieces, done = [], 0
+    for i in calling(rows):
+        pieces += [full[done:i, :], ca.sparsify(ca.gradient(rows[i], unknowns)).T]
+        done = i + 1
+    return ca.vertcat(*pieces, full[done:, :])
+
+
+def substituted_in_place(names: Sequence[Symbol], expressions: Sequence[Symbol]) -> list[Symbol]:
+    """``expressions``, each with the names before it replaced by their own expressions."""
+    callers = calling(expressions)
+    others = np.setdiff1d(np.arange(len(expressions)), callers).tolist()
+    plain = column([names[i] for i in others])
+    resolved = list(expressions)
+    if others:
+        within = ca.substitute_inplace([names[i] for i in others], [expressions[i] for i in others], [], False)[0]
+        for i, expression in zip(others, within, strict=True):
+            resolved[i] = expression
+    for k, i in enumerate(callers):
+        (resolved[i],) = ca.substitute([resolved[i]], [plain], [column([resolved[j] for j in others])])
+        resolved[i] = _replaced([resolved[i]], names, resolved, callers[:k])[0]
+    for i, expression in zip(others, _replaced([resolved[i] for i in others], names, resolved, callers), strict=True):
+        resolved[i] = expression
+    return resolved
+
+
+def _replaced(
+    expressions: list[Symbol], names: Sequence[Symbol], resolved: Sequence[Symbol], which: Sequence[int]
+) -> list[Symbol]:
+    if not which or not expressions:
+        return expressions
+    old, new = column([names[i] for i in which]), column([resolved[i] for i in which])
+    return list(ca.substitute(expressions, [old], [new]))

@@ -1,0 +1,156 @@
+"""Maps in equations: simulated, guarded, counted, differentiated, pickled with their model."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import powertrain as pt
+from powertrain.map import Axis, Method, Outside
+
+
+class Pushed(pt.Component):
+    """A point of 1 kg under a force that a table gives over speed and position."""
+
+    table: pt.Map
+    s: pt.Variable = pt.variable("m", "Position", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.v == pt.der(self.s)
+        force = self.table(self.v, self.s) if len(self.table.axes) == 2 else self.table(self.v)
+        yield pt.der(self.v) == force
+
+
+def force(v: np.ndarray, s: np.ndarray | float = 0.0) -> np.ndarray:
+    return np.asarray(np.sin(v) + 2 - 0.5 * v - 0.3 * np.asarray(s))
+
+
+def line(points: int, high: float = 10.0, outside: Outside = "error", method: Method = "linear") -> pt.Map:
+    grid = np.linspace(0, high, points)
+    return pt.Map.curve(grid, force(grid), x="v", x_unit="m/s", unit="N", name="push", outside=outside, method=method)
+
+
+def plane(method: Method) -> pt.Map:
+    v, s = np.linspace(0, 10, 21), np.linspace(-1, 30, 15)
+    axes = (Axis("v", "m/s", v), Axis("s", "m", s))
+    return pt.Map(axes, force(v[:, None], s[None, :]), "N", "push", method)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "rodas5p"])
+@pytest.mark.parametrize(
+    "table", [line(8), line(60), line(8, method="smooth"), plane("linear"), plane("smooth")], ids=repr
+)
+def test_against_another_integrator(table: pt.Map, method: str) -> None:
+    result = pt.simulate(Pushed(table=table), 3.0, method=method, rtol=1e-9, atol=1e-11)
+
+    def law(t: float, y: np.ndarray) -> list[float]:
+        return [float(y[1]), float(table(y[1], y[0]) if len(table.axes) == 2 else table(y[1]))]
+
+    other = solve_ivp(law, (0, 3), [0.0, 1.0], rtol=1e-9, atol=1e-11, max_step=0.01)
+    assert result["s"][-1] == pytest.approx(other.y[0, -1], rel=1e-6)
+    assert result["v"][-1] == pytest.approx(other.y[1, -1], rel=1e-6)
+
+
+def test_leaving_the_range_ends_the_simulation() -> None:
+    with pytest.raises(pt.SimulationError, match=r"push: v .*table\(self.v\).* m/s, allowed .* 2 m/s") as caught:
+        pt.simulate(Pushed(table=line(20, 2.0)), 3.0)
+    reached = caught.value.result
+    assert reached["v"][-1] == pytest.approx(2.0, rel=1e-6)
+    assert 0 < reached.time[-1] < 3
+
+
+@pytest.mark.parametrize("points", [20, 60])
+def test_clipping_is_counted(points: int) -> None:
+    result = pt.simulate(Pushed(table=line(points, 2.0, "clip")), 3.0)
+    assert result.statistics["outside push: v"] > 0
+    inside = pt.simulate(Pushed(table=line(points, 10.0, "clip")), 3.0)
+    assert inside.statistics["outside push: v"] == 0
+    edge = force(np.array(2.0))
+    late = result.time > result.time[-1] - 1
+    slope = np.polyfit(result.time[late], result["v"][late], 1)[0]
+    assert slope == pytest.approx(float(edge), rel=1e-6)
+
+
+def test_going_on_linearly_is_neither_refused_nor_counted() -> None:
+    result = pt.simulate(Pushed(table=line(20, 2.0, "linear")), 3.0)
+    assert result.ok
+    assert "outside push: v" not in result.statistics
+
+
+def test_models_with_maps_are_pickled() -> None:
+    plant = pickle.loads(pickle.dumps(pt.compile(Pushed(table=plane("smooth")))))
+    again = plant.simulate(1.0)
+    assert again["v"][-1] == pt.simulate(Pushed(table=plane("smooth")), 1.0)["v"][-1]
+
+
+def test_models_are_equal_where_their_maps_are() -> None:
+    assert Pushed(table=line(8)) == Pushed(table=line(8))
+    assert hash(Pushed(table=line(8))) == hash(Pushed(table=line(8)))
+    assert Pushed(table=line(8)) != Pushed(table=line(9))
+
+
+LONG = np.linspace(-20, 20, 161)
+CUBE = pt.Map.curve(LONG, LONG**3 / 40, name="cube")
+BENT = pt.Map.curve(LONG, np.tanh(LONG / 4), name="bent", method="smooth")
+
+
+class Chained(pt.Component):
+    """Tables of tables beside plain equations, in an order that is not that of the solution."""
+
+    a: pt.Variable = pt.variable("1", "Table of x")
+    b: pt.Variable = pt.variable("1", "Table of a and of the plain c")
+    c: pt.Variable = pt.variable("1", "Twice a")
+    d: pt.Variable = pt.variable("1", "Sum")
+    rate: pt.Variable = pt.variable("1/s", "Derivative of a table")
+    x: pt.Variable = pt.variable("1", "State", start=3.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -self.d
+        yield self.d == self.b + self.c + self.a
+        yield self.b == CUBE(self.a + self.c)
+        yield self.rate == pt.der(self.a)
+        yield self.c == 2 * self.a
+        yield self.a == BENT(self.x)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "rodas5p"])
+def test_tables_of_tables(method: str) -> None:
+    result = pt.simulate(Chained(), 2.0, method=method, rtol=1e-9, atol=1e-11)
+
+    def sum_of(x: float) -> float:
+        a = float(BENT(x))
+        return float(CUBE(3 * a)) + 3 * a
+
+    other = solve_ivp(lambda t, y: [-sum_of(y[0])], (0, 2), [3.0], rtol=1e-10, atol=1e-12, max_step=0.01)
+    assert result["x"][-1] == pytest.approx(other.y[0, -1], rel=1e-7)
+    a = np.asarray(BENT(result["x"]))
+    np.testing.assert_allclose(result["a"], a, rtol=1e-12)
+    np.testing.assert_allclose(result["b"], CUBE(3 * a), rtol=1e-12)
+    np.testing.assert_allclose(result["rate"], -result["d"] * np.gradient(a, result["x"]), rtol=0.02, atol=1e-3)
+
+
+class Balanced(pt.Component):
+    """A massless point between a spring and a table: its position is found at every instant."""
+
+    x: pt.Variable = pt.variable("m", "Position of the point")
+    s: pt.Variable = pt.variable("m", "Position of the spring's end", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.s) == 4.0
+        yield 3 * (self.s - self.x) == CUBE(self.x)
+
+
+def test_a_table_in_an_equation_that_must_be_solved() -> None:
+    result = pt.simulate(Balanced(), 2.0)
+    x = result["x"]
+    np.testing.assert_allclose(x + CUBE(x) / 3, 1 + 4 * result.time, rtol=1e-6)
+
+
+def test_what_stands_linearly_beside_a_table_stays_linear() -> None:
+    compiled = pt.compile(Chained()).compiled
+    assert compiled.dae.z.numel() == 0
+    assert "fwd1" not in str(compiled.dae.xdot)
