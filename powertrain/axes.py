@@ -54,6 +54,25 @@ class Grid:
         rows = [self._spread(a)[np.ix_(*[p if n > 1 else [0] for p, n in zip(picks, self._spread(a).shape, strict=True)])] for a in self.axes]
         return shape, np.array([np.broadcast_to(r, shape).ravel() for r in rows]).reshape(len(rows), prod(shape))
 
+    def identity(self) -> tuple[object, ...]:
+        """What tells grids apart as far as their course is concerned."""
+        return (self.dims, self.shape, *((a.name, a.dims, a.values.tobytes() if a.values.size <= PAD else a.values.size) for a in self.axes))
+
+    def rows(self, fast: int) -> NDArray[np.float64]:
+        """The values of all axes but one along all dimensions but the last, one column per point."""
+        outer = self.shape[:-1]
+        others = [np.broadcast_to(self._spread(a)[..., 0], outer).ravel() for i, a in enumerate(self.axes) if i != fast]
+        return np.array(others).reshape(len(others), prod(outer))
+
+    def at(self, places: NDArray[np.intp]) -> Rows:
+        """The points with some numbers."""
+        index = np.unravel_index(places, self.shape) if self.shape else ()
+        rows = []
+        for axis in self.axes:
+            spread = self._spread(axis)
+            rows.append(spread[tuple(i if n > 1 else np.zeros_like(i) for i, n in zip(index, spread.shape, strict=True))])
+        return np.array([np.broadcast_to(r, places.shape) for r in rows]).reshape(len(rows), places.size)
+
     def pieces(self) -> Iterator[tuple[int, int, list[Array]]]:
         """(first point, number of points, values of every axis): consecutive pieces, each padded with its last point."""
         inner = len(self.shape)

@@ -30,7 +30,7 @@ class Tape:
     ) -> None:
         self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
         scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
-        self.function = _lifted(scalar, len(varying), lanes)
+        self.function = lifted(scalar, len(varying), lanes)
         self._buffer, self._call = self.function.buffer()
         self._common = zeros(common.numel())
         self._buffer.set_arg(self.inputs, view(self._common))
@@ -70,14 +70,14 @@ class Tape:
         return result
 
 
-def _lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
-    """The same function of columns of ``lanes`` values."""
+def lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
+    """The same function with columns of ``lanes`` values for its first inputs and for its outputs; the other inputs are columns of scalars."""
     operations = [scalar.instruction_id(k) for k in range(scalar.n_instructions())]
     if ca.OP_CALL in operations:
-        return scalar.map(f"{scalar.name()}_map", "serial", lanes, [varying], [])
+        return scalar.map(f"{scalar.name()}_map", "serial", lanes, list(range(varying, scalar.n_in())), [])
     arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
-    common = ca.MX.sym("common", scalar.size1_in(varying))
-    scalars = ca.vertsplit(common) if common.numel() else []
+    others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
+    scalars = [ca.vertsplit(o) if o.numel() else [] for o in others]
     work: dict[int, ca.MX] = {}
     results: dict[int, ca.MX] = {}
     for k, operation in enumerate(operations):
@@ -85,7 +85,8 @@ def _lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
         if operation == ca.OP_CONST:
             work[outputs[0]] = ca.MX(scalar.instruction_constant(k))
         elif operation == ca.OP_INPUT:
-            work[outputs[0]] = arguments[inputs[0]] if inputs[0] < varying else scalars[inputs[1]]
+            i, j = inputs
+            work[outputs[0]] = arguments[i] if i < varying else scalars[i - varying][j]
         elif operation == ca.OP_OUTPUT:
             results[outputs[0]] = work[inputs[0]]
         elif len(inputs) == 1:
@@ -93,7 +94,7 @@ def _lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
         else:
             work[outputs[0]] = ca.MX.binary(operation, work[inputs[0]], work[inputs[1]])
     wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
-    return ca.Function(f"{scalar.name()}_lanes", [*arguments, common], wide)
+    return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
 
 
 def _filled(value: ca.MX, lanes: int) -> ca.MX:
@@ -104,12 +105,19 @@ def _filled(value: ca.MX, lanes: int) -> ca.MX:
 def all_hold(margins: Sequence[Symbol]) -> Symbol:
     """One where no margin is negative (nor nan), else zero."""
     result = Symbol(1)
-    kept: list[Symbol] = []
     for margin in margins:
-        if not any(ca.is_equal(margin, other, _DEPTH) for other in kept):
-            kept.append(margin)
-            result = result * (margin >= 0)
+        result = result * (margin >= 0)
     return result
+
+
+def different(expressions: Sequence[Symbol]) -> list[Symbol]:
+    """The expressions without repetitions and without constants that are not negative."""
+    kept: list[Symbol] = []
+    for expression in expressions:
+        trivial = expression.is_constant() and float(expression) >= 0.0
+        if not trivial and not any(ca.is_equal(expression, other, _DEPTH) for other in kept):
+            kept.append(expression)
+    return kept
 
 
 def dependence(expressions: Sequence[Symbol], symbols: Sequence[Symbol]) -> NDArray[np.bool_]:

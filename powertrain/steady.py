@@ -6,7 +6,9 @@ found together at every point.
 
 from __future__ import annotations
 
+import math
 import threading
+import time as clock
 import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,6 +28,7 @@ from powertrain.errors import ParameterError, suggestion
 from powertrain.lanes import Rows
 from powertrain.operating import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points, Solver
 from powertrain.plant import Plant, compile
+from powertrain.rows import RowMap, find_cuts
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.walk import Walker
 
@@ -47,6 +50,8 @@ _FAST = 2048
 _SLOW_BLOCK = 8192
 _MOST_LAWS = 62
 _KEPT = 16
+_SHORT_ROW = 64
+_PATIENCE = 2.0
 
 
 def steady(
@@ -225,6 +230,9 @@ class _Map:
         problem.outputs = [e for e, gone in zip(problem.outputs, lost, strict=True) if not gone]
         self.solver = Solver(problem)
         self.walker = None if problem.u else Walker(problem, self.solver)
+        self._rows_map = RowMap(self.walker) if self.walker is not None else None
+        self._orders: dict[Any, list[str]] = {}
+        self._cuts: dict[Any, list[int] | None] = {}
         self.quantities = [
             _Quantity(w.name, w.picked.unit, w.picked.doc or w.picked.label)
             for w, gone in zip(wanted, lost, strict=True)
@@ -239,48 +247,93 @@ class _Map:
         """Solves all points of a grid."""
         self.solver.set_common(common)
         fast = self.walker is not None and grid.size >= _FAST
-        ordered = grid.ordered(self._slowest_first(grid)) if fast else grid
+        ordered = self._slowest_first(grid) if fast else grid
         sheet = _Sheet(self, ordered.size)
-        with _Bar(progress, grid.size) as bar:
+        bar = _Bar(progress, grid.size)
+        if fast and self.walker is not None:
+            self.walker.set_common(common)
+            finite = self._by_rows(self.walker, sheet, ordered, common, bar)
+            if finite is None:
+                for first, count, values in ordered.pieces():
+                    self._walk(self.walker, sheet, first, count, values, bar)
+            if not finite:
+                self._look_again(sheet, ordered)
+        else:
             for first, count, values in ordered.pieces():
-                if fast and self.walker is not None:
-                    self._walk(sheet, first, count, values, common, bar)
-                else:
-                    for low in range(0, count, _SLOW_BLOCK):
-                        high = min(low + _SLOW_BLOCK, count)
-                        sheet.solve(np.array([v[low:high] for v in values]).reshape(len(values), high - low), first + low, exhaustive)
-                        bar.reach(first + high)
+                for low in range(0, count, _SLOW_BLOCK):
+                    high = min(low + _SLOW_BLOCK, count)
+                    sheet.solve(_block(values, low, high), first + low, exhaustive)
+                    bar.reach(first + high)
+        bar.close()
         return self._dataset(grid, ordered, sheet)
 
-    def _slowest_first(self, grid: Grid) -> list[str]:
-        """The dimensions, first those along which modes change most."""
-        shape, rows = grid.sample(512)
-        modes = self.solver.solve(rows).modes.reshape(-1, *shape)
-        changes = []
-        for axis, n in enumerate(shape):
-            different = (np.diff(modes, axis=axis + 1) != 0).any(axis=0)
-            changes.append(float(different.sum()) / max(prod(shape) / n, 1))
-        return [grid.dims[i] for i in sorted(range(len(shape)), key=lambda i: (-changes[i], i))]
+    def _slowest_first(self, grid: Grid) -> Grid:
+        """The grid with those dimensions first along which modes change most."""
+        identity = grid.identity()
+        if identity not in self._orders:
+            shape, rows = grid.sample(512)
+            modes = self.solver.solve(rows).modes.reshape(-1, *shape)
+            changes = [float((np.diff(modes, axis=i + 1) != 0).any(axis=0).mean() if n > 1 else 0.0) * n for i, n in enumerate(shape)]
+            best = sorted(range(len(shape)), key=lambda i: (-changes[i], grid.shape[i] >= _SHORT_ROW, i))
+            self._orders = {identity: [grid.dims[i] for i in best]}
+            self._cuts.clear()
+        return grid.ordered(self._orders[identity])
 
-    def _walk(self, sheet: _Sheet, first: int, count: int, values: list[Array], common: Array, bar: _Bar) -> None:
-        assert self.walker is not None
-        self.walker.set_common(common)
+    def _by_rows(self, walker: Walker, sheet: _Sheet, grid: Grid, common: Array, bar: _Bar) -> bool | None:
+        """Fills the map by rows along the last dimension, if only one axis changes along it; whether all is known to be finite."""
+        last = [i for i, a in enumerate(grid.axes) if grid.dims[-1] in a.dims]
+        if len(last) != 1 or grid.axes[last[0]].dims != (grid.dims[-1],) or grid.shape[-1] < _SHORT_ROW:
+            return None
+        fast, x = last[0], np.ascontiguousarray(grid.axes[last[0]].values)
+        slow = grid.rows(fast)
+
+        def points(rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Rows:
+            values = np.insert(slow[:, rows], fast, x[columns], axis=0)
+            found = self.solver.solve(values)
+            for k in np.flatnonzero(found.status == OK)[:: max(1, rows.size // 64)]:
+                walker.enter(found.modes[:, k])
+            return found.modes
+
+        identity = grid.identity()
+        if identity not in self._cuts:
+            self._cuts[identity] = find_cuts(slow.shape[1], x.size, points)
+        cuts = self._cuts[identity]
+        if cuts is None:
+            return None
+
+        def rest(row: int, first: int, end: int) -> None:
+            count = end - first
+            values = [np.full(count + PAD, v) for v in np.insert(slow[:, row], fast, 0.0)]
+            values[fast][:count], values[fast][count:] = x[first:end], x[end - 1]
+            start = row * x.size + first
+            part = sheet.apart(count)
+            self._walk(walker, part, 0, count, values, None)
+            sheet.put(start, part)
+
+        assert self._rows_map is not None
+        return self._rows_map.fill(fast, x, slow, cuts, common, sheet.rows, rest, bar.reach)
+
+    def _walk(self, walker: Walker, sheet: _Sheet, first: int, count: int, values: list[Array], bar: _Bar | None) -> None:
         results = [row[first:] for row in sheet.rows]
 
         def careful(low: int, high: int) -> Array | None:
-            return sheet.solve(np.array([v[low:high] for v in values]).reshape(len(values), high - low), first + low)
+            return sheet.solve(_block(values, low, high), first + low)
 
-        self.walker.walk(count, values, results, careful, lambda i: bar.reach(first + i))
-        suspects = np.zeros(count, bool)
-        for row in results:
-            part = row[:count]
-            if not np.isfinite(part.sum()):
-                suspects |= ~np.isfinite(part)
-        suspects &= sheet.status[first : first + count] == OK
-        where = np.flatnonzero(suspects)
+        walker.walk(count, values, results, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i)))
+
+    def _look_again(self, sheet: _Sheet, grid: Grid) -> None:
+        """Points with values that are not finite are solved one by one, which says why."""
+        suspects: NDArray[np.bool_] | None = None
+        for row in sheet.rows:
+            part = row[: grid.size]
+            if not math.isfinite(float(np.add.reduce(part))):
+                suspects = ~np.isfinite(part) if suspects is None else suspects | ~np.isfinite(part)
+        if suspects is None:
+            return
+        where = np.flatnonzero(suspects & (sheet.status == OK))
         for low in range(0, where.size, _SLOW_BLOCK):
             some = where[low : low + _SLOW_BLOCK]
-            sheet.solve_at(np.array([v[some] for v in values]).reshape(len(values), some.size), first + some)
+            sheet.solve_at(grid.at(some), some)
 
     def _dataset(self, grid: Grid, ordered: Grid, sheet: _Sheet) -> xr.Dataset:
         import xarray as xr
@@ -322,7 +375,7 @@ class _Map:
     def _problems(self, sheet: _Sheet, size: int) -> str:
         """What is wrong at how many points, in words."""
         status, lines = sheet.status[:size], []
-        for code, text in _PROBLEMS.items():
+        for code, text in _PROBLEMS.items() if status.any() else ():
             hit = status == code
             if not hit.any():
                 continue
@@ -358,7 +411,7 @@ class _Sheet:
 
     def __init__(self, owner: _Map, size: int) -> None:
         self.solver, self.count = owner.solver, len(owner.quantities)
-        self.size = size
+        self.size, self._owner = size, owner
         self.rows = [np.empty(size + PAD) for _ in range(self.count)]
         self.status = np.zeros(size, np.int8)
         self.blame: NDArray[np.int64] | None = None
@@ -416,6 +469,22 @@ class _Sheet:
         weights = np.array([1 << k if k < _MOST_LAWS else 0 for k in range(len(blame))], np.int64)
         self.blame[places[hit]] = weights @ blame[:, hit]
 
+    def apart(self, size: int) -> _Sheet:
+        """An empty sheet of the same signals."""
+        return _Sheet(self._owner, size)
+
+    def put(self, first: int, part: _Sheet) -> None:
+        """Takes over a part of the points."""
+        last = first + part.size
+        for row, values in zip(self.rows, part.rows, strict=True):
+            row[first:last] = values[: part.size]
+        self.status[first:last] = part.status
+        if part.blame is not None:
+            if self.blame is None:
+                self.blame = np.zeros(self.size, np.int64)
+            self.blame[first:last] = part.blame
+        self._ends += [(places + first, low, high) for places, low, high in part._ends]
+
     @property
     def intervals(self) -> tuple[list[Array], list[Array]] | None:
         """Least and greatest values at all points, where some point is stuck."""
@@ -443,24 +512,29 @@ def rate_unit(unit: str) -> str:
     return f"{unit[:-2]}/s2" if unit.endswith("/s") else f"{unit}/s"
 
 
+def _block(values: Sequence[Array], low: int, high: int) -> Rows:
+    return np.array([v[low:high] for v in values]).reshape(len(values), high - low)
+
+
 class _Bar:
-    """A progress bar over points."""
+    """A progress bar over points: always, never, or (None) for what takes more than two seconds."""
 
     def __init__(self, wanted: bool | None, total: int) -> None:
-        self._bar: Any = None
-        if wanted or (wanted is None and total > _FAST):
-            from tqdm.auto import tqdm
-
-            self._bar = tqdm(total=total, unit=" points", desc="steady", delay=0 if wanted else 2, leave=bool(wanted))
-
-    def __enter__(self) -> _Bar:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
+        self._wanted, self._total, self._bar = wanted, total, None
+        self._start = clock.perf_counter()
 
     def reach(self, count: int) -> None:
         """The number of points that are done."""
-        if self._bar is not None and count - self._bar.n > 20_000:
+        if self._wanted is False:
+            return
+        if self._bar is None and (self._wanted or clock.perf_counter() - self._start > _PATIENCE):
+            from tqdm.auto import tqdm
+
+            self._bar = tqdm(total=self._total, unit=" points", desc="steady")
+        if self._bar is not None:
             self._bar.update(count - self._bar.n)
+
+    def close(self) -> None:
+        """The end."""
+        if self._bar is not None:
+            self._bar.close()

@@ -21,7 +21,7 @@ from powertrain.choices import with_modes
 from powertrain.equilibrium import Equilibrium
 from powertrain.hybrid import Switch
 from powertrain.indicators import EPS, guard_margin
-from powertrain.lanes import Tape, all_hold, dependence
+from powertrain.lanes import Tape, all_hold, dependence, different
 from powertrain.operating import LANES, Solver
 from powertrain.symbols import Symbol
 
@@ -46,7 +46,8 @@ class Walker:
         self._guards = [guard_margin(g) for g in problem.guards]
         self._switches = [k for k, c in enumerate(self.choices) if isinstance(c.law, Switch)]
         self._relevant: dict[Key, list[int]] = {}
-        self._expressions: dict[Key, list[Symbol]] = {}
+        self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
+        self.keys: list[Key] = []
         self._tapes: dict[tuple[Key, int], Tape] = {}
         self._common: Array = np.zeros(1)
         self._fits = np.empty(max(WIDTHS))
@@ -63,7 +64,7 @@ class Walker:
         self, count: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful, done: Callable[[int], None]
     ) -> None:
         """Fills the first ``count`` points of ``results``; what is written beyond them, up to the largest width, has no meaning."""
-        i, level, current = 0, 0, next(iter(self._expressions), None)
+        i, level, current = 0, 0, next(iter(self.keys), None)
         while i < count:
             fits = 0
             for candidate in self._candidates(current):
@@ -81,13 +82,13 @@ class Walker:
                 last = min(i + LANES, count)
                 modes = careful(i, last)
                 if modes is not None:
-                    current = self._enter(modes) or current
+                    current = self.enter(modes) or current
                 i = last
             done(i)
 
     def _candidates(self, current: Key | None) -> list[Key]:
         first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]
-        return list(dict.fromkeys([*first, *self._expressions]))
+        return list(dict.fromkeys([*first, *self.keys]))
 
     def _run(self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]) -> tuple[int, bool]:
         """How many points from i on fit, and whether all that were tried did."""
@@ -100,12 +101,12 @@ class Walker:
 
     def _tape(self, key: Key, level: int) -> Tape:
         if (key, level) not in self._tapes:
-            tape = Tape("steady_walk", self.problem.grid, self.problem.common, self._expressions[key], WIDTHS[level])
+            tape = Tape("steady_walk", self.problem.grid, self.problem.common, self._expressions(key), WIDTHS[level])
             tape.set_common(self._common)
             self._tapes[key, level] = tape
         return self._tapes[key, level]
 
-    def _enter(self, modes: Array) -> Key | None:
+    def enter(self, modes: Array) -> Key | None:
         """The combination of some modes, with the switches that have no influence left at zero."""
         laws = tuple(float(m) for k, m in enumerate(modes) if k not in self._switches)
         given = {k: float(m) for k, m in enumerate(modes) if k not in self._switches}
@@ -113,10 +114,10 @@ class Walker:
             self._relevant[laws] = self._influential(given)
         relevant = set(self._relevant[laws]) | set(given)
         key = tuple(float(m) if k in relevant else 0.0 for k, m in enumerate(modes))
-        if key not in self._expressions:
-            if len(self._expressions) >= _TAPES:
+        if key not in self.keys:
+            if len(self.keys) >= _TAPES:
                 return None
-            self._expressions[key] = self._specialised(key, self._relevant[laws])
+            self.keys.append(key)
         return key
 
     def _influential(self, given: dict[int, float]) -> list[int]:
@@ -135,16 +136,30 @@ class Walker:
             wanted = more
         return [k for k in self._switches if wanted[k]]
 
-    def _specialised(self, key: Key, switches: list[int]) -> list[Symbol]:
-        """The wanted values of one combination, and whether these modes and no others hold."""
+    def parts(self, key: Key) -> tuple[list[Symbol], list[Symbol], list[list[Symbol]]]:
+        """The wanted values of one combination, its margins, and the margins of each rival combination."""
+        if key not in self._parts:
+            self._parts[key] = self._specialised(key)
+        return self._parts[key]
+
+    def _specialised(self, key: Key) -> tuple[list[Symbol], list[Symbol], list[list[Symbol]]]:
+        switches = self._relevant[tuple(m for k, m in enumerate(key) if k not in self._switches)]
         modes, nodes = self.problem.modes, [k for k in range(len(key)) if k not in self._switches] + switches
         given = dict(enumerate(key))
         margins = [self.choices[k].margin(key[k]) for k in nodes if key[k] in self.choices[k].modes]
         exact = with_modes([*self._wanted, *margins, *self._guards], modes, given)
-        wanted, fits = exact[: len(self._wanted)], all_hold(exact[len(self._wanted) :])
+        rivals = []
         for other in self._alternatives(key, switches):
-            rivals = with_modes([self.choices[k].margin(m) for k, m in other.items()], modes, given | other)
-            fits = fits * (1 - all_hold([rival - 2 * EPS for rival in rivals]))
+            found = with_modes([self.choices[k].margin(m) for k, m in other.items()], modes, given | other)
+            rivals.append([rival - 2 * EPS for rival in found])
+        return exact[: len(self._wanted)], different(exact[len(self._wanted) :]), rivals
+
+    def _expressions(self, key: Key) -> list[Symbol]:
+        """The wanted values of one combination, and whether these modes and no others hold."""
+        wanted, margins, rivals = self.parts(key)
+        fits = all_hold(margins)
+        for rival in rivals:
+            fits = fits * (1 - all_hold(rival))
         return list(ca.cse([*wanted, fits]))
 
     def _alternatives(self, key: Key, switches: list[int]) -> list[dict[int, float]]:

@@ -1,0 +1,355 @@
+"""Steady operating points: the paper's worked example, closed forms, the same points by simulation, and points that are not ok."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from split_path import Bench, closed_form
+
+import powertrain as pt
+from powertrain.components.differentials import FundamentalDifferential
+from powertrain.components.rotational import (
+    BearingFriction,
+    Brake,
+    ConstantSpeed,
+    ConstantTorque,
+    Damper,
+    Gear,
+    Inertia,
+    QuadraticSpeedDependentTorque,
+    SpringDamper,
+    Torque,
+)
+from powertrain.components.transmissions import TYPES, SplitPathTransmission
+
+OUTPUTS = ["V", "efficiency", "K", "transmission.flange_a.tau", "transmission.differential.*.tau"]
+OK, STUCK, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
+
+
+@pytest.fixture(scope="module")
+def bench() -> pt.Plant[Bench]:
+    return pt.compile(Bench())
+
+
+def test_worked_example_to_the_printed_digits(bench: pt.Plant[Bench]) -> None:
+    point = pt.steady(bench, {"r": -0.13, "load": 10.0}, outputs=[*OUTPUTS, "transmission.*Power"])
+    torque = {m: float(point[f"transmission.differential.{m}.tau"]) for m in ("a", "b", "carrier")}
+    speed = {"a": -13.0, "b": 100.0, "carrier": 100 * float(point.V)}
+    power = {m: torque[m] * speed[m] for m in torque}
+    lost = float(point["transmission.differential.lossPower"]), float(point["transmission.cvu.lossPower"])
+    assert f"{point.V:.3f}" == "0.581"
+    assert f"{speed['carrier'] / speed['a']:.2f}" == "-4.47"
+    assert f"{torque['b'] / torque['a']:.3f}" == "1.789"
+    assert f"{torque['carrier'] / torque['a']:.3f}" == "-2.789"
+    assert f"{power['b'] / power['a']:.2f}" == "-13.77"
+    assert f"{power['carrier'] / power['a']:.2f}" == "12.48"
+    assert f"{lost[0] / -power['a']:.3f}" == "0.288"
+    assert f"{lost[1] / -power['a']:.3f}" == "1.248"
+    assert f"{-(power['a'] + power['carrier']) / power['b']:.3f}" == "0.979"
+    assert f"{point.efficiency:.3f}" == "0.394"
+    assert f"{point.K:.2f}" == "-4.92"
+    assert int(point.status) == OK
+
+
+@pytest.mark.parametrize("layout", [TYPES[n] for n in (1, 2, 5, 6)])
+def test_closed_form(layout: Any) -> None:
+    plant = pt.compile(Bench(transmission=SplitPathTransmission(layout=layout)))
+    r = np.linspace(-2, 3, 41)
+    load = np.array([-50.0, -1.0, 2.0, 30.0])
+    found = pt.steady(plant, {"r": r, "load": load}, outputs=OUTPUTS)
+    exact = closed_form(layout, -1.7, 0.95, 0.9, r[:, None], load[None, :])
+    good = (np.abs(r[:, None] - 1) > 1e-9) & (found.status.values == OK)
+    assert (found.status.values == OK)[np.abs(r - 1) > 1e-9].all()
+    for name, value in (("V", exact.V), ("efficiency", exact.efficiency), ("K", exact.K), ("transmission.flange_a.tau", exact.tau)):
+        np.testing.assert_allclose(found[name].values[good], np.broadcast_to(value, good.shape)[good], rtol=1e-9, atol=1e-9)
+    for member, value in exact.T.items():
+        torque = found[f"transmission.differential.{member}.tau"].values
+        np.testing.assert_allclose(torque[good], np.broadcast_to(value, good.shape)[good], rtol=1e-9)
+
+
+@pytest.mark.parametrize("layout", [TYPES[1], TYPES[3], TYPES[6]])
+@pytest.mark.parametrize("lines", [(61, 200), (200, 61)])
+def test_large_maps_are_the_small_ones(layout: Any, lines: tuple[int, int]) -> None:
+    """By rows, by walking and point by point."""
+    plant = pt.compile(Bench(transmission=SplitPathTransmission(layout=layout)))
+    r, load = np.linspace(-2, 3, lines[0]), np.linspace(-40, 40, lines[1])
+    whole = pt.steady(plant, {"r": r, "load": load}, outputs=OUTPUTS)
+    walked = pt.steady(plant, {"r": xr.DataArray(r, dims="r"), "load": xr.DataArray(load[None, :] + 0 * r[:, None], dims=("r", "load"))}, outputs=OUTPUTS)
+    for k in range(0, r.size, 7):
+        row = pt.steady(plant, {"r": r[k], "load": load}, outputs=OUTPUTS)
+        for large in (whole, walked):
+            same(large.isel(r=k), row)
+
+
+def same(found: xr.Dataset, expected: xr.Dataset) -> None:
+    np.testing.assert_array_equal(found.status, expected.status)
+    for name in OUTPUTS[:4]:
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-9, atol=1e-12)
+        if f"{name}_low" in expected:
+            np.testing.assert_allclose(found[f"{name}_low"], expected[f"{name}_low"], rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(found[f"{name}_high"], expected[f"{name}_high"], rtol=1e-9, atol=1e-12)
+
+
+def test_block_is_stuck_with_an_interval(bench: pt.Plant[Bench]) -> None:
+    """At r = 1 the torques lie between the limits from both sides."""
+    found = pt.steady(bench, {"r": [1 - 1e-9, 1.0, 1 + 1e-9], "load": -10.0}, outputs=OUTPUTS)
+    assert found.status.values.tolist() == [OK, STUCK, OK]
+    for name in OUTPUTS[1:4]:
+        sides = sorted(found[name].values[[0, 2]])
+        assert np.isnan(found[name].values[1])
+        np.testing.assert_allclose([found[f"{name}_low"][1], found[f"{name}_high"][1]], sides, rtol=1e-6)
+        np.testing.assert_array_equal(found[f"{name}_low"].values[[0, 2]], found[name].values[[0, 2]])
+    assert found.status_laws.attrs["flag_meanings"].split()[0] == "transmission.differential.mode"
+    assert "transmission.differential.mode" in found.attrs["problems"]
+
+
+def test_status_is_documented(bench: pt.Plant[Bench]) -> None:
+    found = pt.steady(bench, {"r": [0.3, 0.4], "load": [1.0, 2.0]}, outputs=["efficiency"])
+    meanings = found.status.attrs["flag_meanings"].split()
+    assert len(meanings) == len(found.status.attrs["flag_values"]) == 8
+    assert found.efficiency.dims == ("r", "load")
+    assert found.efficiency.attrs == {"units": "1", "long_name": "Output power over input power"}
+    assert found.load.attrs["units"] == "N.m"
+
+
+def test_efficiency_at_zero_power_is_undefined(bench: pt.Plant[Bench]) -> None:
+    found = pt.steady(bench, {"r": 0.3, "load": [0.0, -1.0]}, outputs=["efficiency", "transmission.flange_a.tau"])
+    assert found.status.values.tolist() == [UNDEFINED, OK]
+    assert np.isnan(found.efficiency[0])
+    assert found["transmission.flange_a.tau"][0] == 0
+
+
+def test_undefined_line_in_a_large_map(bench: pt.Plant[Bench]) -> None:
+    load = np.linspace(-10, 10, 101)
+    found = pt.steady(bench, {"r": np.linspace(0.1, 0.5, 101), "load": load}, outputs=["efficiency"])
+    assert (found.status.values[:, load == 0] == UNDEFINED).all()
+    assert (found.status.values[:, load != 0] == OK).all()
+
+
+class LockedBench(pt.Component):
+    """A differential whose ring and planet carrier are close to self-locking, driven at a, loaded at the carrier."""
+
+    speed: pt.Input = pt.signal_input("rad/s", "Speed of b")
+    torque: pt.Input = pt.signal_input("N.m", "Torque on the carrier")
+    differential: FundamentalDifferential = FundamentalDifferential(ratio=1.02, eta_ab=0.95, eta_ba=0.95)
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=10)
+    load: Torque = Torque()
+    other: ConstantSpeed = ConstantSpeed(w_fixed=0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.differential.a)
+        yield pt.connect(self.other.flange, self.differential.b)
+        yield pt.connect(self.load.flange, self.differential.carrier)
+        yield pt.connect(self.torque, self.load.tau)
+        yield self.other.w * 0 + self.speed.value == self.speed.value + 0 * self.other.w if False else pt.der(self.speed_angle) == self.speed.value
+
+    speed_angle: pt.Variable = pt.variable("rad", "Angle that the speed signal turns")
+
+
+def test_self_locking_has_no_or_several_solutions() -> None:
+    """For eta < R_o < 1/eta the carrier cannot be turned: one direction has both modes, the other none."""
+    plant = pt.compile(LockedBench())
+    found = pt.steady(plant, {"torque": [-5.0, 5.0]}, outputs=["differential.a.tau"])
+    assert sorted(found.status.values.tolist()) == [SEVERAL, NONE]
+    assert np.isnan(found["differential.a.tau"]).all()
+    assert "differential" in found.attrs["problems"]
+    easy = pt.steady(plant, {"torque": [-5.0, 5.0], "differential.ratio": 2.0}, outputs=["differential.a.tau"])
+    assert (easy.status == OK).all()
+    large = pt.steady(plant, {"torque": np.linspace(-5, 5, 64), "differential.ratio": np.linspace(1.01, 1.2, 64)}, outputs=["differential.a.tau"])
+    ratio, eta = large["ratio"].values, 0.95
+    locked = (eta < ratio) & (ratio < 1 / eta)
+    assert (large.status.values[:, ~locked] == OK).all()
+    assert set(large.status.values[:, locked].ravel()) == {SEVERAL, NONE}
+
+
+class Fan(pt.Component):
+    """A torque on an inertia, through a lossy gear, to a fan."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+    torque: Torque = Torque()
+    J: Inertia = Inertia(J=0.1)
+    gear: Gear = Gear(ratio=2.0, efficiency=0.9)
+    shaft: SpringDamper = SpringDamper(c=1e3, d=1.0)
+    J2: Inertia = Inertia(J=0.2)
+    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(tau_nominal=-20, w_nominal=50)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.torque.tau)
+        yield pt.connect(self.torque.flange, self.J.flange_a)
+        yield pt.connect(self.J.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.J2.flange_a)
+        yield pt.connect(self.J2.flange_b, self.fan.flange)
+
+
+def test_speed_of_a_fan() -> None:
+    """0.9 * 2 tau = 20 (w/50)^2."""
+    plant = pt.compile(Fan())
+    tau = np.array([1.0, 4.0, 9.0])
+    found = pt.steady(plant, {"tau": tau}, outputs=["J2.w", "J.w", "shaft.tau"])
+    assert (found.status == OK).all()
+    np.testing.assert_allclose(found["J2.w"], 50 * np.sqrt(1.8 * tau / 20), rtol=1e-9)
+    np.testing.assert_allclose(found["J.w"], 2 * found["J2.w"], rtol=1e-9)
+    result = plant.simulate(30.0, inputs={"tau": 4.0}, starts={"J.w": 1.0})
+    np.testing.assert_allclose(result["J2.w"][-1], found["J2.w"][1], rtol=1e-5)
+    np.testing.assert_allclose(result["shaft.phi_rel"][-1], 4 * 1.8 / 1e3, rtol=1e-5)
+
+
+def test_torque_that_keeps_a_speed() -> None:
+    plant = pt.compile(Fan())
+    w = np.array([10.0, 40.0])
+    found = pt.steady(plant, {"J2.w": w}, outputs=["tau"])
+    assert (found.status == OK).all()
+    np.testing.assert_allclose(found["tau"], 20 * (w / 50) ** 2 / 1.8, rtol=1e-9)
+
+
+def test_held_speed_reports_its_rate() -> None:
+    """Both inertias turn together where the shaft is steady too: what is left over accelerates."""
+
+    class Wheel(pt.Component):
+        tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+        torque: Torque = Torque()
+        J: Inertia = Inertia(J=0.5)
+        damper: Damper = Damper(d=2.0)
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.tau, self.torque.tau)
+            yield pt.connect(self.torque.flange, self.J.flange_a)
+            yield pt.connect(self.J.flange_b, self.damper.flange_a)
+            yield self.damper.flange_b.phi == 0
+
+    found = pt.steady(Wheel(), {"J.w": [1.0, 2.0], "tau": [0.0, 4.0]}, outputs=["damper.tau"])
+    np.testing.assert_allclose(found["der(J.w)"], (np.array([[0.0, 4.0]]) - 2 * np.array([[1.0], [2.0]])) / 0.5)
+    assert found["der(J.w)"].attrs["units"] == "rad/s2"
+
+
+class Held(pt.Component):
+    """A torque on an inertia that a brake and a bearing hold."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+    grip: pt.Input = pt.signal_input("1", "Brake")
+    torque: Torque = Torque()
+    J: Inertia = Inertia(J=0.5)
+    brake: Brake = Brake(fn_max=10, mue_pos=((0.0, 1.0),), peak=1.0)
+    bearing: BearingFriction = BearingFriction(tau_pos=((0.0, 1.0), (100.0, 11.0)), peak=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.torque.tau)
+        yield pt.connect(self.grip, self.brake.f_normalized)
+        yield pt.connect(self.torque.flange, self.J.flange_a)
+        yield pt.connect(self.J.flange_b, self.brake.flange_a)
+        yield pt.connect(self.brake.flange_b, self.bearing.flange_a)
+
+
+def test_coupled_laws_stick_and_slide_together() -> None:
+    plant = pt.compile(Held())
+    tau = np.array([-15.0, -5.0, 0.0, 5.0, 15.0, 30.0])
+    found = pt.steady(plant, {"tau": tau, "grip": [0.0, 1.0]}, outputs=["J.w", "brake.tau", "bearing.tau"])
+    assert (found.status == OK).all(), found.attrs["problems"]
+    capacity = np.array([0.0, 10.0])
+    w = np.sign(tau)[:, None] * np.maximum(np.abs(tau)[:, None] - 1 - capacity, 0) * 10
+    np.testing.assert_allclose(found["J.w"], w, atol=1e-9)
+    both = np.abs(found["brake.tau"] + found["bearing.tau"])
+    np.testing.assert_allclose(both, np.abs(np.broadcast_to(tau[:, None], both.shape)), rtol=1e-9)
+
+
+def test_rest_after_simulation() -> None:
+    plant = pt.compile(Held())
+    result = plant.simulate(5.0, inputs={"tau": 5.0, "grip": 1.0}, starts={"J.w": 3.0})
+    point = pt.steady(plant, {"tau": 5.0, "grip": 1.0}, outputs=["J.w", "brake.tau", "bearing.tau"])
+    for name in ("J.w", "brake.tau", "bearing.tau"):
+        np.testing.assert_allclose(point[name], result[name][-1], atol=1e-6)
+
+
+def test_nothing_balances() -> None:
+    class Runaway(pt.Component):
+        torque: ConstantTorque = ConstantTorque(tau_constant=1.0)
+        J: Inertia = Inertia(J=0.5)
+        brake: Brake = Brake(fn_max=10, mue_pos=((0.0, 1.0),))
+        grip: pt.Input = pt.signal_input("1", "Brake")
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.torque.flange, self.J.flange_a)
+            yield pt.connect(self.grip, self.brake.f_normalized)
+            yield pt.connect(self.J.flange_b, self.brake.flange_a)
+
+    found = pt.steady(Runaway(), {"grip": [0.01, 1.0]}, outputs=["J.w"])
+    assert found.status.values.tolist() == [NONE, OK]
+    assert "brake" in found.attrs["problems"]
+
+
+def test_ratio_that_would_be_infinite() -> None:
+    plant = pt.compile(Bench(transmission=SplitPathTransmission(coupling="output")))
+    found = pt.steady(plant, {"r": [0.0, 0.5], "load": -1.0}, outputs=["efficiency", "V"])
+    assert found.status.values.tolist() == [IMMOVABLE, OK]
+
+
+def test_ratio_outside_its_range(bench: pt.Plant[Bench]) -> None:
+    limits = {"transmission.cvu.ratio_min": 0.5, "transmission.cvu.ratio_max": 2.0}
+    found = pt.steady(bench, {"V": [0.4, 1.5, 2.1], "load": -1.0}, parameters=limits, outputs=["efficiency"])
+    assert found.status.values.tolist() == [OUTSIDE, OK, OUTSIDE]
+    assert "speed ratio of the variable unit" in found.attrs["problems"]
+    large = pt.steady(bench, {"V": np.linspace(0, 3, 301), "load": np.linspace(-9, -1, 70)}, parameters=limits, outputs=["efficiency"])
+    inside = (large.V >= 0.5 - 1e-9) & (large.V <= 2 + 1e-9) & (abs(large.V - 1) > 1e-9)
+    assert (large.status.where(inside, OK) == OK).all()
+    assert (large.status.where((large.V < 0.49) | (large.V > 2.01), OUTSIDE) == OUTSIDE).all()
+
+
+def test_parameters_and_arrays_as_axes(bench: pt.Plant[Bench]) -> None:
+    r = xr.DataArray([0.3, 0.5, 2.0], dims="case")
+    load = xr.DataArray([-1.0, -2.0, 3.0], dims="case")
+    found = pt.steady(bench, {"r": r, "load": load, "transmission.cvu.eta_ab": [0.8, 0.9]}, outputs=["efficiency"])
+    assert found.efficiency.dims == ("case", "eta_ab")
+    exact = closed_form("bHa", -1.7, 0.95, 0.9, r.values, load.values)
+    np.testing.assert_allclose(found.efficiency[:, 1], exact.efficiency, rtol=1e-9)
+
+
+def test_selectors_and_names(bench: pt.Plant[Bench]) -> None:
+    found = pt.steady(
+        bench, {"r": 0.3, "load": -1.0}, outputs={"twice": lambda m: 2 * m.load.value, "gain": "efficiency"}
+    )
+    assert float(found.twice) == -2
+    assert set(found.data_vars) == {"twice", "gain", "status"}
+
+
+def test_everything_by_default(bench: pt.Plant[Bench]) -> None:
+    found = pt.steady(bench, {"r": 0.3, "load": -1.0})
+    assert "transmission.differential.mode" in found
+    assert "transmission.flange_a.phi" not in found
+    assert all("units" in v.attrs and "long_name" in v.attrs for v in found.variables.values())
+
+
+@pytest.mark.parametrize(
+    ("grid", "options", "message"),
+    [
+        ({"rr": 1.0}, {}, "no input, parameter or variable rr; did you mean"),
+        ({"r": [0.1], "V": 0.3, "load": 1.0}, {}, r"prescribes 1 variable \(r\), and 0 inputs or parameters are to be found"),
+        ({"r": [0.1]}, {}, "Name as many as are prescribed"),
+        ({"r": [float("nan")], "load": 1.0}, {}, "no number"),
+        ({"r": [[0.1]], "load": 1.0}, {}, "2 dimensions"),
+        ({"r": 0.1, "load": 1.0}, {"free": ["load"]}, "has a value already"),
+        ({"r": 0.1, "load": 1.0}, {"free": ["vv"]}, "no input or parameter vv"),
+        ({"V": 0.1, "load": 1.0}, {"inputs": {"W": 1}}, "no input W"),
+        ({"V": 0.1, "load": 1.0}, {"outputs": "transmission.flange_a.phi"}, "merely turns"),
+        ({"V": 0.1, "load": 1.0, "transmission.cvu.eta_ab": [0.5, 1.5]}, {}, "eta_ab"),
+        ({"efficiency": 0.5, "load": -1.0}, {"free": ["transmission.cvu.ratio_max"]}, "the conditions efficiency as the grid says"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong(bench: pt.Plant[Bench], grid: dict[str, Any], options: dict[str, Any], message: str) -> None:
+    with pytest.raises(pt.ParameterError, match=message):
+        pt.steady(bench, grid, **options)
+
+
+def test_no_condition_for_a_speed() -> None:
+    class Free(pt.Component):
+        torque: ConstantTorque = ConstantTorque(tau_constant=1.0)
+        J: Inertia = Inertia(J=0.5)
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.torque.flange, self.J.flange_a)
+
+    with pytest.raises(pt.ParameterError, match=r"der\(J.w\) = 0 cannot be met"):
+        pt.steady(Free(), {}, outputs=["J.w"])
