@@ -168,13 +168,13 @@ def _check_assembly(a: Central, b: Central, planets: Planets) -> None:
     """
     g, f = planets.first, planets.at_b
     sign = 1 if isinstance(a, Sun) is not isinstance(b, Sun) else -1
-    teeth, common = a.teeth * f + sign * b.teeth * g, math.gcd(g, f)
-    if teeth % (planets.n * common):
-        fit = [k for k in range(1, 13) if teeth % (k * common) == 0]
+    teeth = (a.teeth * f + sign * b.teeth * g) // math.gcd(g, f)
+    if teeth % planets.n:
+        named = "-".join(map(str, dict.fromkeys((g, f))))
+        fit = ", ".join(str(k) for k in range(1, 13) if teeth % k == 0)
         raise ParameterError(
-            f"{planets.n} planets of {'-'.join(map(str, dict.fromkeys((g, f))))} teeth cannot be put in between {a} "
-            f"and {b} at equal distances: "
-            f"{teeth} is not divisible by {planets.n * common}; numbers that fit: {', '.join(map(str, fit))}"
+            f"{planets.n} planets of {named} teeth cannot be put in between {a} and {b} at equal distances: "
+            f"{teeth} is not divisible by {planets.n}; numbers that fit: {fit}"
         )
 
 

@@ -1,0 +1,89 @@
+"""Tooth numbers: the basic speed ratio by eq. (3), and sets that cannot be put together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import powertrain as pt
+from powertrain.components.differentials import (
+    CrownGear,
+    DoublePinionPlanetaryGear,
+    FundamentalDifferential,
+    Pairs,
+    PlanetaryGear,
+    Planets,
+    PlanetTrain,
+    RavigneauxGear,
+    Ring,
+    SteppedPlanetaryGear,
+    Sun,
+    basic_ratio,
+    train_value,
+)
+
+
+def ratio(part: pt.Component) -> float:
+    return float(part.ratio)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "planets", "R_o"),
+    [
+        (Sun(90), Ring(153), Planets(31), -1.7),
+        (Sun(30), Ring(90), Planets(30, n=4), -3.0),
+        (Sun(20), Ring(100), Planets(50, 30, n=2), -(50 * 100) / (20 * 30)),
+        (Sun(51), Sun(50), Planets(49, 50, n=1), 49 * 50 / (51 * 50)),
+        (Ring(100), Ring(101), Planets(20, 21, n=1), (20 / 100) * (101 / 21)),
+        (Sun(30), Ring(72), Pairs(18, 20), 72 / 30),
+    ],
+    ids=str,
+)
+def test_basic_ratio(a: Any, b: Any, planets: Any, R_o: float) -> None:
+    assert basic_ratio(a, b, planets) == pytest.approx(R_o, rel=1e-15)
+    assert ratio(FundamentalDifferential.from_teeth(a, b, planets)) == pytest.approx(R_o, rel=1e-15)
+
+
+def test_eq_3_counts_the_external_pairs() -> None:
+    assert train_value((10, 20, False)) == -2
+    assert train_value((10, 20, False), (15, 30, False)) == 4
+    assert train_value((10, 20, False), (15, 60, True)) == -8
+
+
+def test_types_of_differentials() -> None:
+    assert ratio(FundamentalDifferential.khv(planet=40, ring=42)) == pytest.approx(1.05)
+    assert ratio(PlanetaryGear.from_teeth(sun=90, ring=153, planet=31)) == pytest.approx(1.7)
+    stepped = SteppedPlanetaryGear.from_teeth(sun=20, ring=100, first=50, second=30, n=2)
+    assert ratio(stepped) == pytest.approx(25 / 3)
+    assert ratio(DoublePinionPlanetaryGear.from_teeth(sun=30, ring=72, inner=18, outer=20)) == pytest.approx(2.4)
+    assert ratio(CrownGear.from_teeth(pinion=11, crown=41)) == pytest.approx(41 / 11)
+    train = PlanetTrain.from_teeth(sun=90, ring=153, first=31)
+    assert float(train.sun_ratio * train.ring_ratio) == pytest.approx(1.7)
+
+
+BAD: list[tuple[Callable[[], Any], str]] = [
+    (lambda: Sun(20.5), "20.5 teeth: a number of teeth is an integer"),  # type: ignore[arg-type]
+    (lambda: Sun(4), "4 teeth: no wheel has fewer than 5"),
+    (lambda: Planets(20, n=0), "0 planets: their number"),
+    (lambda: Planets(20, 2), "2 teeth: no wheel has fewer"),
+    (lambda: basic_ratio(Sun(30), Ring(90), Planets(20)), r"ring - sun - 2 planet = 20, .* take a planet of 30"),
+    (lambda: basic_ratio(Sun(30), Ring(90), Planets(30, n=7)), "7 planets of 30 teeth touch each other .* room for 5"),
+    (lambda: basic_ratio(Sun(31), Ring(91), Planets(30, n=3)), "122 is not divisible by 3; numbers that fit: 1, 2"),
+    (lambda: basic_ratio(Sun(60), Ring(24), Planets(30, 28)), "a ring of 24 teeth cannot hold a planet of 28"),
+    (lambda: basic_ratio(Sun(30), Sun(40), Planets(20)), "on the same planet of 20 are one wheel"),
+    (lambda: basic_ratio(Sun(20), Ring(100), Planets(50, 31, n=3)), "cannot be put in .* at equal distances"),
+    (lambda: basic_ratio(Sun(30), Sun(72), Pairs(18, 20)), "pairs of planets run between a sun and a ring"),
+    (lambda: basic_ratio(Sun(30), Ring(150), Pairs(18, 20)), "make no triangle"),
+    (lambda: basic_ratio(Sun(30), Ring(73), Pairs(18, 20)), "73 - 30 is not divisible by 3"),
+    (lambda: FundamentalDifferential.khv(planet=42, ring=40), "a ring of 40 teeth cannot hold a planet of 42"),
+    (lambda: CrownGear.from_teeth(pinion=41, crown=11), "no larger than its pinion of 41"),
+    (lambda: RavigneauxGear.from_teeth(large=38, small=20, ring=98, long=30, short=5, n=2), "make no triangle"),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), BAD, ids=[message for _, message in BAD])
+def test_wheels_that_cannot_mesh_are_refused(make: Callable[[], Any], message: str) -> None:
+    with pytest.raises(pt.ParameterError, match=message.replace("(", r"\(")):
+        make()
