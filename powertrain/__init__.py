@@ -29,15 +29,16 @@ from powertrain.errors import InitializationError, ModelError, ParameterError, P
 from powertrain.export import load
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
 from powertrain.linearization import linearize
-from powertrain.map import Map
+from powertrain.map import Axis, Map
 from powertrain.plant import Plant, compile, simulate  # noqa: A004
 from powertrain.result import Result
-from powertrain.sweeping import sweep
 from powertrain.steady import steady
+from powertrain.sweeping import sweep
 from powertrain.symbols import Symbol, time
 
 __version__ = "0.1.0"
 __all__ = [
+    "Axis",
     "Component",
     "Connector",
     "Discrete",

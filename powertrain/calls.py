@@ -51,7 +51,7 @@ def substituted_in_place(names: Sequence[Symbol], expressions: Sequence[Symbol])
     if others:
         within = ca.substitute_inplace([names[i] for i in others], [expressions[i] for i in others], [], False)[0]
         for i, expression in zip(others, within, strict=True):
-            resolved[i] = expression
+            resolved[i] = Symbol(expression)
     for k, i in enumerate(callers):
         (resolved[i],) = ca.substitute([resolved[i]], [plain], [column([resolved[j] for j in others])])
         resolved[i] = _replaced([resolved[i]], names, resolved, callers[:k])[0]

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
-from powertrain import Map, ParameterError
-from powertrain.map import FEW, Axis
+from powertrain import Axis, Map, ParameterError
+from powertrain.map import FEW
 from powertrain.recorder import Recorder, reading
 
 SPEED, TORQUE = np.linspace(0, 10, 11), np.array([0.0, 1.0, 2.0, 4.0, 5.0])

@@ -9,7 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import powertrain as pt
-from powertrain.map import Axis, Method, Outside
+from powertrain import Axis
+from powertrain.map import Method, Outside
 
 
 class Pushed(pt.Component):
