@@ -1,0 +1,45 @@
+"""C baselines: built with gcc into a temporary directory, called through ctypes."""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+FLOORS = Path(__file__).parent / "floors"
+FLAGS = ("-O3", "-march=native", "-fPIC", "-shared")
+
+
+def no_compiler() -> str:
+    """Why there can be no C baseline, or nothing."""
+    return "" if shutil.which("gcc") else "skipped: there is no gcc"
+
+
+def build(source: Path, defines: tuple[str, ...] = (), generated: ca.Function | None = None) -> ctypes.CDLL:
+    """The source, and the C code that CasADi generates for a function, as a loaded library."""
+    folder = Path(tempfile.mkdtemp(prefix="powertrain_floor_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    library = folder / f"{source.stem}_{folder.name}.so"
+    sources = [source]
+    if generated is not None:
+        generator = ca.CodeGenerator("generated.c")
+        generator.add(generated)
+        sources.append(folder / "generated.c")
+        sources[-1].write_text(generator.dump())
+    command = ["gcc", *FLAGS, *(f"-D{d}" for d in defines), *map(str, sources), "-o", str(library), "-lm"]
+    subprocess.run(command, check=True, capture_output=True)
+    return ctypes.CDLL(str(library))
+
+
+def pointer(array: NDArray[np.float64]) -> ctypes.c_void_p:
+    """Where the numbers of a contiguous float64 array lie. The array must be kept as long as this is used."""
+    assert array.dtype == np.float64
+    assert array.flags.c_contiguous
+    return ctypes.c_void_p(array.ctypes.data)

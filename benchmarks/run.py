@@ -1,0 +1,87 @@
+"""Runs the benchmarks, prints their table and writes it for the documentation."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks import build_time, chain, coupled_clutches, driveline, sweep
+from benchmarks.native import no_compiler
+from benchmarks.timing import Row, table
+
+Runner = Callable[[], list[Row]]
+FULL: dict[str, Runner] = {
+    "coupled_clutches": coupled_clutches.run,
+    "driveline": driveline.run,
+    "chain": chain.run,
+    "build_time": build_time.run,
+    "sweep": sweep.run,
+}
+QUICK: dict[str, Runner] = {
+    "coupled_clutches": partial(coupled_clutches.run, rounds=5, variants=10),
+    "driveline": partial(driveline.run, rounds=3),
+    "chain": partial(chain.run, rounds=5),
+    "build_time": partial(build_time.run, rounds=3, sizes=(10, 100, 300)),
+    "sweep": partial(sweep.run, runs=50),
+}
+HEAD = """# Benchmarks
+
+Measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C. Both sides of a ratio run in turns in the same
+process; a ratio is the median over the rounds. Tolerances are rtol 1e-6 and atol 1e-8 on both sides. What is timed for powertrain is
+`Plant.simulate` as a user calls it, initialisation included, and its states read at every output instant; the baselines give their states
+at the same instants. "C" is compiled with `-O3 -march=native` and has the model fixed in its text or generated for it; "ODE reduced by
+hand" means that no time is counted for finding it. `solve_ivp` runs equations in NumPy, as they are written by hand, with an event
+function per law. Ready-to-run ends when a run has started.
+
+"""
+
+
+def machine() -> str:
+    """What the numbers were measured on."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30 if hasattr(os, "sysconf") else 0.0
+    cpu = next((v for k, v in _cpu() if k == "model name"), platform.processor() or platform.machine())
+    versions = f"Python {platform.python_version()}, CasADi {version('casadi')}, NumPy {np.__version__}"
+    if not no_compiler():
+        versions += f", gcc {subprocess.run(['gcc', '-dumpfullversion'], capture_output=True, text=True, check=False).stdout.strip()}"
+    return f"{cpu}, {os.cpu_count()} cores, {memory:.0f} GiB, {platform.system()}; {versions}."
+
+
+def _cpu() -> list[tuple[str, str]]:
+    path = Path("/proc/cpuinfo")
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    pairs = [line.partition(":") for line in lines]
+    return [(key.strip(), value.strip()) for key, _, value in pairs]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command line; returns 1 where a goal was missed."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="name", help=f"which to run, of {', '.join(FULL)} (default: all)")
+    parser.add_argument("--quick", action="store_true", help="few rounds and small sizes")
+    parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
+    chosen = parser.parse_args(arguments)
+    unknown = [name for name in chosen.names if name not in FULL]
+    if unknown:
+        parser.error(f"there is no benchmark {', '.join(unknown)}; there are {', '.join(FULL)}")
+    runners = QUICK if chosen.quick else FULL
+    rows: list[Row] = []
+    for name in chosen.names or runners:
+        start = time.perf_counter()
+        rows += runners[name]()
+        print(f"{name}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
+    text = table(rows)
+    print(text)
+    if chosen.write:
+        page = Path(__file__).parents[1] / "docs" / "benchmarks.md"
+        page.write_text(f"{HEAD}{machine()}\n\n{text}\n", encoding="utf-8")
+    return int(any(row.met is False for row in rows))
