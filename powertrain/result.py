@@ -183,6 +183,8 @@ class Result(Generic[M]):
         if isinstance(what, str):
             if what in self._values:
                 return self._values[what]
+            if self._record is None and what in self._signals.entries:
+                return self._columns([what])[what]
             if what == "time" and what not in self._signals.entries:
                 return self.time
         picked = self._pick(what)

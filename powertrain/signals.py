@@ -103,6 +103,7 @@ class Signals:
         self.names = list(self.entries)
         self._place = {name: i for i, name in enumerate(self.names)}
         self._state = {key(s): i for i, s in enumerate(_scalars(self.inputs[1]))}
+        self._direct: dict[str, tuple[bool, int] | None] = {}
         self._held = {key(s): i for i, s in enumerate(_scalars(self.inputs[3]))}
         self._local = threading.local()
 
@@ -252,13 +253,15 @@ class Signals:
 
     def _column(self, name: str, samples: Samples) -> Array | None:
         """A state or held value, which needs no arithmetic."""
-        expression = self.entries[name].expression
-        if not expression.is_symbolic():
+        if name not in self._direct:
+            expression = self.entries[name].expression
+            k = key(expression) if expression.is_symbolic() else None
+            places = ((False, self._state.get(k)), (True, self._held.get(k))) if k is not None else ()
+            self._direct[name] = next(((held, i) for held, i in places if i is not None), None)
+        place = self._direct[name]
+        if place is None:
             return None
-        k = key(expression)
-        if k in self._state:
-            return np.ascontiguousarray(samples.x[:, self._state[k]])
-        return np.ascontiguousarray(samples.m[:, self._held[k]]) if k in self._held else None
+        return np.ascontiguousarray((samples.m if place[0] else samples.x)[:, place[1]])
 
     def _lanes(self, block: tuple[str, ...]) -> Lanes:
         lanes: dict[tuple[str, ...], Lanes] = self._local.__dict__.setdefault("lanes", {})
