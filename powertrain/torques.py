@@ -22,7 +22,6 @@ from powertrain.laws import FrictionLaw, Law, UnilateralLaw
 from powertrain.recorder import Place
 from powertrain.symbols import Symbol, column, free_symbols, key, total_derivative
 
-
 _FLOOR = 1e-9
 """Pivots of stuck laws below this part of what they are alone count as zero."""
 
@@ -179,15 +178,36 @@ def solve_torques(
         for k, member in enumerate(group.members[1:], 1):
             joint, shared = sharing.share(group.members, k, group.theta)
             rows[member.law] = ca.if_else(ca.logic_and(member.stuck, joint), shared, rows[member.law])
-    symbols, whole = column([t.symbol for t in torques]), column(rows)
-    bent = {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.jacobian(whole, symbols).nz[:])))}
+    symbols, given = [t.symbol for t in torques], None
+    bent = _bent(rows, symbols)
+    if bent:  # a table of several arguments hides that it does not depend on torques
+        rows, given = _without_torques(rows, symbols)
+        bent = _bent(rows, symbols)
     implicit = [i for i, t in enumerate(torques) if key(t.symbol) in bent]
     explicit = [i for i in range(len(rows)) if i not in implicit]
     solution = [t.symbol for t in torques]
     linear_rows, stuck = [rows[i] for i in explicit], [torques[i].mode == 0 for i in explicit]
     for i, value in zip(explicit, _solve_linear(linear_rows, [solution[i] for i in explicit], stuck), strict=True):
         solution[i] = value
-    return solution, implicit, [rows[i] for i in implicit]
+    left = [rows[i] for i in implicit]
+    if given is not None:
+        whole = ca.vertsplit(ca.substitute(column([*solution, *left]), *given))
+        solution, left = whole[: len(solution)], whole[len(solution) :]
+    return solution, implicit, left
+
+
+def _bent(rows: list[Symbol], symbols: list[Symbol]) -> set[int]:
+    """What the slopes of the rows depend on."""
+    slopes = ca.jacobian(column(rows), column(symbols))
+    return {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(slopes.nz[:])))} & {key(s) for s in symbols}
+
+
+def _without_torques(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tuple[Symbol, Symbol]]:
+    """The rows with a symbol for every part that holds no torque, and these symbols with their expressions."""
+    torques, whole = {key(s) for s in symbols}, column(rows)
+    others = column([s for s in free_symbols(whole) if key(s) not in torques])
+    short, names, parts = ca.extract_parametric(whole, others, {})
+    return ca.vertsplit(short), (column(names), column(parts))
 
 
 def _solve_linear(rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol]) -> list[Symbol]:
