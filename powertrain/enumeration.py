@@ -29,13 +29,21 @@ class Found:
 
 
 def enumerate_modes(
-    dae: HybridDae, memory: Memory, side: int, varied: set[int], attempt: Callable[[], Array | None]
+    dae: HybridDae,
+    memory: Memory,
+    side: int,
+    varied: set[int],
+    attempt: Callable[[], Array | None],
+    narrow: bool = False,
 ) -> Found:
     """Try them on ``memory.m``, which is left as it was; ``attempt`` gives the rates, or None if the modes contradict them.
 
     Combinations with the same rates count as one; with peaks above one, those with most stuck laws are preferred.
+    ``narrow``: only the laws in ``varied``, the others as they are.
     """
     choices = _choices(dae, memory, side, varied)
+    if narrow:
+        choices = {index: values for index, values in choices.items() if index in varied}
     size = prod(len(values) for values in choices.values())
     if size > _LIMIT:
         return Found((), tuple(choices), size)

@@ -308,7 +308,7 @@ class _Plan:
         if known is not None:
             return known, []
         table: list[dict[int, float]] = [{} for _ in range(self.nz + len(self.conditions))]
-        for i, k, a in zip(self.rows.tolist(), self.columns.tolist(), nonzeros.tolist(), strict=True):
+        for i, k, a in zip(self.rows.tolist(), self.columns.tolist(), nonzeros.tolist(), strict=False):
             if a != 0.0 and np.isfinite(a):
                 table[i][k] = a
         chosen: list[int] = []

@@ -20,6 +20,8 @@ from powertrain.steps import PREFIX
 _PASSES = 20
 _ROUNDS = 10_000
 _SLACK = 1e-9
+_TRIES = 100_000
+"""Combinations tried in one run, above which all laws are no longer tried where those that change do not suffice."""
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -37,6 +39,7 @@ class Resolver:
         self.extra: list[tuple[str, str]] = []
         self._unsolved: NotConsistent | None = None
         self.redundancy = Redundancy(dae, memory)
+        self._tries = 0
 
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
@@ -113,9 +116,14 @@ class Resolver:
     def forget(self) -> None:
         """Drop the notes of the last run."""
         self.redundancy.forget()
+        self._tries = 0
 
     def _enumerate(self, side: int, varied: set[int], message: str | None = None) -> bool:
-        found = enumerate_modes(self.dae, self.memory, side, varied, lambda: self._try(side))
+        for narrow in (True, False):
+            found = enumerate_modes(self.dae, self.memory, side, varied, lambda: self._try(side), narrow)
+            self._tries += found.combinations
+            if found.modes or self._tries > _TRIES:
+                break
         if len(found.modes) == 1:
             self.memory.m[:] = found.modes[0]
             self._solve(side)

@@ -1,0 +1,88 @@
+"""Random drivelines either simulate with closed energy, or are refused with a message that names components."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from drivelines import Driveline, balance, driveline
+from hypothesis import HealthCheck, Phase, given, note, settings
+from hypothesis import strategies as st
+
+import powertrain as pt
+
+SECONDS = 60
+WAYS = settings(
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=list(HealthCheck),
+    print_blob=False,
+    phases=(Phase.explicit, Phase.generate),
+)
+
+
+@contextmanager
+def bounded() -> Iterator[None]:
+    """Ends what hangs."""
+    if not hasattr(signal, "SIGALRM") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(*_: Any) -> None:
+        raise TimeoutError(f"not done after {SECONDS} s")
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.alarm(SECONDS)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def simulates_or_is_refused(model: Driveline) -> bool:
+    """Whether it simulates; fails where it does neither."""
+    note(f"{model.nodes}\n{model.wires}\n" + "\n".join(map(repr, [*model.parts, *model.signals])))
+    refused = ""
+    try:
+        with bounded():
+            found = balance(pt.simulate(model, 1.0, rtol=1e-7, atol=1e-9, points=10))
+    except pt.PowertrainError as error:
+        refused = str(error)
+    if refused:
+        assert "parts[" in refused, f"names no component: {refused}"
+        return False
+    assert found.gap <= 1e-6 * (1e-3 + found.power), found
+    assert abs(found.gained - found.supplied + found.lost) <= 1e-5 * (1e-3 + found.turnover), found
+    return True
+
+
+def drawn(data: st.DataObject, largest: int, careless: bool) -> Driveline:
+    def pick(choices: Sequence[Any]) -> Any:
+        return choices[data.draw(st.integers(0, len(choices) - 1))]
+
+    return driveline(pick, data.draw(st.integers(2, largest)), careless)
+
+
+@given(st.data())
+@settings(WAYS, max_examples=30)
+def test_drivelines(data: st.DataObject) -> None:
+    simulates_or_is_refused(drawn(data, 12, careless=False))
+
+
+@given(st.data())
+@settings(WAYS, max_examples=30)
+def test_careless_drivelines(data: st.DataObject) -> None:
+    simulates_or_is_refused(drawn(data, 8, careless=True))
+
+
+@pytest.mark.slow
+@given(st.data())
+@settings(WAYS, max_examples=300)
+def test_many_drivelines(data: st.DataObject) -> None:
+    simulates_or_is_refused(drawn(data, 30, careless=data.draw(st.booleans())))
