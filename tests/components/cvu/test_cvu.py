@@ -1,0 +1,198 @@
+"""Continuously variable units: losses by the direction of power, maps, ranges, the actuator, and units built of real parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from joined import Joined, joined, run
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Constant, Ramp, Sine, TimeTable
+from powertrain.components.cvu import (
+    CVU,
+    ElectricVariator,
+    HydrostaticUnit,
+    LimitedUnit,
+    RatioActuator,
+    TorqueLimiter,
+    TractionDrive,
+    VariableUnit,
+    VBelt,
+)
+
+
+def prescribed(unit: VariableUnit, V: float, w_a: float, load: float, stop: float = 0.01, J: float = 0.0) -> Any:
+    """flange_a turns as given, a torque acts on flange_b."""
+    parts = unit, rot.ConstantSpeed(w_fixed=w_a), rot.Inertia(J=J), rot.ConstantTorque(tau_constant=load), Constant(k=V)
+    joints = "0.flange_a=1.flange 0.flange_b=2.flange_a 2.flange_b=3.flange 0.ratio=4.y"
+    return run(joined(*parts, joints=joints), stop)
+
+
+@pytest.mark.parametrize("V", [-2.0, -0.3, 0.4, 1.5])
+@pytest.mark.parametrize("w_a", [-50.0, 50.0])
+@pytest.mark.parametrize("load", [-10.0, 10.0])
+def test_efficiency_by_the_direction_of_power(V: float, w_a: float, load: float) -> None:
+    """Eqs. (25a), (25b): the power at flange_b decides; |P_f| = |P_v| (1 - eta) or |P_v| (1 - eta)/eta."""
+    result = prescribed(CVU(eta_ab=0.9, eta_ba=0.8), V, w_a, load)
+    T_a, T_b = (result[f"parts[0].flange_{side}.tau"][-1] for side in "ab")
+    P_v = -T_b * V * w_a  # given to what stands at flange_b
+    assert T_b == pytest.approx(load)
+    loss = result["parts[0].lossPower"][-1]
+    assert loss == pytest.approx(abs(P_v) * (1 - 0.8) if P_v < 0 else abs(P_v) * (1 - 0.9) / 0.9, rel=1e-9)
+    assert T_a * w_a + T_b * V * w_a == pytest.approx(loss, rel=1e-9)
+    assert T_a * w_a == pytest.approx(-0.8 * T_b * V * w_a if P_v < 0 else P_v / 0.9, rel=1e-9)
+
+
+@pytest.mark.parametrize("load", [-10.0, 10.0])
+def test_geared_neutral(load: float) -> None:
+    """At V = 0 flange_b stands still whatever acts on it, and flange_a turns freely."""
+    result = prescribed(CVU(eta_ab=0.9, eta_ba=0.9), 0.0, 50.0, load)
+    assert result["parts[0].flange_a.tau"][-1] == pytest.approx(0, abs=1e-12)
+    assert result["parts[0].w_b"][-1] == 0
+
+
+def swinging(unit: VariableUnit, *ratio: pt.Component, joints: str) -> Joined:
+    """Two inertias, a swinging torque at flange_a, drag at flange_b."""
+    inertias = rot.Inertia(J=0.1), rot.Inertia(J=0.2)
+    torques = rot.Torque(), Sine(f=0.5, amplitude=5, offset=1), rot.Damper(d=0.1), rot.Fixed()
+    wired = "0.flange_a=1.flange_a 0.flange_b=2.flange_a 1.flange_b=3.flange 3.tau=4.y 2.flange_b=5.flange_a 5.flange_b=6.flange"
+    return joined(unit, *inertias, *torques, *ratio, joints=f"{wired} {joints}")
+
+
+def test_changing_ratio_between_two_inertias() -> None:
+    """J_a w_a' + J_b (V w_a)' V = T - d V^2 w_a without loss: the rate of the ratio brakes or drives."""
+    model = swinging(CVU(), Ramp(height=1.0, duration=4.0, offset=0.5), joints="0.ratio=7.y")
+    result = run(model, 3.0)
+    t, w = result.time, result["parts[1].w"]
+    V = 0.5 + t / 4
+    right = 1 + 5 * np.sin(np.pi * t) - 0.1 * V**2 * w - 0.2 * V / 4 * w
+    np.testing.assert_allclose(result["parts[1].a"], right / (0.1 + 0.2 * V**2), atol=1e-7)
+    np.testing.assert_allclose(result["parts[2].w"], V * w, atol=1e-9)
+    assert pt.energy_audit(result).closure < 1e-7
+
+
+UNITS = [
+    CVU(eta_ab=0.9, eta_ba=0.85),
+    VBelt(clamp=500),
+    TractionDrive(clamp=100),
+    HydrostaticUnit(D_b=3e-6, leakage=2e-11, C=1e-11, d_a=0.01, d_b=0.01, mue=0.05),
+    ElectricVariator(k=5),
+    LimitedUnit(tau_max=2.0, unit=CVU(eta_ab=0.9, eta_ba=0.9)),
+]
+
+
+@pytest.mark.parametrize("unit", UNITS, ids=[type(unit).__name__ for unit in UNITS])
+def test_energy_of_every_kind_of_unit(unit: VariableUnit) -> None:
+    actuator = RatioActuator(ratio_start=0.6, rate=0.5)
+    table = TimeTable(table=((0, 0.6), (1, 0.6), (1, 1.4), (3, 1.4)))
+    result = run(swinging(unit, actuator, table, joints="0.ratio=7.ratio 7.demand=8.y"), 3.0)
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-6
+    assert np.asarray(audit.loss).min() > -1e-7
+    rolling = result["parts[0].w_b"] - result["parts[7].ratio"] * result["parts[0].w_a"]
+    assert np.abs(rolling).max() < 1e-9 if isinstance(unit, CVU) else np.abs(rolling).max() > 1e-4
+
+
+@pytest.mark.parametrize("unit", UNITS, ids=[type(unit).__name__ for unit in UNITS])
+def test_mirrored_torque_gives_mirrored_motion(unit: VariableUnit) -> None:
+    runs = []
+    for sign in (1.0, -1.0):
+        model = swinging(unit, Constant(k=0.8), joints="0.ratio=7.y")
+        changes = {"parts[4].amplitude": 5 * sign, "parts[4].offset": sign}
+        runs.append(pt.simulate(model, 2.0, parameters=changes, rtol=1e-9, atol=1e-11))
+    for i in (1, 2):
+        assert runs[0][f"parts[{i}].w"][-1] == pytest.approx(-runs[1][f"parts[{i}].w"][-1], rel=1e-5, abs=1e-7)
+
+
+def test_efficiency_map() -> None:
+    axes = pt.Map.curve([0, 100], [0.8, 0.9], x="w_a", x_unit="rad/s").axes[0]
+    ratio = pt.Map.curve([0, 2], [0, 0], x="ratio").axes[0]
+    table = pt.Map((axes, ratio), [[0.8, 0.9], [0.9, 0.95]], "1", "efficiency")
+    result = prescribed(CVU(map_ab=table, map_ba=table), 1.5, 40.0, -10.0)
+    a, b = (result[f"parts[0].flange_{side}.tau"][-1] for side in "ab")
+    assert -b * 1.5 / a == pytest.approx(table(40.0, 1.5), rel=1e-9)
+    wrong = pt.Map.curve([0, 1], [0.9, 0.9], x="T", x_unit="K")
+    with pytest.raises(pt.ParameterError, match=r"map_ab: an efficiency has no axis T \[K\]; it may depend on ratio"):
+        prescribed(CVU(map_ab=wrong), 1.5, 40.0, -10.0)
+
+
+def test_ratio_outside_its_range_is_an_error() -> None:
+    model = swinging(
+        CVU(ratio_min=0.4, ratio_max=2.5), Ramp(height=4.0, duration=2.0, offset=0.5), joints="0.ratio=7.y"
+    )
+    with pytest.raises(pt.SimulationError, match=r"speed ratio of the variable unit \(parts\[0\].*allowed 0.4 .. 2.5"):
+        run(model, 2.0)
+    for values, message in (
+        ({"eta_ab": 0.0}, r"eta_ab = 0 1 is outside its range \(0, 1\]"),
+        ({"eta_ba": 1.2}, "eta_ba"),
+    ):
+        with pytest.raises(pt.ParameterError, match=message):
+            CVU(**values)  # type: ignore[arg-type]
+
+
+def test_actuator_keeps_rate_and_range() -> None:
+    actuator = RatioActuator(ratio_min=0.5, ratio_max=2.0, rate=0.8, T=0.1, ratio_start=1.0)
+    table = TimeTable(table=((0, 1), (0.5, 1), (0.5, 9), (3, 9), (3, -9), (6, -9)))
+    result = run(joined(actuator, table, joints="0.demand=1.y"), 6.0)
+    t, V = result.time, result["parts[0].ratio"]
+    rate = np.diff(V) / np.maximum(np.diff(t), 1e-12)
+    assert np.abs(rate).max() < 0.8 * (1 + 1e-4)
+    assert V.min() >= 0.5 - 1e-9
+    assert V.max() <= 2.0 + 1e-9
+    assert result.at(1.5, "parts[0].ratio") == pytest.approx(1.0 + 0.8, abs=1e-6)
+    assert result.at(3.0, "parts[0].ratio") == pytest.approx(2.0, abs=1e-4)
+    assert V[-1] == pytest.approx(0.5, abs=1e-4)
+
+
+@pytest.mark.parametrize(("unit", "limit"), [(VBelt(), "belt"), (TractionDrive(), "traction")])
+def test_friction_drives_creep_under_load(unit: VariableUnit, limit: str) -> None:
+    """Creep follows the load by x/sqrt(1 + x^2); the speed ratio falls by it; the torques are those of the radii."""
+    V, w_a = 0.8, 100.0
+    r_b = 2 * 0.05 / 1.8 if limit == "belt" else 2 * 0.06 / 1.8
+    force = 2 * 0.09 * 2e4 / np.cos(0.192) if limit == "belt" else 6 * 0.06 * 1e4
+    load = -0.5 * force * r_b
+    result = prescribed(unit, V, w_a, load, stop=2.0, J=0.01)
+    x = 0.5 / np.sqrt(1 - 0.25)
+    w_b = result["parts[0].w_b"][-1]
+    rolling = np.sqrt(1 + (V * w_a) ** 2 / 2 + w_b**2 / 2)
+    assert (V * w_a - w_b) / rolling == pytest.approx(0.01 * x, rel=1e-6)
+    assert result["parts[0].flange_a.tau"][-1] == pytest.approx(-V * load, rel=1e-6)
+    assert result["parts[0].r_a"][-1] / result["parts[0].r_b"][-1] == pytest.approx(V)
+    overloaded = prescribed(unit, V, w_a, -1.2 * force * r_b, stop=1.0, J=1.0)
+    assert overloaded["parts[0].w_b"][-1] < 0
+
+
+def test_hydrostatic_unit_by_wilsons_losses() -> None:
+    V, w_a, load, D, leak, d, mue = 0.7, 150.0, -40.0, 8e-6, 2e-12, 0.02, 0.04
+    unit = HydrostaticUnit(D_b=D, leakage=leak, d_a=d, d_b=d, mue=mue)
+    result = prescribed(unit, V, w_a, load, stop=20.0, J=0.01)
+    p, w_b = result["parts[0].p"][-1], result["parts[0].w_b"][-1]
+    assert D * (V * w_a - w_b) == pytest.approx(leak * p, rel=1e-5)
+    assert -load == pytest.approx(D * p * (1 - mue) - d * w_b, rel=1e-6)
+    assert result["parts[0].flange_a.tau"][-1] == pytest.approx(V * D * p * (1 + mue) + d * w_a, rel=1e-6)
+
+
+def test_electric_variator_keeps_ratio_and_link() -> None:
+    result = prescribed(ElectricVariator(), 0.6, 100.0, -50.0, stop=3.0, J=0.02)
+    unit = "parts[0]."
+    tau_a, tau_b, w_b = (result[unit + name][-1] for name in ("tau_a", "tau_b", "w_b"))
+    assert w_b == pytest.approx(60 - 50.6 / 100, rel=2e-3)
+    assert result[unit + "E"][-1] == pytest.approx(5e3, rel=2e-2)
+    losses = 0.05 * (tau_a**2 + tau_b**2) + 2e-3 * (100**2 + w_b**2)
+    assert tau_a * 100 + tau_b * w_b == pytest.approx(losses, rel=1e-6)
+
+
+def test_torque_limiter_slips_beyond_its_torque() -> None:
+    parts = TorqueLimiter(tau_max=5.0), rot.ConstantSpeed(w_fixed=10), rot.Inertia(J=0.1)
+    for load, mode in ((-4.9, 0), (-5.1, -1), (5.1, 1)):
+        model = joined(
+            *parts,
+            rot.ConstantTorque(tau_constant=load),
+            joints="0.flange_a=1.flange 0.flange_b=2.flange_a 2.flange_b=3.flange",
+        )
+        result = run(model, 1.0, starts={"2.w": 10.0})
+        assert result["parts[0].mode"][-1] == mode
+        assert abs(result["parts[0].tau"][-1]) <= 5.0 + 1e-12
