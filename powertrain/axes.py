@@ -51,12 +51,19 @@ class Grid:
         each = max(2, int(most ** (1.0 / max(len(self.shape), 1))))
         picks = [np.unique(np.linspace(0, n - 1, min(n, each)).round().astype(int)) for n in self.shape]
         shape = tuple(p.size for p in picks)
-        rows = [self._spread(a)[np.ix_(*[p if n > 1 else [0] for p, n in zip(picks, self._spread(a).shape, strict=True)])] for a in self.axes]
+        rows = [
+            self._spread(a)[np.ix_(*[p if n > 1 else [0] for p, n in zip(picks, self._spread(a).shape, strict=True)])]
+            for a in self.axes
+        ]
         return shape, np.array([np.broadcast_to(r, shape).ravel() for r in rows]).reshape(len(rows), prod(shape))
 
     def identity(self) -> tuple[object, ...]:
         """What tells grids apart as far as their course is concerned."""
-        return (self.dims, self.shape, *((a.name, a.dims, a.values.tobytes() if a.values.size <= PAD else a.values.size) for a in self.axes))
+        return (
+            self.dims,
+            self.shape,
+            *((a.name, a.dims, a.values.tobytes() if a.values.size <= PAD else a.values.size) for a in self.axes),
+        )
 
     def rows(self, fast: int) -> NDArray[np.float64]:
         """The values of all axes but one along all dimensions but the last, one column per point."""
@@ -70,7 +77,9 @@ class Grid:
         rows = []
         for axis in self.axes:
             spread = self._spread(axis)
-            rows.append(spread[tuple(i if n > 1 else np.zeros_like(i) for i, n in zip(index, spread.shape, strict=True))])
+            rows.append(
+                spread[tuple(i if n > 1 else np.zeros_like(i) for i, n in zip(index, spread.shape, strict=True))]
+            )
         return np.array([np.broadcast_to(r, places.shape) for r in rows]).reshape(len(rows), places.size)
 
     def pieces(self) -> Iterator[tuple[int, int, list[Array]]]:
@@ -89,7 +98,9 @@ class Grid:
                 yield first, prod(shape), [self._part(a, outer, low, high, inner, shape) for a in self.axes]
                 first += prod(shape)
 
-    def _part(self, axis: Axis, outer: tuple[int, ...], low: int, high: int, inner: int, shape: tuple[int, ...]) -> Array:
+    def _part(
+        self, axis: Axis, outer: tuple[int, ...], low: int, high: int, inner: int, shape: tuple[int, ...]
+    ) -> Array:
         spread = self._spread(axis)
         index: list[Any] = [k if spread.shape[i] > 1 else 0 for i, k in enumerate(outer)]
         if inner:
@@ -111,14 +122,17 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
     if not isinstance(given, Mapping):
         raise ParameterError(f"grid is a mapping of names to values, not a {type(given).__name__}")
     last = [n.rpartition(".")[2] for n in given]
-    axes, sizes = [], {}
+    axes: list[Axis] = []
+    sizes: dict[str, int] = {}
     for name, short in zip(given, last, strict=True):
         value = given[name]
         values = _values(name, value)
         if hasattr(value, "dims"):
             dims = tuple(str(d) for d in value.dims)
         elif values.ndim > 1:
-            raise ParameterError(f"grid: {name} has {values.ndim} dimensions; give a number, a sequence, or a DataArray that names them")
+            raise ParameterError(
+                f"grid: {name} has {values.ndim} dimensions; give a number, a sequence, or a DataArray that names them"
+            )
         else:
             dims = ((short if last.count(short) == 1 else name),) * values.ndim
         for d, n in zip(dims, values.shape, strict=True):

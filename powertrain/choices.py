@@ -59,7 +59,10 @@ def needs(found: Sequence[Choice], modes: Sequence[Symbol]) -> NDArray[np.bool_]
 
 
 def _moved_by_unknowns(problem: Equilibrium) -> list[bool]:
-    speeds = [law.w if isinstance(law, Friction) else law.gap if isinstance(law, Contact) else Symbol(0) for law in problem.laws]
+    speeds = [
+        law.w if isinstance(law, Friction) else law.gap if isinstance(law, Contact) else Symbol(0)
+        for law in problem.laws
+    ]
     return [bool(row.any()) for row in dependence(speeds, problem.u)] if problem.u else [False] * len(speeds)
 
 
@@ -117,7 +120,9 @@ def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
 def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:
     """Expressions with some modes given, so that what they decide is decided."""
     symbols = ca.symvar(ca.vertcat(*expressions)) if expressions else []
-    function = ca.Function("powertrain_given", [ca.vertcat(*symbols)] if symbols else [Symbol(0, 1)], [ca.densify(e) for e in expressions])
+    function = ca.Function(
+        "powertrain_given", [ca.vertcat(*symbols)] if symbols else [Symbol(0, 1)], [ca.densify(e) for e in expressions]
+    )
     given = {modes[k].element_hash(): Symbol(v) for k, v in values.items()}
     column = ca.vertcat(*[given.get(s.element_hash(), s) for s in symbols]) if symbols else Symbol(0, 1)
     return list(function.call([column]))

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain import linear
 from powertrain.assemble import Compiled
 from powertrain.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.fraction import root_of_fraction
 from powertrain.hybrid import Contact, Friction, Guard, HybridDae, Schedule, Switch
 from powertrain.index import generic
 from powertrain.lanes import dependence
@@ -32,9 +33,7 @@ Turning = dict[int, dict[int, float]]
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked for, by name: the axes of the grid, which of them prescribe variables, which of these are held states, what is to be
-    found, and the expressions wanted.
-    """
+    """What is asked for: the grid's names, those that prescribe variables, those held (states), what is to be found, expressions wanted."""
 
     axes: tuple[str, ...]
     prescribed: tuple[str, ...]
@@ -48,7 +47,8 @@ class Equilibrium:
     """The steady problem as expressions of the grid's values, the unknowns ``u`` that stay implicit, the modes and the common values.
 
     ``rows`` are zero at ``u``; ``solved`` are the unknowns found symbolically; ``common`` are all parameters, then all inputs.
-    ``turning`` says which outputs depend on angles that merely turn.
+    ``turning`` says which outputs depend on angles that merely turn; ``together`` that some states were left out because they turn
+    together, by ratios that hold for the present parameters.
     """
 
     grid: list[Symbol]
@@ -64,15 +64,18 @@ class Equilibrium:
     laws: list[Law]
     guards: list[Guard]
     turning: list[bool]
+    together: bool
 
 
-def formulate(compiled: Compiled, asked: Asked, time: float, guesses: Mapping[str, float]) -> Equilibrium:
+def formulate(
+    compiled: Compiled, asked: Asked, time: float, guesses: Mapping[str, float], parameters: Array
+) -> Equilibrium:
     """The steady problem of a model. ParameterError where the conditions do not determine it."""
     dae = compiled.dae
     stage = _Stage(compiled, asked, time)
     kept = _influential(dae, stage.everything)
-    _refuse_turning(compiled, asked, kept, stage)
-    turning = _turning_together(compiled, kept, stage)
+    _refuse_turning(asked, kept, stage)
+    turning = _turning_together(compiled, kept, stage, parameters)
     unknowns = [Unknown(dae.x[i], dae.state_names[i]) for i in kept if i not in turning]
     unknowns += [Unknown(dae.z[i], dae.z[i].name()) for i in range(dae.z.numel())]
     unknowns += [Unknown(stage.free[n], n) for n in asked.free]
@@ -114,7 +117,11 @@ class _Stage:
             m[s.index : s.index + 3] = [Symbol(time), value, Symbol(0)]
         p = [known.get(n, dae.p[i]) for i, n in enumerate(compiled.parameters)]
         self.arguments = [Symbol(time), dae.x, dae.z, column(m), column(p)]
-        self.common = column([*ca.vertsplit(dae.p), *self.inputs.values()]) if dae.p.numel() else column(list(self.inputs.values()))
+        self.common = (
+            column([*ca.vertsplit(dae.p), *self.inputs.values()])
+            if dae.p.numel()
+            else column(list(self.inputs.values()))
+        )
         self.everything = self._everything()
 
     def put(self, expressions: Sequence[Symbol]) -> list[Symbol]:
@@ -129,7 +136,11 @@ class _Stage:
         dae = self.dae
         found = [dae.xdot, dae.residual]
         for law in [*self.laws, *dae.guards]:
-            found += [getattr(law, f.name) for f in fields(law) if isinstance(getattr(law, f.name), ca.SX) and f.name != "time"]
+            found += [
+                getattr(law, f.name)
+                for f in fields(law)
+                if isinstance(getattr(law, f.name), ca.SX) and f.name != "time"
+            ]
         found += [self.compiled.signals[n].expression for n in self.asked.prescribed]
         whole = column(found)
         return self.put(list(ca.vertsplit(ca.densify(whole)))) if whole.numel() else []
@@ -162,27 +173,47 @@ def _influential(dae: HybridDae, everything: Sequence[Symbol]) -> list[int]:
     return [i for i in range(dae.x.numel()) if found.size and found[:, i].any()]
 
 
-def _refuse_turning(compiled: Compiled, asked: Asked, kept: Sequence[int], stage: _Stage) -> None:
+def _refuse_turning(asked: Asked, kept: Sequence[int], stage: _Stage) -> None:
     for name in asked.held:
         if stage.state_of(name) not in kept:
-            raise ParameterError(f"grid: {name} merely turns; nothing in the model depends on it, so it has no steady value")
+            raise ParameterError(
+                f"grid: {name} merely turns; nothing in the model depends on it, so it has no steady value"
+            )
 
 
-def _turning_together(compiled: Compiled, kept: Sequence[int], stage: _Stage) -> Turning:
-    """The states that turn together, where the states that a model keeps are absolute angles."""
-    dae = compiled.dae
+def _turning_together(compiled: Compiled, kept: Sequence[int], stage: _Stage, parameters: Array) -> Turning:
+    """The states of which only differences matter, for given parameters. ParameterError where that changes along the grid."""
+    found = _null_directions(compiled.dae, kept, stage, parameters)
+    moved = parameters.copy()
+    moved[[i for i, n in enumerate(compiled.parameters) if n in stage.axis or n in stage.free]] *= 1.01
+    if found and not _alike(found, _null_directions(compiled.dae, kept, stage, moved)):
+        names = ", ".join(compiled.dae.state_names[i] for i in (*found, *next(iter(found.values()))))
+        raise ParameterError(
+            f"steady: {names} turn together by ratios that change along the grid; "
+            "declare their difference as a variable with prefer=True"
+        )
+    return found
+
+
+def _alike(one: Turning, other: Turning) -> bool:
+    return one.keys() == other.keys() and all(
+        one[i].keys() == other[i].keys() and all(abs(one[i][j] - other[i][j]) < 1e-9 for j in one[i]) for i in one
+    )
+
+
+def _null_directions(dae: HybridDae, kept: Sequence[int], stage: _Stage, values: Array) -> Turning:
     if not kept:
         return {}
     x = column([dae.x[i] for i in kept])
     whole = column(stage.everything)
     jacobian = ca.jacobian(whole, x)
-    symbols = [s for s in ca.symvar(ca.vertcat(jacobian, x)) if key(s) not in {key(dae.p[i]) for i in range(dae.p.numel())}]
+    parameters = {key(dae.p[i]) for i in range(dae.p.numel())}
+    symbols = [s for s in ca.symvar(jacobian) if key(s) not in parameters]
     function = ca.Function("powertrain_turning", [column(symbols), dae.p], [ca.densify(jacobian)])
-    nominal = np.array([c.value for c in compiled.parameters.values()])
     stacks = []
     for k in range(3):
         point = np.random.default_rng(k).uniform(0.3, 2.0, len(symbols))
-        value = np.nan_to_num(np.array(function(point, nominal)), nan=1.0, posinf=1.0, neginf=1.0)
+        value = np.nan_to_num(np.array(function(point, values)), nan=1.0, posinf=1.0, neginf=1.0)
         stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
     _, sizes, basis = np.linalg.svd(np.vstack(stacks))
     null = basis[int((sizes > 1e-9 * max(sizes.max(), 1e-300)).sum()) :]
@@ -191,7 +222,9 @@ def _turning_together(compiled: Compiled, kept: Sequence[int], stage: _Stage) ->
         row, place = np.unravel_index(int(np.abs(null).argmax()), null.shape)
         pivot = null[row] / null[row, place]
         null = np.delete(null - np.outer(null[:, place], pivot), row, axis=0)
-        turning[kept[int(place)]] = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j != place and abs(pivot[j]) > 1e-9}
+        turning[kept[int(place)]] = {
+            kept[j]: float(pivot[j]) for j in range(len(kept)) if j != place and abs(pivot[j]) > 1e-9
+        }
     return turning
 
 
@@ -207,8 +240,8 @@ def _reduce(
     symbols = [u.symbol for u in unknowns]
     rows = [c for c, _ in conditions]
     order = _blocks(stage, unknowns, conditions, rows)
-    old: list[Symbol] = []
-    new: list[Symbol] = []
+    cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in {key(s) for s in symbols}]
+    old, new = list(cyclic), [Symbol(0)] * len(cyclic)
     implicit_rows: list[Symbol] = []
     implicit: list[int] = []
     for block_rows, block in order:
@@ -222,8 +255,6 @@ def _reduce(
         else:
             old += [symbols[j] for j in block]
             new += solution
-    cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in {key(s) for s in symbols}]
-    old, new = [*old, *cyclic], [*new, *([Symbol(0)] * len(cyclic))]
 
     def final(expressions: Sequence[Symbol]) -> list[Symbol]:
         put = stage.put(expressions)
@@ -231,8 +262,6 @@ def _reduce(
 
     laws: list[Law] = [_changed(law, final) for law in stage.laws]
     starts = [_start(stage.compiled, unknowns[j].name, guesses) for j in implicit]
-    if old:
-        implicit_rows = list(ca.substitute(implicit_rows, [column(old)], [column(new)])) if implicit_rows else []
     return Equilibrium(
         grid=list(stage.axis.values()),
         u=[symbols[j] for j in implicit],
@@ -241,19 +270,22 @@ def _reduce(
         modes=[dae.m[law.index] for law in stage.laws],
         common=stage.common,
         rows=implicit_rows,
-        solved=[] if not new else new[: len(new) - len(cyclic)],
+        solved=new[len(cyclic) :],
         outputs=final(asked.wanted),
         rates=final([dae.xdot[stage.state_of(n)] for n in asked.held]),
         laws=laws,
         guards=[_changed(g, final) for g in dae.guards if g.action == "error"],
         turning=_lost(stage, cyclic, turning),
+        together=bool(turning),
     )
 
 
 def _lost(stage: _Stage, cyclic: list[Symbol], turning: Turning) -> list[bool]:
     """The wanted expressions that depend on how far the model has turned."""
     wanted, x = stage.put(stage.asked.wanted), stage.dae.x
-    lost = dependence(wanted, [s for s in cyclic if key(s) not in {key(x[i]) for i in turning}]).any(axis=1)
+    lost: NDArray[np.bool_] = dependence(wanted, [s for s in cyclic if key(s) not in {key(x[i]) for i in turning}]).any(
+        axis=1
+    )
     for i, shares in turning.items():
         direction = ca.DM.zeros(x.numel())
         for j, share in (shares | {i: 1.0}).items():
@@ -261,8 +293,8 @@ def _lost(stage: _Stage, cyclic: list[Symbol], turning: Turning) -> list[bool]:
         change = ca.jtimes(column(wanted), x, direction)
         symbols = ca.symvar(change)
         number = ca.Function("powertrain_lost", [column(symbols)], [change])([generic(s) for s in symbols])
-        lost |= np.abs(np.array(number).ravel()) > 1e-9
-    return [bool(b) for b in lost]
+        lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > 1e-9))
+    return [bool(lost[i]) for i in range(len(wanted))]
 
 
 def _changed(record: Any, final: Callable[[list[Symbol]], list[Symbol]]) -> Any:
@@ -292,7 +324,9 @@ def _blocks(
         # A law that is stuck puts its speed (a closed contact its gap) in the place of the rates that depend on its mode.
         movable = [k for k, law in enumerate(stage.laws) if not isinstance(law, Switch)]
         through = dependence(rows, [stage.dae.m[stage.laws[k].index] for k in movable])
-        speeds = stage.put([law.w if isinstance(law, Friction) else law.gap for law in stage.laws if not isinstance(law, Switch)])
+        speeds = stage.put(
+            [law.w if isinstance(law, Friction) else law.gap for law in stage.laws if not isinstance(law, Switch)]
+        )
         moved = dependence(speeds, symbols)
         if through.size and moved.size:
             entries = entries | (through.astype(int) @ moved.astype(int) > 0)
@@ -308,7 +342,11 @@ def _blocks(
 
 
 def _unbalanced(texts: list[str], names: list[str]) -> str:
-    found = f"can only be met by {', '.join(names)}" if names else "cannot be met: nothing that is to be found influences them"
+    found = (
+        f"can only be met by {', '.join(names)}"
+        if names
+        else "cannot be met: nothing that is to be found influences them"
+    )
     return (
         f"steady: the conditions {'; '.join(texts)} {found}. "
         "Prescribe a speed on the grid, or let an input or parameter be found: free=[...]"
@@ -318,8 +356,12 @@ def _unbalanced(texts: list[str], names: list[str]) -> str:
 def _solve(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]) -> list[Symbol] | None:
     """The unknowns of a block as expressions, or None where it is not linear, or not the same in all modes."""
     jacobian = ca.jacobian(column(rows), column(unknowns))
-    if dependence([jacobian.nz[i] for i in range(jacobian.nnz())], [*unknowns, *modes]).any():
+    slopes = [jacobian.nz[i] for i in range(jacobian.nnz())]
+    if dependence(slopes, modes).any():
         return None
+    if dependence(slopes, unknowns).any():
+        root = root_of_fraction(rows[0], unknowns[0]) if len(rows) == 1 else None
+        return None if root is None or dependence([root], modes).any() else [root]
     symbols = ca.symvar(jacobian)
     point = [generic(s) for s in symbols]
     numbers = np.array(ca.Function("powertrain_block", [column(symbols)], [jacobian])(point).nonzeros(), float)

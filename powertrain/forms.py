@@ -30,7 +30,7 @@ class Form:
 
 @dataclass(frozen=True)
 class RowForms:
-    """Outputs along a row; ``fits`` (of the row) and ``fits_along`` (of every point, None if not needed) say whether the row is of one kind."""
+    """Outputs along a row; it is of one kind where ``fits`` holds (for the row) and ``fits_along`` (None, or for every point)."""
 
     outputs: list[Form]
     fits: Symbol
@@ -104,7 +104,12 @@ class _Replay:
 
 
 def row_forms(
-    x: Symbol, ends: Symbol, symbols: Sequence[Symbol], wanted: list[Symbol], margins: list[Symbol], rivals: list[list[Symbol]]
+    x: Symbol,
+    ends: Symbol,
+    symbols: Sequence[Symbol],
+    wanted: list[Symbol],
+    margins: list[Symbol],
+    rivals: list[list[Symbol]],
 ) -> RowForms:
     """Expressions of x and of the other ``symbols`` along a row whose least and greatest x are ``ends``.
 

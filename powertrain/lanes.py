@@ -7,6 +7,7 @@ columns of ``lanes`` points, which keeps the interpreter busy with arithmetic an
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -31,7 +32,8 @@ class Tape:
         self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
         scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
         self.function = lifted(scalar, len(varying), lanes)
-        self._buffer, self._call = self.function.buffer()
+        buffer: tuple[Any, Any] = self.function.buffer()
+        self._buffer, self._call = buffer
         self._common = zeros(common.numel())
         self._buffer.set_arg(self.inputs, view(self._common))
         self._kept: tuple[object, ...] = ()
@@ -71,7 +73,7 @@ class Tape:
 
 
 def lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
-    """The same function with columns of ``lanes`` values for its first inputs and for its outputs; the other inputs are columns of scalars."""
+    """The same function of columns of ``lanes`` values for its first inputs; the other inputs are the same for all lanes."""
     operations = [scalar.instruction_id(k) for k in range(scalar.n_instructions())]
     if ca.OP_CALL in operations:
         return scalar.map(f"{scalar.name()}_map", "serial", lanes, list(range(varying, scalar.n_in())), [])

@@ -30,7 +30,7 @@ def newton(evaluate: Evaluate, start: Rows) -> tuple[Rows, NDArray[np.int8]]:
     for _ in range(_ITERATIONS):
         if not active.size:
             break
-        step, deficient = _step(residual, jacobian)
+        step, deficient = newton_step(residual, jacobian)
         size = _size(residual, jacobian, u[:, active])
         tiny = (np.abs(step) <= _STEP * (1.0 + np.abs(u[:, active]))).all(axis=0) | (size <= 1e-14)
         tried, found, slopes, ok = _damped(evaluate, u, active, step, residual, jacobian)
@@ -54,11 +54,11 @@ def _damped(
     old = np.abs(residual * scale).max(axis=0)
     tried = base - step
     found, slopes = evaluate(tried, active)
-    ok = np.isfinite(step).all(axis=0)
+    ok: NDArray[np.bool_] = np.asarray(np.isfinite(step).all(axis=0))
     for _ in range(12):
         new = np.abs(found * scale).max(axis=0)
         small = np.abs(length * step).max(axis=0) <= 1e-9 * (1.0 + np.abs(base).max(axis=0))
-        bad = ok & ~((new <= old * (1.0 - 0.1 * length)) | (small & np.isfinite(new)))
+        bad: NDArray[np.bool_] = ok & ~((new <= old * (1.0 - 0.1 * length)) | (small & np.isfinite(new)))
         if not bad.any():
             return tried, found, slopes, ok
         length[bad] *= 0.5
@@ -74,9 +74,9 @@ def _size(residual: Rows, jacobian: NDArray[np.float64], u: Rows) -> NDArray[np.
     return np.where(np.isfinite(size), size, np.inf)
 
 
-def _step(residual: Rows, jacobian: NDArray[np.float64]) -> tuple[Rows, NDArray[np.bool_]]:
+def newton_step(residual: Rows, jacobian: NDArray[np.float64]) -> tuple[Rows, NDArray[np.bool_]]:
     """The least-squares step of every point, and whether some unknown is not determined there."""
-    finite = np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
+    finite: NDArray[np.bool_] = np.asarray(np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0))
     matrix = np.where(finite[:, None, None], jacobian, 0.0)
     rows = np.abs(matrix).max(axis=2, keepdims=True)
     rows[rows == 0.0] = 1.0
@@ -90,4 +90,4 @@ def _step(residual: Rows, jacobian: NDArray[np.float64]) -> tuple[Rows, NDArray[
     scaled = np.where(finite, residual, 0.0).T[:, :, None] / rows
     step = np.swapaxes(right, 1, 2) @ (inverse[:, :, None] * (np.swapaxes(left, 1, 2) @ scaled))
     result = (step / np.swapaxes(columns, 1, 2))[:, :, 0].T
-    return np.where(finite, result, np.nan), small.any(axis=1)
+    return np.where(finite, result, np.nan), np.asarray(small.any(axis=1))

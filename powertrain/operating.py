@@ -21,7 +21,9 @@ from powertrain.equilibrium import Equilibrium
 from powertrain.hybrid import Friction
 from powertrain.indicators import guard_margin
 from powertrain.lanes import Rows, Tape
-from powertrain.newton import CONVERGED, SINGULAR, newton
+from powertrain.modes import ZONE
+from powertrain.newton import CONVERGED, SINGULAR, Evaluate, newton, newton_step
+from powertrain.newton import DIVERGED as LOST
 from powertrain.symbols import Symbol, column
 
 Mask = NDArray[np.bool_]
@@ -32,11 +34,13 @@ LANES = 256
 _PASSES = 30
 _COMBINATIONS = 4096
 _SAME = 1e-9
+_SPEED = 1.0
+_KICKS = (1.0, -1.0, 100.0)
 
 
 @dataclass
 class Points:
-    """Operating points: unknowns, modes, status, the laws (or guards) that the status is about, and which laws rest under a prescribed motion."""
+    """Operating points: unknowns, modes, status, the laws that it is about, and those at rest under a prescribed motion."""
 
     u: Rows
     modes: Rows
@@ -67,7 +71,9 @@ class Solver:
         varying = [*problem.grid, *problem.u, *problem.modes]
         self._table = _Table(problem, self.choices, varying)
         guards = [guard_margin(g) for g in problem.guards]
-        self.values_tape = Tape("steady_values", varying, problem.common, [*problem.outputs, *problem.rates, *guards], LANES)
+        self.values_tape = Tape(
+            "steady_values", varying, problem.common, [*problem.outputs, *problem.rates, *guards], LANES
+        )
         self.wanted = len(problem.outputs) + len(problem.rates)
         self._newton: Tape | None = None
         if problem.u:
@@ -100,7 +106,9 @@ class Solver:
 
     def _explicit(self, grid: Rows, side: Rows) -> Points:
         points = Points.empty(0, len(self.choices), grid.shape[1])
-        points.modes[:] = [[c.modes[0] if isinstance(c.law, Friction) is False else FORWARD] for c in self.choices] or 0.0
+        points.modes[:] = [
+            [c.modes[0] if isinstance(c.law, Friction) is False else FORWARD] for c in self.choices
+        ] or 0.0
         ready: list[int] = []
         for group, coupled in self.groups:
             if coupled:
@@ -139,7 +147,9 @@ class Solver:
         points.status[lost] = NONE
         points.blame[k, lost] = True
 
-    def _enumerate(self, grid: Rows, points: Points, group: list[int], where: Index, side: Rows, newton_too: bool = False) -> None:
+    def _enumerate(
+        self, grid: Rows, points: Points, group: list[int], where: Index, side: Rows, newton_too: bool = False
+    ) -> None:
         """Tries all combinations of the modes of a group at some points."""
         if not where.size:
             return
@@ -153,7 +163,9 @@ class Solver:
             modes[group] = np.array(combination)[:, None]
             u, solved = points.u[:, where], np.ones(where.size, bool)
             if newton_too:
-                u, outcome = self._solve(grid[:, where], modes, np.broadcast_to(self.problem.u_start[:, None], u.shape).copy())
+                u, outcome = self._solve(
+                    grid[:, where], modes, np.broadcast_to(self.problem.u_start[:, None], u.shape).copy()
+                )
                 solved = outcome == CONVERGED
             holds, resting, signature = self._consistent(grid[:, where], u, modes, group, side[:, where])
             holds &= solved
@@ -171,7 +183,7 @@ class Solver:
         points.rest[:, where[good]] |= rest[:, good]
         for state, hit in ((NONE, count == 0), (SEVERAL, count > 1), (OK, count == 1)):
             points.status[where[hit]] = state
-            points.blame[np.ix_(group, where[hit])] = state != OK
+            points.blame[np.ix_(np.array(group), where[hit])] = state != OK
 
     def _consistent(self, grid: Rows, u: Rows, modes: Rows, group: list[int], side: Rows) -> tuple[Mask, Mask, Rows]:
         """Whether the modes of a group hold, which of its laws rest under a prescribed motion, and the values that tell solutions apart."""
@@ -242,7 +254,7 @@ class Solver:
         active = np.arange(count)
         for _ in range(_PASSES):
             u, outcome = self._solve(grid[:, active], points.modes[:, active], points.u[:, active])
-            usable = outcome != 2
+            usable = outcome != LOST
             points.u[:, active[usable]] = u[:, usable]
             table = self._table.evaluate(grid[:, active], points.u[:, active], points.modes[:, active])
             modes, rests, changed = self._next(table, points.modes[:, active], side[:, active])
@@ -269,7 +281,7 @@ class Solver:
             other = values[(margins >= 0.0).argmax(axis=0)]
             if isinstance(choice.law, Friction) and choice.rest is None:
                 speed, breaks = self._table.motion(table, k)
-                sign = np.where(np.abs(speed) <= 2e-10, STUCK, np.sign(np.nan_to_num(speed)))
+                sign = np.where(np.abs(speed) <= ZONE, STUCK, np.sign(np.nan_to_num(speed)))
                 other = np.where(modes[k] == STUCK, np.where(breaks != 0.0, breaks, sign), sign)
                 if choice.law.algebraic:
                     other = np.where(modes[k] == STUCK, breaks, STUCK)
@@ -298,7 +310,33 @@ class Solver:
             jacobian = found[equations:].T.reshape(-1, equations, n)
             return residual, np.where(on.T[:, :, None], jacobian, 0.0)
 
-        return newton(evaluate, start)
+        u, outcome = newton(evaluate, self._moving(grid, modes, start, evaluate))
+        for kick in _KICKS:
+            again = np.flatnonzero(outcome == LOST)
+            if not again.size:
+                break
+            retried, result = newton(lambda v, where, some=again: evaluate(v, some[where]), start[:, again] + kick)  # type: ignore[misc]
+            better = result != LOST
+            u[:, again[better]], outcome[again[better]] = retried[:, better], result[better]
+        return u, outcome
+
+    def _moving(self, grid: Rows, modes: Rows, start: Rows, evaluate: Evaluate) -> Rows:
+        """The start, moved so that laws that slide do."""
+        sliding = [(j, k) for j, (k, _) in enumerate(self._held) if isinstance(self.problem.laws[k], Friction)]
+        if not sliding:
+            return start
+        assert self._newton is not None
+        found, n = self._newton(np.vstack([grid, start, modes])), len(self.problem.u)
+        equations = len(self.problem.rows) + len(self._held)
+        first = len(self.problem.rows)
+        speeds = found[[first + j for j, _ in sliding]]
+        wanted = modes[[k for _, k in sliding]]
+        wrong = (np.abs(wanted) == 1.0) & (speeds * wanted <= ZONE)
+        slopes = found[equations:].T.reshape(-1, equations, n)[:, [first + j for j, _ in sliding]]
+        moves, _ = newton_step(
+            np.where(wrong, speeds - wanted * _SPEED, 0.0), np.where(wrong.T[:, :, None], slopes, 0.0)
+        )
+        return np.where(np.isfinite(moves), start - moves, start)
 
 
 class _Table:
@@ -335,7 +373,7 @@ class _Table:
         return table[self._first[k] : self._extra[k]]
 
     def rest(self, table: Rows, k: int) -> Array:
-        return table[self._extra[k]]
+        return np.asarray(table[self._extra[k]])
 
     def signature(self, table: Rows, k: int) -> Rows:
         """The torque of a friction law, the force of a contact, the condition of a switch."""

@@ -74,10 +74,16 @@ class _Flat:
 class _Curved:
     """One combination of modes on ``BLOCK`` rows of a given width, computed point by point where it must."""
 
-    def __init__(self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol, x: Symbol, width: int) -> None:
+    def __init__(
+        self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol, x: Symbol, width: int
+    ) -> None:
         values = [_value(f, x) for f in forms.outputs]
         along = Symbol(1) if forms.fits_along is None else forms.fits_along
-        scalar = ca.Function("powertrain_steady_row", [x, ca.vertcat(Symbol(0, 1), *slow), ends, problem.common], [*values, forms.fits * along])
+        scalar = ca.Function(
+            "powertrain_steady_row",
+            [x, ca.vertcat(Symbol(0, 1), *slow), ends, problem.common],
+            [*values, forms.fits * along],
+        )
         wide = lifted(scalar, 1, width).map("powertrain_rows", "serial", BLOCK, [0, 2, 3], [])
         self._x, self._ends, self._common = zeros(width), zeros(2), zeros(problem.common.numel())
         self._slow, self._count = zeros(len(slow) * BLOCK), len(slow)
@@ -173,7 +179,9 @@ class RowMap:
                 self._tapes.clear()
             ends = self._ends[key, fast]
             flat = forms.flat
-            self._tapes[place] = _Flat(problem, forms, slow, ends) if flat else _Curved(problem, forms, slow, ends, x, width)
+            self._tapes[place] = (
+                _Flat(problem, forms, slow, ends) if flat else _Curved(problem, forms, slow, ends, x, width)
+            )
         return self._tapes[place]
 
 
@@ -184,7 +192,9 @@ def _runs(which: Index, good: Mask) -> list[tuple[slice, slice]]:
         return []
     cut = np.flatnonzero((np.diff(place) != 1) | (np.diff(which[place]) != 1)) + 1
     firsts, lasts = place[np.r_[0, cut]], place[np.r_[cut - 1, -1]]
-    return [(slice(int(which[i]), int(which[j]) + 1), slice(int(i), int(j) + 1)) for i, j in zip(firsts, lasts, strict=True)]
+    return [
+        (slice(int(which[i]), int(which[j]) + 1), slice(int(i), int(j) + 1)) for i, j in zip(firsts, lasts, strict=True)
+    ]
 
 
 def _value(form: Form, x: Symbol) -> Symbol:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import product
 from math import prod
-from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -29,12 +28,8 @@ WIDTHS = (128, 1024, 4096)
 _TAPES = 64
 _ALTERNATIVES = 64
 Key = tuple[float, ...]
-
-
-class Careful(Protocol):
-    """Solves the points from ``first`` to ``last`` of a piece one by one, writes them, and returns the modes of the last good one."""
-
-    def __call__(self, first: int, last: int) -> Array | None: ...
+Careful = Callable[[int, int], Array | None]
+"""Solves the points from the first to before the last one by one, writes them, and returns the modes of the last good one."""
 
 
 class Walker:
@@ -61,7 +56,12 @@ class Walker:
             tape.set_common(values)
 
     def walk(
-        self, count: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful, done: Callable[[int], None]
+        self,
+        count: int,
+        arguments: Sequence[Array],
+        results: Sequence[Array],
+        careful: Careful,
+        done: Callable[[int], None],
     ) -> None:
         """Fills the first ``count`` points of ``results``; what is written beyond them, up to the largest width, has no meaning."""
         i, level, current = 0, 0, next(iter(self.keys), None)
@@ -90,7 +90,9 @@ class Walker:
         first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]
         return list(dict.fromkeys([*first, *self.keys]))
 
-    def _run(self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]) -> tuple[int, bool]:
+    def _run(
+        self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]
+    ) -> tuple[int, bool]:
         """How many points from i on fit, and whether all that were tried did."""
         width = WIDTHS[level]
         tape = self._tape(key, level)
@@ -128,9 +130,9 @@ class Walker:
         base = [*self._wanted, *self._guards, *margins]
         put = with_modes([*base, *conditions], modes, given)
         found = dependence(put, modes)
-        wanted = found[: len(base)].any(axis=0) if len(base) else np.zeros(len(modes), bool)
+        wanted = np.asarray(found[: len(base)].any(axis=0))
         while True:
-            more = wanted | found[len(base) :][wanted].any(axis=0)
+            more = np.asarray(wanted | found[len(base) :][wanted].any(axis=0))
             if (more == wanted).all():
                 break
             wanted = more
@@ -189,4 +191,3 @@ class Walker:
         for _ in members:
             reach = reach | (reach.astype(int) @ reach.astype(int) > 0)
         return [k for i, k in enumerate(members) if reach[i, i]]
-

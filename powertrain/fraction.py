@@ -1,0 +1,121 @@
+"""Equations that are fractions of affine expressions in one unknown, such as the ratio of a gear as a function of a speed ratio, solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from powertrain.symbols import Symbol, free_symbols, key
+
+
+@dataclass(frozen=True)
+class _Fraction:
+    """(n0 + n1 x)/(d0 + d1 x); without ``d0`` and ``d1`` the denominator is one, and zeros are None."""
+
+    n0: Symbol | None = None
+    n1: Symbol | None = None
+    d0: Symbol | None = None
+    d1: Symbol | None = None
+
+    @property
+    def affine(self) -> bool:
+        return self.d0 is None and self.d1 is None
+
+    @property
+    def constant(self) -> bool:
+        return self.affine and self.n1 is None
+
+
+class _NoFraction(Exception):
+    pass
+
+
+def root_of_fraction(residual: Symbol, x: Symbol) -> Symbol | None:
+    """The x where ``residual`` is zero, if it is a fraction of two affine expressions of x; infinite where that takes an infinite x."""
+    others = [s for s in free_symbols(residual) if key(s) != key(x)]
+    tape = ca.Function("powertrain_fraction", [x, ca.vertcat(Symbol(0, 1), *others)], [ca.densify(residual)])
+    work: dict[int, _Fraction] = {}
+    found = _Fraction()
+    try:
+        for k in range(tape.n_instructions()):
+            operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
+            if operation == ca.OP_CONST:
+                value = tape.instruction_constant(k)
+                work[outputs[0]] = _Fraction(Symbol(value) if value else None)
+            elif operation == ca.OP_INPUT:
+                work[outputs[0]] = _Fraction(n1=Symbol(1)) if inputs[0] == 0 else _Fraction(others[inputs[1]])
+            elif operation == ca.OP_OUTPUT:
+                found = work[inputs[0]]
+            else:
+                work[outputs[0]] = _operate(operation, [work[i] for i in inputs])
+    except _NoFraction:
+        return None
+    return None if found.n1 is None else -(Symbol(0) if found.n0 is None else found.n0) / found.n1
+
+
+def _operate(operation: int, f: list[_Fraction]) -> _Fraction:
+    first, last = f[0], f[-1]
+    if operation == ca.OP_CALL:
+        raise _NoFraction
+    if all(each.constant for each in f):
+        values = [Symbol(0) if each.n0 is None else each.n0 for each in f]
+        return _Fraction(ca.SX.unary(operation, values[0]) if len(f) == 1 else ca.SX.binary(operation, *values))
+    if operation == ca.OP_NEG:
+        return _times(first, Symbol(-1))
+    if operation == ca.OP_TWICE:
+        return _times(first, Symbol(2))
+    if operation == ca.OP_ADD:
+        return _add(first, last)
+    if operation == ca.OP_SUB:
+        return _add(first, _times(last, Symbol(-1)))
+    if operation == ca.OP_MUL and (first.constant or last.constant):
+        factor, other = (first, last) if first.constant else (last, first)
+        return _times(other, factor.n0)
+    if operation == ca.OP_INV:
+        return _divide(_Fraction(Symbol(1)), first)
+    if operation == ca.OP_DIV:
+        return _divide(first, last)
+    raise _NoFraction
+
+
+def _add(f: _Fraction, g: _Fraction) -> _Fraction:
+    if f.affine and g.affine:
+        return _Fraction(_sum(f.n0, g.n0), _sum(f.n1, g.n1))
+    if f.affine:
+        f, g = g, f
+    if g.constant:
+        return _Fraction(_sum(f.n0, _product(g.n0, f.d0)), _sum(f.n1, _product(g.n0, f.d1)), f.d0, f.d1)
+    if _same(f.d0, g.d0) and _same(f.d1, g.d1):
+        return _Fraction(_sum(f.n0, g.n0), _sum(f.n1, g.n1), f.d0, f.d1)
+    raise _NoFraction
+
+
+def _divide(f: _Fraction, g: _Fraction) -> _Fraction:
+    if g.constant:
+        if g.n0 is None:
+            raise _NoFraction
+        return _times(f, 1 / g.n0)
+    if g.affine and f.affine:
+        return _Fraction(f.n0, f.n1, g.n0, g.n1)
+    if f.constant:
+        return _times(_Fraction(g.d0, g.d1, g.n0, g.n1), f.n0)
+    if not f.affine and not g.affine and _same(f.d0, g.d0) and _same(f.d1, g.d1):
+        return _Fraction(f.n0, f.n1, g.n0, g.n1)
+    raise _NoFraction
+
+
+def _times(f: _Fraction, factor: Symbol | None) -> _Fraction:
+    return _Fraction() if factor is None else _Fraction(_product(f.n0, factor), _product(f.n1, factor), f.d0, f.d1)
+
+
+def _same(a: Symbol | None, b: Symbol | None) -> bool:
+    return a is b if a is None or b is None else bool(ca.is_equal(a, b, 20))
+
+
+def _sum(a: Symbol | None, b: Symbol | None) -> Symbol | None:
+    return b if a is None else a if b is None else a + b
+
+
+def _product(a: Symbol | None, b: Symbol | None) -> Symbol | None:
+    return None if a is None or b is None else a * b
