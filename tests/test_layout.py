@@ -25,19 +25,19 @@ ORDER = [
     "matching linear sharing calls sparse_lu",
     "flatten alias index torques structure blocks resolver assemble",
     "buffers compiled packing pivots indicators modes",
-    "survey step dopri5 rodas5p steps",
+    "survey weights step dopri5 rodas5p steps",
     "chatter schedules trajectory location projection consistent jam redundancy enumeration resolve",
     "sparse_step failure loop engine",
     "signals events export initial result plant",
     "linear_model reduction perturbation linearization energy_terms audit",
     "lanes fraction axes newton equilibrium choices operating walk forms rows sheet progress dataset steady_map",
-    "steady eigenmodes powerflow powerplot sweeping optimize",
-    "plot",
+    "steady eigenmodes circulation powergraph variator powerterms powerflow sweeping optimize",
+    "plot powerdiagram powerplot",
     "__init__",
     "__main__",
 ]
 # (module, what it imports from a row below, in the function that needs it)
-LATER = {("result", "plot")}
+LATER = {("result", "plot"), ("powerflow", "powerdiagram")}
 
 RANK = {name: rank for rank, row in enumerate(ORDER) for name in row.split()}
 THIRD_PARTY = {"casadi", "numpy"}
