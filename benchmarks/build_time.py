@@ -51,9 +51,9 @@ def run(rounds: int = 7, sizes: tuple[int, ...] = SIZES) -> list[Row]:
     found = {}
     for n in sizes:
         repeats = 3 if n < 1000 else 1
-        times = [_ready_chain(n) for _ in range(repeats)]
-        found[n] = min(cpu for _, cpu in times)
-        said = f"{duration(min(wall for wall, _ in times))} ({duration(found[n])} of processor time)"
+        both = [_ready_chain(n) for _ in range(repeats)]
+        found[n] = min(cpu for _, cpu in both)
+        said = f"{duration(min(wall for wall, _ in both))} ({duration(found[n])} of processor time)"
         rows.append(Row(NAME, f"chain of {n} inertias", said))
     for first in (min(sizes), 100):
         last = max(sizes)

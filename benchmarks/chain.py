@@ -66,9 +66,9 @@ def run(rounds: int = 15, n: int = 10, stop: float = 10.0, points: int = 1001) -
     tolerances = {"reltol": 1e-6, "abstol": 1e-8, "max_num_steps": 1_000_000}
     cvodes = ca.integrator("powertrain_chain", "cvodes", by_hand(n), 0.0, list(grid), tolerances)
 
-    def ours(**options: float) -> Array:
-        result = plant.simulate(stop, times=grid, **options)  # type: ignore[arg-type]
-        return np.column_stack([result[name] for name in plant.compiled.states])
+    def ours() -> list[Array]:
+        result = plant.simulate(stop, times=grid)
+        return [result[name] for name in plant.compiled.states]
 
     def hand() -> Array:
         return np.array(cvodes(x0=x0, p=p)["xf"]).T

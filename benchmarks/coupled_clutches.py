@@ -63,10 +63,10 @@ class CoupledClutches(pt.Component):
         yield self.J1.w == 10
 
 
-def simulate(plant: pt.Plant[CoupledClutches], **options: Any) -> Array:
+def simulate(plant: pt.Plant[CoupledClutches], **options: Any) -> list[Array]:
     """What is timed for powertrain: one run of the compiled model and its states at the 1,501 instants (and both sides of events)."""
     result = plant.simulate(STOP, times=GRID, **options)
-    return np.column_stack([result[name] for name in plant.compiled.states])
+    return [result[name] for name in plant.compiled.states]
 
 
 def speeds(result: pt.Result[CoupledClutches]) -> Array:

@@ -310,10 +310,10 @@ def run(rounds: int = 9) -> list[Row]:
     return rows
 
 
-def simulate(plant: pt.Plant[Driveline], **options: Any) -> Array:
+def simulate(plant: pt.Plant[Driveline], **options: Any) -> list[Array]:
     """What is timed for powertrain: one run of the compiled model and its states (those that have a name) at 2,001 instants."""
     result = plant.simulate(STOP, times=GRID, **options)
-    return np.column_stack([result[name] for name in plant.compiled.states if name in result])
+    return [result[name] for name in plant.compiled.states if name in result]
 
 
 def _columns(result: pt.Result[Driveline], names: list[str]) -> Array:
