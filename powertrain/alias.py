@@ -98,19 +98,23 @@ class Reduced:
         """What is tied to ``first``: for each variable the equation and the variable it was reached by."""
         came: dict[int, tuple[int, int]] = {}
         queue = deque([first])
+        fixed = self._is_fixed(first)
         while queue:
             at = queue.popleft()
-            if at == CONSTANT:
+            if at == CONSTANT or (not fixed and self._is_fixed(at)):
                 continue
             for i in users.get(at, []):
                 for base in self.ties[i]:
                     if base not in came and base != first:
                         came[base] = (i, at)
                         queue.append(base)
-        alias = self.aliases.get(first)
-        if alias is None or alias.root is not None:
+        if not fixed:
             came.pop(CONSTANT, None)
         return came
+
+    def _is_fixed(self, base: int) -> bool:
+        alias = self.aliases.get(base)
+        return alias is not None and alias.root is None
 
     def derivative(self, symbol: Symbol, order: int) -> Symbol:
         """The symbol of der^order(symbol)."""
@@ -315,7 +319,7 @@ def _affine_rows(flat: Flat) -> list[_Row]:
     moving = [s for s in ca.symvar(residuals) if key(s) in moved] + [time]
     unknowns, bases = column(symbols), flat.recorder.bases
     jacobian = ca.jacobian(residuals, unknowns)
-    entries = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
+    entries = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
     varying = ca.which_depends(column(entries), ca.vertcat(unknowns, *moving), 1, True) if entries else []
     constants = ca.vertsplit(ca.substitute(residuals, unknowns, ca.DM.zeros(unknowns.shape)))
     timed = ca.which_depends(residuals, column(moving), 1, True)

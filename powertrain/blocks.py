@@ -78,7 +78,7 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
     entries: list[dict[int, Symbol]] = [{} for _ in residuals]
     numeric: list[dict[int, float]] = [{} for _ in residuals]
     constant: list[set[int]] = [set() for _ in residuals]
-    elements = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
+    elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
     for i, j, entry, number in zip(*jacobian.sparsity().get_triplet(), elements, numbers, strict=True):
         entries[i][j] = entry
         numeric[i][j] = float(number) if np.isfinite(number) else 1.0

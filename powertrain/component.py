@@ -246,9 +246,26 @@ class Component:
     def _check_slot(self, where: str, name: str, value: Any) -> None:
         kind = self._slot_types().get(name)
         if isinstance(kind, type) and issubclass(kind, Component) and not isinstance(value, kind):
-            raise ModelError(f"{where} takes a {kind.__name__}, not {type(value).__name__}")
+            given = value.__name__ + " itself" if isinstance(value, type) else type(value).__name__
+            raise ModelError(
+                f"{where} takes a component of kind {kind.__name__}, not {given}; give {kind.__name__}(...)"
+            )
         if isinstance(value, type) and issubclass(value, Component):
             raise ModelError(f"{where} is the class {value.__name__}: give a value, {value.__name__}(...)")
+        if isinstance(value, tuple):
+            self._check_items(where, kind, value)
+
+    def _check_items(self, where: str, kind: Any, values: tuple[Any, ...]) -> None:
+        if typing.get_origin(kind) is not tuple:
+            return
+        kinds = typing.get_args(kind)
+        if kinds and kinds[-1] is Ellipsis:
+            kinds = kinds[:1] * len(values)
+        elif len(kinds) != len(values):
+            raise ModelError(f"{where} takes {len(kinds)} parts, not {len(values)}")
+        for i, (item, wanted) in enumerate(zip(values, kinds, strict=True)):
+            if isinstance(wanted, type) and issubclass(wanted, Component) and not isinstance(item, wanted):
+                raise ModelError(f"{where}[{i}] takes a component of kind {wanted.__name__}, not {type(item).__name__}")
 
     @classmethod
     def _slot_types(cls) -> dict[str, Any]:
@@ -257,7 +274,7 @@ class Component:
             for base in reversed(cls.__mro__):
                 scope = vars(sys.modules.get(base.__module__, typing))
                 for name, text in base.__dict__.get("__annotations__", {}).items():
-                    slots[name] = scope.get(text) if isinstance(text, str) else text
+                    slots[name] = _evaluated(text, scope) if isinstance(text, str) else text
             cls._slots = slots
         return cls._slots
 
@@ -293,6 +310,14 @@ class Component:
 
     def __hash__(self) -> int:
         return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
+
+
+def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:
+    """What an annotation means in its module; None where it cannot be told."""
+    try:
+        return eval(annotation, scope)
+    except Exception:
+        return None
 
 
 def _is_symbolic(spec: Any) -> bool:

@@ -7,18 +7,22 @@ at the reference potential where it is a support.
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
 
 from powertrain.component import Component, Discrete, Equations, Parameter, Port, Quantity, Variable, children
 from powertrain.connectors import Connector, Input, Output, Signal, declared
-from powertrain.errors import ModelError
+from powertrain.errors import ModelError, suggestion
 from powertrain.laws import Connection, Law
 from powertrain.recorder import Place, Recorder, reading
 from powertrain.symbols import Symbol, free_symbols, key
+
+_NOT_TEXT = (str(Path(__file__)), str(Path(ca.__file__).parent), str(Path(__file__).with_name("component.py")))
 
 
 @dataclass(frozen=True)
@@ -143,9 +147,25 @@ def _read(component: Component, text: Equations, active: Recorder) -> Iterator[t
     except RuntimeError as error:
         if "truth value" not in str(error):
             raise
+        place = _raised_at(error, component._path)
         raise ModelError(
-            f"{active.place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
+            f"{place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
         ) from error
+    except AttributeError as error:
+        owner = error.obj
+        if not isinstance(owner, Component):
+            raise
+        known = list(owner._fields)
+        raise ModelError(
+            f"{_raised_at(error, component._path)}: {owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"
+            f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"
+        ) from error
+
+
+def _raised_at(error: BaseException, path: str) -> Place:
+    """The last line of the model's text in a traceback."""
+    inner = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_TEXT)]
+    return Place(path, inner[-1].filename, inner[-1].lineno or 0) if inner else Place(path)
 
 
 def _residual(row: Any, place: Place) -> Symbol:

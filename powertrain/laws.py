@@ -184,6 +184,11 @@ def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
     if len(ports) < 2:
         raise ModelError(f"{recorder().place}: connect() needs at least two ports")
     if len(kinds) > 1:
-        said = ", ".join(f"{p._path} ({p.kind().__name__})" for p in ports)
+        same = len({kind.__name__ for kind in kinds}) < len(kinds)
+        said = ", ".join(f"{p._path} ({_kind_name(p.kind(), same)})" for p in ports)
         raise ModelError(f"{recorder().place}: connect() joins ports of one kind, got {said}")
     return tuple(ports)
+
+
+def _kind_name(kind: type, full: bool) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}" if full else kind.__name__

@@ -78,6 +78,8 @@ class SparseStep:
             self._now[0] = t + rodas5p.ALPHA[i] * h
             self._point[:n] = y + _A[i, :i] @ stages[:i]
             self._rates.call()
+            if not np.isfinite(self._rate).all():
+                return
             right = self._rate + rodas5p.GAMMA_SUM[i] * h * self._slope
             right[: self._states] += _C[i, :i] @ stages[:i, : self._states] / h
             stages[i] = solve(right)

@@ -52,11 +52,19 @@ def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torqu
 
 
 def _too_little(reduced: Reduced, free: list[int]) -> str:
-    names = sorted(_name(reduced, b) for b in free)
+    names = sorted(_with_aliases(reduced, b) for b in free)
     more = ", ..." if len(names) > 8 else ""
     inputs = reduced.flat.loose_inputs
     hint = f"not connected: {', '.join(inputs)}" if inputs else "is an equation missing, or a part not connected?"
     return f"under-determined: {len(free)} equation{'s' * (len(free) != 1)} missing to determine {', '.join(names[:8])}{more}; {hint}"
+
+
+def _with_aliases(reduced: Reduced, base: int) -> str:
+    """A variable and some that are multiples of it or of its derivative."""
+    flat = reduced.flat
+    tied = [flat.unknowns[k].name for k, alias in reduced.aliases.items() if alias.root == base and k in flat.unknowns]
+    tied.sort(key=lambda name: (name.count("."), name))
+    return _name(reduced, base) + (f" (with {', '.join(tied[:3])})" if tied else "")
 
 
 def _name(reduced: Reduced, base: int) -> str:

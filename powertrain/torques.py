@@ -199,7 +199,9 @@ def solve_torques(
 def _bent(rows: list[Symbol], symbols: list[Symbol]) -> set[int]:
     """What the slopes of the rows depend on."""
     slopes = ca.jacobian(column(rows), column(symbols))
-    return {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(slopes.nz[:])))} & {key(s) for s in symbols}
+    return {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.vec(slopes.nz[:]))))} & {
+        key(s) for s in symbols
+    }
 
 
 def _without_torques(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tuple[Symbol, Symbol]]:
@@ -223,7 +225,7 @@ def _solve_linear(rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol
     right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
     entries: list[linear.Row] = [{} for _ in rows]
     numbers: list[linear.Numbers] = [{} for _ in rows]
-    elements = ca.vertsplit(jacobian.nz[:]) if jacobian.nnz() else []
+    elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
     for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
         entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
     own = [row.get(i, Symbol(1)) for i, row in enumerate(entries)]
