@@ -25,6 +25,8 @@ from powertrain.symbols import Symbol
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 _SLACK = 1e-9
+INFINITE = 1e12
+"""An input or parameter that would have to be larger counts as infinite."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,11 @@ def breakaway(law: Friction) -> Symbol:
     """Positive where a stuck torque is above its upper limit, negative where it is below its lower one."""
     below, above = torque_margins(law)
     return ca.if_else(above < 0, Symbol(1), ca.if_else(below < 0, Symbol(-1), Symbol(0)))
+
+
+def bounded(problem: Equilibrium) -> list[Symbol]:
+    """Not negative where what was found is finite."""
+    return [margin for e in problem.solved for margin in (INFINITE - e, INFINITE + e)]
 
 
 def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:

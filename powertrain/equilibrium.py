@@ -46,7 +46,7 @@ class Asked:
 class Equilibrium:
     """The steady problem as expressions of the grid's values, the unknowns ``u`` that stay implicit, the modes and the common values.
 
-    ``rows`` are zero at ``u``; ``solved`` are the unknowns found symbolically; ``common`` are all parameters, then all inputs.
+    ``rows`` are zero at ``u``; ``solved`` are the inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
     ``turning`` says which outputs depend on angles that merely turn; ``together`` that some states were left out because they turn
     together, by ratios that hold for the present parameters.
     """
@@ -261,6 +261,7 @@ def _reduce(
         return list(ca.substitute(put, [column(old)], [column(new)])) if old and put else put
 
     laws: list[Law] = [_changed(law, final) for law in stage.laws]
+    wanted = {key(s) for s in stage.free.values()}
     starts = [_start(stage.compiled, unknowns[j].name, guesses) for j in implicit]
     return Equilibrium(
         grid=list(stage.axis.values()),
@@ -270,7 +271,7 @@ def _reduce(
         modes=[dae.m[law.index] for law in stage.laws],
         common=stage.common,
         rows=implicit_rows,
-        solved=new[len(cyclic) :],
+        solved=[e for k, e in zip(old, new, strict=True) if key(k) in wanted],
         outputs=final(asked.wanted),
         rates=final([dae.xdot[stage.state_of(n)] for n in asked.held]),
         laws=laws,
@@ -283,9 +284,8 @@ def _reduce(
 def _lost(stage: _Stage, cyclic: list[Symbol], turning: Turning) -> list[bool]:
     """The wanted expressions that depend on how far the model has turned."""
     wanted, x = stage.put(stage.asked.wanted), stage.dae.x
-    lost: NDArray[np.bool_] = dependence(wanted, [s for s in cyclic if key(s) not in {key(x[i]) for i in turning}]).any(
-        axis=1
-    )
+    leaves = [s for s in cyclic if key(s) not in {key(x[i]) for i in turning}]
+    lost: NDArray[np.bool_] = np.asarray(dependence(wanted, leaves).any(axis=1))
     for i, shares in turning.items():
         direction = ca.DM.zeros(x.numel())
         for j, share in (shares | {i: 1.0}).items():

@@ -55,10 +55,11 @@ def _damped(
     tried = base - step
     found, slopes = evaluate(tried, active)
     ok: NDArray[np.bool_] = np.asarray(np.isfinite(step).all(axis=0))
+    bad = ~ok
     for _ in range(12):
         new = np.abs(found * scale).max(axis=0)
         small = np.abs(length * step).max(axis=0) <= 1e-9 * (1.0 + np.abs(base).max(axis=0))
-        bad: NDArray[np.bool_] = ok & ~((new <= old * (1.0 - 0.1 * length)) | (small & np.isfinite(new)))
+        bad = ok & ~((new <= old * (1.0 - 0.1 * length)) | (small & np.isfinite(new)))
         if not bad.any():
             return tried, found, slopes, ok
         length[bad] *= 0.5

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.buffers import Array
-from powertrain.choices import FORWARD, FREE, STUCK, Choice, breakaway, choices, held_rows, needs, order
+from powertrain.choices import FORWARD, FREE, INFINITE, STUCK, Choice, breakaway, choices, held_rows, needs, order
 from powertrain.equilibrium import Equilibrium
-from powertrain.hybrid import Friction
+from powertrain.hybrid import Contact, Friction
 from powertrain.indicators import guard_margin
 from powertrain.lanes import Rows, Tape
 from powertrain.modes import ZONE
@@ -203,9 +203,9 @@ class Solver:
         return holds & np.isfinite(signature).all(axis=0), resting, np.vstack([signature, u])
 
     def _immovable(self, grid: Rows, points: Points) -> None:
-        """Points where speeds are not finite."""
+        """Points where speeds, or what has to be found, are not finite."""
         table = self._table.evaluate(grid, points.u, points.modes)
-        lost = ~np.isfinite(self._table.speeds(table)).all(axis=0)
+        lost = ~(np.abs(self._table.speeds(table)) <= INFINITE).all(axis=0)
         points.status[lost] = IMMOVABLE
         points.blame[:, lost] = False
 
@@ -354,7 +354,7 @@ class _Table:
             if isinstance(c.law, Friction):
                 rows += [c.law.torque, c.law.w, breakaway(c.law)]
             else:
-                rows.append(c.law.g if hasattr(c.law, "g") else c.law.force)
+                rows.append(c.law.force if isinstance(c.law, Contact) else c.law.g)
         self._speeds = len(rows)
         rows += problem.solved
         self._speed_rows = [self._extra[k] + 2 for k, c in enumerate(found) if isinstance(c.law, Friction)]

@@ -42,8 +42,9 @@ class Sheet:
             low, high, solved = self._both_ends(grid[:, where], points, where, exhaustive)
             status[where] = np.where(solved, STUCK_POINT, NONE)
             points.blame[:, where] = points.rest[:, where]
-            self._ends.append((places[where[solved]], low[:, solved], high[:, solved]))
-        outside = (status == OK) & left.any(axis=0)
+            inside = solved & ~left[:, where].any(axis=0)
+            self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
+        outside = ((status == OK) | (status == STUCK_POINT)) & left.any(axis=0)
         status[outside] = OUTSIDE
         undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
         status[undefined] = UNDEFINED

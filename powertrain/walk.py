@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.buffers import Array
-from powertrain.choices import with_modes
+from powertrain.choices import bounded, with_modes
 from powertrain.equilibrium import Equilibrium
 from powertrain.hybrid import Switch
 from powertrain.indicators import EPS, guard_margin
@@ -38,7 +38,7 @@ class Walker:
     def __init__(self, problem: Equilibrium, solver: Solver) -> None:
         self.problem, self.choices, self.groups = problem, solver.choices, solver.groups
         self._wanted = [*problem.outputs, *problem.rates]
-        self._guards = [guard_margin(g) for g in problem.guards]
+        self._guards = [*bounded(problem), *(guard_margin(g) for g in problem.guards)]
         self._switches = [k for k, c in enumerate(self.choices) if isinstance(c.law, Switch)]
         self._relevant: dict[Key, list[int]] = {}
         self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}

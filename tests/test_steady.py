@@ -277,6 +277,40 @@ def test_rest_after_simulation() -> None:
         np.testing.assert_allclose(point[name], result[name][-1], atol=1e-6)
 
 
+class Loaded(pt.Component):
+    """A torque on an inertia, a transmission, and a fan with an inertia."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+    V: pt.Input = pt.signal_input("1", "Ratio of the variable unit")
+    torque: Torque = Torque()
+    J1: Inertia = Inertia(J=0.1)
+    transmission: SplitPathTransmission = SplitPathTransmission()
+    J2: Inertia = Inertia(J=0.1)
+    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(tau_nominal=-20, w_nominal=50)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.torque.tau)
+        yield pt.connect(self.V, self.transmission.ratio)
+        yield pt.connect(self.torque.flange, self.J1.flange_a)
+        yield pt.connect(self.J1.flange_b, self.transmission.flange_a)
+        yield pt.connect(self.transmission.flange_b, self.J2.flange_a)
+        yield pt.connect(self.J2.flange_b, self.fan.flange)
+
+
+@pytest.mark.parametrize("V", [0.8, 0.95])
+def test_end_of_a_simulation(V: float) -> None:
+    """Speeds are implicit here; the torques are the closed form's."""
+    plant = pt.compile(Loaded())
+    names = ["J1.w", "J2.w", "fan.tau", "transmission.differential.b.tau", "transmission.cvu.lossPower"]
+    point = pt.steady(plant, {"tau": 5.0, "V": V}, outputs=names)
+    assert int(point.status) == OK
+    exact = closed_form("bHa", -1.7, 0.95, 0.9, -1.7 + 2.7 * V, -1.0)
+    np.testing.assert_allclose(exact.tau * abs(point["fan.tau"]), 5.0, rtol=1e-9)
+    result = plant.simulate(60.0, inputs={"tau": 5.0, "V": V}, starts={"J1.w": 1.0}, rtol=1e-8)
+    for name in names:
+        np.testing.assert_allclose(point[name], result[name][-1], rtol=1e-6)
+
+
 def test_nothing_balances() -> None:
     class Runaway(pt.Component):
         torque: ConstantTorque = ConstantTorque(tau_constant=1.0)
