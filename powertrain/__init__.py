@@ -31,6 +31,8 @@ from powertrain.laws import connect, der, friction, reinit, schedule, switch, un
 from powertrain.linearization import linearize
 from powertrain.map import Axis, Map
 from powertrain.plant import Plant, compile, simulate  # noqa: A004
+from powertrain.powerflow import PowerFlow, power_flow
+from powertrain.powerterms import power_outputs
 from powertrain.result import Result
 from powertrain.steady import steady
 from powertrain.sweeping import sweep
@@ -52,6 +54,7 @@ __all__ = [
     "Parameter",
     "ParameterError",
     "Plant",
+    "PowerFlow",
     "PowertrainError",
     "Result",
     "Signal",
@@ -70,6 +73,8 @@ __all__ = [
     "load",
     "parameter",
     "port",
+    "power_flow",
+    "power_outputs",
     "reinit",
     "replace",
     "schedule",

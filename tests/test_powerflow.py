@@ -1,0 +1,434 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any, ClassVar
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import powertrain as pt
+from powertrain.circulation import Edge, decompose, loops
+from powertrain.components.blocks import Ramp
+from powertrain.components.cvu import CVU
+from powertrain.components.differentials import FundamentalDifferential, Mesh
+from powertrain.components.rotational import ConstantSpeed, Fixed, IdealGear, Inertia, Torque, Torque2
+from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmission, relative_ratio
+from powertrain.powerplot import plot_efficiency_map, plot_lever, plot_variator
+
+CVU_PATH, MESH_PATH = "gearbox.cvu", "gearbox.differential"
+SHAFTS = ("gearbox.flange_a", "gearbox.flange_b")
+ETA, ETA_V = 0.95, 0.9
+PERFECT = {f"{part}.{name}": 1.0 for part in (CVU_PATH, MESH_PATH) for name in ("eta_ab", "eta_ba")}
+
+
+class Rig(pt.Component):
+    """A split-path transmission driven at a constant speed, with a torque on its output."""
+
+    V: pt.Input = pt.signal_input("1", "Ratio of the variator")
+    load: pt.Input = pt.signal_input("N.m", "Accelerating torque on the output")
+    r: pt.Variable = pt.variable("1", "Overall ratio")
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
+    gearbox: SplitPathTransmission = SplitPathTransmission()
+    output: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.gearbox.flange_a)
+        yield pt.connect(self.gearbox.flange_b, self.output.flange)
+        yield pt.connect(self.V, self.gearbox.ratio)
+        yield pt.connect(self.load, self.output.tau)
+        yield self.r * pt.der(self.gearbox.flange_a.phi) == pt.der(self.gearbox.flange_b.phi)
+
+
+def ratio(layout: Layout, r: Any) -> Any:
+    R = relative_ratio(layout, -1.7)
+    return (r - R) / (1 - R)
+
+
+def over_ratio(layout: Layout, r: Any, **options: Any) -> pt.PowerFlow:
+    """The flow at overall ratios r, with power out at the output."""
+    plant = pt.compile(Rig(gearbox=SplitPathTransmission(layout=layout)))
+    load = xr.DataArray(-100.0 * np.sign(r), dims="V")
+    grid = {"V": ratio(layout, r), "load": load}
+    return pt.power_flow(plant, grid, outputs={"r": "r"}, variator=CVU_PATH, shafts=SHAFTS, **options)
+
+
+def closed_form(layout: Layout, r: float, eta: float = ETA, eta_v: float = ETA_V) -> dict[str, float]:
+    """Powers over |P_out| and K by the paper's equations, for the direction of the mesh that is consistent."""
+    speeds = dict(zip(layout, (1.0, ratio(layout, r), r), strict=True))
+    w_a, w_b, w_h = speeds["a"], speeds["b"], speeds["H"]
+
+    def powers(driver: str) -> tuple[dict[str, float], float]:
+        """Powers of the members and the latent power of a, if ``driver`` drives relative to the carrier."""
+        T_b_over_a = -(eta if driver == "a" else 1 / eta) * (w_a - w_h) / (w_b - w_h)
+        torque = {"a": 1.0, "b": T_b_over_a, "H": -1.0 - T_b_over_a}
+        scale = -1.0 / (torque[layout[2]] * r)
+        return {m: scale * torque[m] * speeds[m] for m in "abH"}, scale * (w_a - w_h)
+
+    power, latent = powers("a")
+    if latent < 0:
+        power, latent = powers("b")
+        assert latent < 0
+    P_v = power[layout[1]]
+    into = P_v / eta_v if P_v > 0 else P_v
+    lost = abs(P_v) * (1 / eta_v - 1 if P_v > 0 else 1 - eta_v)
+    P_in = 1.0 + sum(power.values()) + lost
+    return {"P_1": power[layout[0]], "P_2": P_v, "K": into / P_in, "efficiency": 1 / P_in}
+
+
+@pytest.fixture(autouse=True)
+def no_window() -> Iterator[None]:
+    import matplotlib.pyplot as plt
+
+    mpl.use("Agg")
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def example() -> pt.PowerFlow:
+    """The worked example: a is the output, H at the variator, r = -0.13."""
+    return pt.power_flow(Rig(), {"V": ratio("bHa", -0.13), "load": 100.0}, variator=CVU_PATH, shafts=SHAFTS)
+
+
+def test_worked_example(example: pt.PowerFlow) -> None:
+    power = {p: float(example.power.sel(port=f"{MESH_PATH}.{p}")) for p in ("a", "b", "carrier")}
+    torque = {p: float(example.data.torque.sel(port=f"{MESH_PATH}.{p}")) for p in ("a", "b", "carrier")}
+    loss = example.data["loss"]
+    assert power["a"] < 0
+    assert power["b"] / power["a"] == pytest.approx(-13.77, abs=5e-3)
+    assert power["carrier"] / power["a"] == pytest.approx(12.48, abs=5e-3)
+    assert torque["b"] / torque["a"] == pytest.approx(1.789, abs=5e-4)
+    assert torque["carrier"] / torque["a"] == pytest.approx(-2.789, abs=5e-4)
+    assert -float(loss.sel(component=MESH_PATH)) / power["a"] == pytest.approx(0.288, abs=5e-4)
+    assert -float(loss.sel(component=CVU_PATH)) / power["a"] == pytest.approx(1.248, abs=5e-4)
+    assert float(example.input) / power["a"] == pytest.approx(-2.536, abs=5e-4)
+    assert float(example.efficiency) == pytest.approx(0.394, abs=5e-4)
+    share = example.variator(CVU_PATH)
+    assert float(share.K) == pytest.approx(-4.92, abs=5e-3)
+    assert share["case"].item() == "negative recirculation"
+    assert float(share.efficiency) == pytest.approx(0.9)
+
+
+def test_loop_of_worked_example(example: pt.PowerFlow) -> None:
+    """What comes back from the unit is all that circulates; the rest of the input ends as output and losses."""
+    (loop,) = example.loops
+    back = -float(example.power.sel(port=f"{CVU_PATH}.flange_a"))
+    assert loop.power == pytest.approx(back)
+    assert float(example.circulating) == pytest.approx(back)
+    assert set(loop.through) == {"gearbox.flange_a", MESH_PATH, CVU_PATH}
+    ends = {(way.through[-1], way.end): way.power for way in example.paths}
+    assert ends["output", "delivered"] == pytest.approx(1300.0)
+    assert ends[CVU_PATH, "loss"] == pytest.approx(float(example.data.loss.sel(component=CVU_PATH)))
+    assert sum(ends.values()) == pytest.approx(float(example.input))
+    branches = {(b.source, b.target): b.power for b in example.branches}
+    assert branches[MESH_PATH, CVU_PATH] == pytest.approx(12.477 * 1300, rel=1e-4)
+    assert branches["drive", "gearbox.flange_a"] == pytest.approx(float(example.input))
+    assert "loop" in repr(example)
+
+
+@pytest.mark.parametrize("layout", TYPES.values())
+def test_layouts_against_the_paper(layout: Layout) -> None:
+    """K (29), efficiency and the cases of Fig. 8 by the signs of P_1 and P_2, over the range of Figs. 11-14."""
+    r = np.array([r for r in np.linspace(-2, 3, 41) if abs(r) > 0.03 and abs(r - 1) > 0.01])
+    flow = over_ratio(layout, r)
+    share = flow.variator(CVU_PATH)
+    expected = [closed_form(layout, float(value)) for value in r]
+    np.testing.assert_allclose(share.K, [e["K"] for e in expected], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(flow.efficiency, [e["efficiency"] for e in expected], rtol=1e-9)
+    for case, e in zip(share["case"].values, expected, strict=True):
+        if e["P_1"] > 0 and e["P_2"] > 0:
+            assert case == "split"
+        elif e["P_2"] > 0:
+            assert case == "positive recirculation"
+        elif e["P_2"] < 0:
+            assert case == "negative recirculation"
+    assert np.abs(flow.imbalance).max() < 1e-9 * np.abs(flow.power).max()
+
+
+@pytest.mark.parametrize("layout", TYPES.values())
+def test_lossless_share_three_ways(layout: Layout) -> None:
+    """By differentiation of the kinematics, by the torques without losses, and (1 - R) V/r."""
+    r = np.array([-1.9, -0.4, 0.2, 0.5, 0.9, 1.3, 2.6])
+    lossy, perfect = over_ratio(layout, r), over_ratio(layout, r, parameters=PERFECT)
+    share = lossy.variator(CVU_PATH)
+    R = relative_ratio(layout, -1.7)
+    np.testing.assert_allclose(share["share"], (1 - R) * ratio(layout, r) / r, rtol=1e-12)
+    np.testing.assert_allclose(share["K_o"], perfect.variator(CVU_PATH).K, rtol=1e-9)
+    np.testing.assert_allclose(perfect.efficiency, 1.0, rtol=1e-12)
+
+
+def test_output_coupled() -> None:
+    """Forward is the direction in which power is split, from the differential through the unit to the output."""
+    plant = pt.compile(Rig(gearbox=SplitPathTransmission(layout="abH", coupling="output")))
+    V = np.array([-2.0, -0.5, 0.5, 2.0])
+    R = relative_ratio("abH", -1.7)
+    r = R / (1 - V + R * V)
+    grid = {"V": V, "load": xr.DataArray(-100 * np.sign(r), dims="V")}
+    options: dict[str, Any] = {"parameters": PERFECT, "variator": CVU_PATH, "shafts": SHAFTS}
+    share = pt.power_flow(plant, grid, **options).variator(CVU_PATH)
+    exact = -(1 - R) * V / (1 - V + R * V)
+    np.testing.assert_allclose(share.K, exact, rtol=1e-9)
+    np.testing.assert_allclose(share["share"], -exact, rtol=1e-9)
+    named = dict(zip(exact, share["case"].values, strict=True))
+    for k, case in named.items():
+        assert case == ("negative recirculation" if k < 0 else "split" if k < 1 else "positive recirculation")
+
+
+def test_splits_sum_to_one() -> None:
+    r = np.array([-1.0, -0.2, 0.3, 0.7, 2.0])
+    flow = over_ratio("abH", r)
+    for vertex in ("gearbox.flange_a", MESH_PATH, CVU_PATH):
+        np.testing.assert_allclose(flow.split(vertex).sum("port"), 1.0, rtol=1e-12)
+    point = flow.isel(V=3)
+    assert point.variator(CVU_PATH)["case"].item() == "split"
+    assert float(point.circulating) == 0.0
+    (name, shares), *rest = point.splits.items()
+    assert name == "gearbox.flange_a"
+    assert not rest
+    assert shares[f"{CVU_PATH}.flange_a"] == pytest.approx(float(point.variator(CVU_PATH).K))
+
+
+def test_stuck_point_has_no_flow() -> None:
+    flow = over_ratio("bHa", np.array([0.5, 1.0, 1.5]))
+    assert np.isnan(flow.circulating.values[1])
+    assert np.isnan(flow.variator(CVU_PATH).K.values[1])
+    assert flow.variator(CVU_PATH)["case"].values[1] == ""
+    assert np.isfinite(flow.efficiency.values[[0, 2]]).all()
+    assert "no solution" in repr(flow.isel(V=1))
+
+
+def test_composite_as_a_whole() -> None:
+    flow = pt.power_flow(Rig(), {"V": ratio("bHa", -0.13), "load": 100.0}, whole="gearbox")
+    assert flow.graph.components == ("drive", "gearbox", "output")
+    assert [(b.source, b.target) for b in flow.branches] == [("drive", "gearbox"), ("gearbox", "output")]
+    assert float(flow.circulating) == 0.0
+    assert float(flow.data.loss.sel(component="gearbox")) == pytest.approx(1.536 * 1300, rel=1e-3)
+    assert abs(float(flow.imbalance.sel(component="gearbox"))) < 1e-8
+
+
+def test_dataset_of_steady(example: pt.PowerFlow) -> None:
+    plant = pt.compile(Rig())
+    grid: dict[str, Any] = {"V": [ratio("bHa", -0.13), 0.3], "load": 100.0}
+    outputs = pt.power_outputs(plant) | {"r": "r"}
+    points = pt.steady(plant, grid, outputs=outputs)
+    flow = pt.power_flow(plant, points)
+    np.testing.assert_allclose(flow.isel(V=0).power, example.power)
+    assert float(pt.power_flow(plant, points.isel(V=0)).circulating) == pytest.approx(float(example.circulating))
+    assert float(flow.data["r"][0]) == pytest.approx(-0.13)
+    with pytest.raises(pt.ParameterError, match="power_outputs"):
+        pt.power_flow(plant, pt.steady(plant, grid, outputs=["r"]))
+
+
+class Chain(pt.Component):
+    """A torque that drives an inertia through a lossy pair of wheels against a load."""
+
+    first: Inertia = Inertia(J=0.5)
+    second: Inertia = Inertia(J=2.0)
+    mesh: Mesh = Mesh(ratio=-2, eta_ab=0.96, eta_ba=0.96)
+    housing: Fixed = Fixed()
+    motor: Torque = Torque()
+    brake: Torque = Torque()
+    rise: Ramp = Ramp(height=80, duration=1, startTime=0.5)
+    drive: pt.Input = pt.signal_input("N.m", "Torque of the motor", default=40.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.motor.flange, self.first.flange_a)
+        yield pt.connect(self.first.flange_b, self.mesh.a)
+        yield pt.connect(self.mesh.b, self.second.flange_a)
+        yield pt.connect(self.mesh.carrier, self.housing.flange)
+        yield pt.connect(self.second.flange_b, self.brake.flange)
+        yield pt.connect(self.drive, self.motor.tau)
+        yield pt.connect(self.rise.y, self.brake.tau)
+
+
+def test_chain_along_a_simulation() -> None:
+    result = pt.simulate(Chain(), stop=1.0, inputs={"drive": 40.0})
+    flow = pt.power_flow(result)
+    assert flow.power.dims == ("port", "time")
+    assert (flow.circulating == 0).all()
+    assert np.abs(flow.imbalance).max() < 1e-9 * np.abs(flow.power).max()
+    closing = flow.input - flow.output - flow.data.loss.sum("component") - flow.data.stored.sum("component")
+    assert np.abs(closing).max() < 1e-9 * np.abs(flow.power).max()
+    np.testing.assert_allclose(flow.power.sel(port="first.flange_b"), -flow.power.sel(port="mesh.a"), atol=1e-9)
+    audit = pt.energy_audit(result)
+    np.testing.assert_allclose(flow.power.sel(port="mesh.a"), audit.power["mesh.a"], atol=1e-9)
+    point = pt.power_flow(result, at=0.4)
+    assert point.loops == []
+    assert [way.end for way in point.paths].count("stored") == 2
+    assert sum(way.power for way in point.paths) == pytest.approx(float(point.input))
+    several = pt.power_flow(result, at=[0.2, 0.4], outputs={"speed of first": "first.w"})
+    assert several.data["speed of first"].shape == (2,)
+    assert float(several.isel(time=1).input) == pytest.approx(float(point.input))
+    cases = flow.variator("mesh")["case"].sel(time=slice(0.51, None))
+    assert (cases == "series").all()
+    with pytest.raises(pt.ParameterError, match="outside the simulated span"):
+        pt.power_flow(result, at=2.0)
+
+
+class FourSquare(pt.Component):
+    """Two shafts joined by gears at both ends and braced against each other: power circulates, the drive makes up for losses."""
+
+    brace: pt.Input = pt.signal_input("N.m", "Torque in the loop")
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
+    bracing: Torque2 = Torque2()
+    left: Mesh = Mesh(ratio=-2, eta_ab=0.97, eta_ba=0.97)
+    right: Mesh = Mesh(ratio=-2, eta_ab=0.97, eta_ba=0.97)
+    housing: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.left.a, self.bracing.flange_a)
+        yield pt.connect(self.bracing.flange_b, self.right.a)
+        yield pt.connect(self.left.b, self.right.b)
+        yield pt.connect(self.left.carrier, self.right.carrier, self.housing.flange)
+        yield pt.connect(self.brace, self.bracing.tau)
+
+
+@pytest.mark.parametrize("torque", [50.0, -50.0])
+def test_known_loop(torque: float) -> None:
+    plant = pt.compile(FourSquare())
+    perfect = {f"{m}.{eta}": 1.0 for m in ("left", "right") for eta in ("eta_ab", "eta_ba")}
+    lossless = pt.power_flow(plant, {"brace": torque}, parameters=perfect)
+    assert float(lossless.circulating) == pytest.approx(5000.0)
+    assert float(lossless.input) == pytest.approx(0.0, abs=1e-9)
+    (loop,) = lossless.loops
+    assert loop.power == pytest.approx(5000.0)
+    flow = pt.power_flow(plant, {"brace": torque})
+    assert float(flow.input) == pytest.approx(float(flow.data.loss.sum()))
+    (loop,) = flow.loops
+    # The least power in the loop is what comes out of the second gear.
+    least = 5000 * 0.97**2 if torque > 0 else 5000.0
+    assert loop.power == pytest.approx(least)
+    assert set(loop.through) == {"left", "right", "bracing", "drive.flange"}
+    after = loop.through[(loop.through.index("left") + 1) % 4]
+    assert after == ("right" if float(flow.power.sel(port="left.a")) > 0 else "drive.flange")
+
+
+class TwoVariators(pt.Component):
+    """A differential whose two outputs go through variators to one shaft: no reading of a single transmission fits."""
+
+    boundary: ClassVar[bool] = False
+    first: pt.Input = pt.signal_input("1", "Ratio", default=0.7)
+    load: pt.Input = pt.signal_input("N.m", "Torque", default=-100.0)
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
+    mesh: FundamentalDifferential = FundamentalDifferential(ratio=-1.7, eta_ab=0.98, eta_ba=0.98)
+    cvu: CVU = CVU(eta_ab=0.95, eta_ba=0.95)
+    gear: IdealGear = IdealGear(ratio=1.5)
+    output: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.mesh.carrier)
+        yield pt.connect(self.mesh.a, self.cvu.flange_a)
+        yield pt.connect(self.mesh.b, self.gear.flange_a)
+        yield pt.connect(self.cvu.flange_b, self.gear.flange_b, self.output.flange)
+        yield pt.connect(self.first, self.cvu.ratio)
+        yield pt.connect(self.load, self.output.tau)
+
+
+@pytest.mark.parametrize("V", [0.7, -0.2, -0.9])
+def test_another_topology(V: float) -> None:
+    shafts = ("drive.flange", "output.flange")
+    plant = pt.compile(TwoVariators())
+    load = -100.0
+    flow = pt.power_flow(plant, {"first": V, "load": load}, variator="cvu", shafts=shafts)
+    share = flow.variator("cvu")
+    perfect = {f"{m}.{eta}": 1.0 for m in ("mesh", "cvu") for eta in ("eta_ab", "eta_ba")}
+    lossless = pt.power_flow(plant, {"first": V, "load": load}, parameters=perfect, variator="cvu", shafts=shafts)
+    assert abs(float(share["K_o"])) == pytest.approx(abs(float(lossless.variator("cvu").K)), rel=1e-9)
+    assert np.abs(flow.imbalance).max() < 1e-9
+    if share["case"].item() == "split":
+        assert float(flow.circulating) == 0
+    else:
+        assert float(flow.circulating) > 0
+
+
+def test_wrong_names_are_refused(example: pt.PowerFlow) -> None:
+    with pytest.raises(pt.ParameterError, match=r"no component gearbox\.cvv.*gearbox\.cvu"):
+        example.variator("gearbox.cvv")
+    with pytest.raises(pt.ParameterError, match="no component fits"):
+        pt.power_flow(Rig(), {"V": 0.5, "load": 1.0}, whole="engine*")
+    with pytest.raises(pt.ParameterError, match="no port"):
+        pt.power_flow(Rig(), {"V": 0.5, "load": 1.0}, variator=CVU_PATH, shafts=("drive.flang", "output.flange"))
+    with pytest.raises(pt.ParameterError, match="needs a grid"):
+        pt.power_flow(Rig())
+    with pytest.raises(pt.ParameterError, match="belong together"):
+        pt.power_flow(Rig(), {"V": 0.5, "load": 1.0}, variator=CVU_PATH)
+    flow = over_ratio("bHa", np.array([0.5, 1.5]))
+    with pytest.raises(pt.ParameterError, match="one point"):
+        flow.loops  # noqa: B018
+    with pytest.raises(pt.ParameterError, match="a grid is for a plant"):
+        pt.power_flow(pt.simulate(Chain(), stop=0.1), {"drive": 1.0})
+
+
+def test_two_cycles_with_a_common_vertex() -> None:
+    edges = [(0, 1), (1, 0), (1, 2), (2, 1)]
+    assert loops(edges, 3) is None
+    assert loops(edges[:2], 3) == [[0, 1]]
+    assert loops([(0, 1), (1, 2)], 3) == []
+    cycles, paths = decompose(edges, np.array([2.0, 2.0, 5.0, 5.0]), set(), set(), 0.0)
+    assert [(c.flow, set(c.edges)) for c in cycles] == [(5.0, {2, 3}), (2.0, {0, 1})]
+    assert not paths
+
+
+@settings(max_examples=100, deadline=None)
+@given(data=st.data())
+def test_decomposition_adds_up(data: st.DataObject) -> None:
+    """Random cycles and paths on 8 vertices (0 the source, 7 the sink): strands are cycles and paths, and add up to the flow."""
+    flow: dict[Edge, float] = {}
+    inner = st.lists(st.integers(1, 6), min_size=2, max_size=6, unique=True)
+    for closed in data.draw(st.lists(st.booleans(), min_size=1, max_size=6)):
+        way = data.draw(inner)
+        amount = data.draw(st.floats(0.1, 10))
+        vertices = [*way, way[0]] if closed else [0, *way, 7]
+        for edge in pairwise(vertices):
+            flow[edge] = flow.get(edge, 0.0) + amount
+    edges, values = list(flow), np.array(list(flow.values()))
+    floor = 1e-9 * values.max()
+    cycles, paths = decompose(edges, values, {0}, {7}, floor)
+    total = np.zeros(len(edges))
+    for strand, closed in [(c, True) for c in cycles] + [(p, False) for p in paths]:
+        total[list(strand.edges)] += strand.flow
+        places = [edges[k] for k in strand.edges]
+        assert all(a[1] == b[0] for a, b in pairwise(places))
+        assert (places[0][0], places[-1][1]) == ((places[0][0],) * 2 if closed else (0, 7))
+    np.testing.assert_allclose(total, values, atol=10 * floor)
+
+
+def test_diagram_and_lever(example: pt.PowerFlow) -> None:
+    ax = example.plot()
+    texts = " ".join(t.get_text() for t in ax.texts)
+    assert "16.22 kW" in texts
+    assert "1.62 kW lost" in texts
+    legend = ax.get_legend()
+    assert legend is not None
+    assert "circulating power" in [t.get_text() for t in legend.get_texts()]
+    lever = plot_lever(example, MESH_PATH)
+    assert "-1.7" in lever.get_title()
+    assert any("178.9 N·m" in t.get_text() for t in lever.texts)
+    x, w = next(
+        (np.asarray(line.get_xdata()), np.asarray(line.get_ydata()))
+        for line in lever.lines
+        if line.get_linewidth() == 4
+    )
+    assert np.interp(0.0, x, w) == pytest.approx(58.148, abs=1e-3)
+    with pytest.raises(pt.ParameterError, match="needs a component with the ports"):
+        plot_lever(example, CVU_PATH)
+
+
+def test_plots_over_ratio_and_map() -> None:
+    r = np.linspace(-1.5, 2.5, 41)
+    flow = over_ratio("abH", r[np.abs(r) > 1e-9])
+    ax = plot_variator(flow, CVU_PATH, "r")
+    assert ax.get_ylim() == (-5, 5)
+    with pytest.raises(pt.ParameterError, match="one dimension"):
+        plot_variator(flow.isel(V=0), CVU_PATH, "r")
+    grid = {"V": np.linspace(0.1, 0.9, 9), f"{MESH_PATH}.ratio": np.linspace(-3, -1.2, 7), "load": -100.0}
+    several = pt.power_flow(Rig(gearbox=SplitPathTransmission(layout="abH")), grid)
+    ax = plot_efficiency_map(several, "V", "ratio", variator=CVU_PATH)
+    assert ax.get_xlabel()
+    with pytest.raises(pt.ParameterError, match="two dimensions"):
+        plot_efficiency_map(flow, "V", "ratio")
