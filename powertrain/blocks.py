@@ -41,6 +41,7 @@ class _System:
     entries: list[dict[int, Symbol]]
     numbers: list[dict[int, float]]
     constant: list[set[int]]
+    varying: list[set[int]]
 
 
 def solve_blocks(system: Differentiated, states: list[Base], values: dict[int, float]) -> Solved:
@@ -78,13 +79,16 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
     entries: list[dict[int, Symbol]] = [{} for _ in residuals]
     numeric: list[dict[int, float]] = [{} for _ in residuals]
     constant: list[set[int]] = [set() for _ in residuals]
+    varying: list[set[int]] = [set() for _ in residuals]
     elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
     for i, j, entry, number in zip(*jacobian.sparsity().get_triplet(), elements, numbers, strict=True):
         entries[i][j] = entry
         numeric[i][j] = float(number) if np.isfinite(number) else 1.0
         if entry.is_constant():
             constant[i].add(j)
-    return _System(residuals, places, unknowns, entries, numeric, constant)
+        elif any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(entry)):
+            varying[i].add(j)
+    return _System(residuals, places, unknowns, entries, numeric, constant, varying)
 
 
 def _candidates(square: _System, e: int) -> list[int]:
@@ -108,9 +112,8 @@ def _solve_linear(
     residuals = column([square.residuals[i] for i in rows])
     right = ca.vertsplit(-ca.substitute(residuals, unknowns, ca.DM.zeros(len(columns))))
     try:
-        solution = linear.solve(
-            entries, right, [{j: square.numbers[i][j] for j in row} for i, row in zip(rows, entries, strict=True)]
-        )
+        numbers = [{j: square.numbers[i][j] for j in row} for i, row in zip(rows, entries, strict=True)]
+        solution = linear.solve(entries, right, numbers, varying=[square.varying[i] for i in rows])
     except linear.SingularBlock:
         raise ModelError(_not_determined(square, rows)) from None
     for j in columns:

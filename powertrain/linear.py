@@ -24,37 +24,50 @@ Settle = Callable[[int, Symbol], Symbol]
 
 
 def solve(
-    rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Numbers], settle: Settle | None = None
+    rows: Sequence[Row],
+    right: Sequence[Symbol],
+    numbers: Sequence[Numbers],
+    settle: Settle | None = None,
+    varying: Sequence[set[int]] = (),
 ) -> dict[int, Symbol]:
     """The x with sum_j rows[i][j] x_j = right[i], as expressions.
 
     ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those
-    not below a hundredth of the row's largest value. Raises SingularBlock where a row has no pivot left.
+    not below a hundredth of the row's largest value. ``varying`` are the columns whose entry in a row may pass through zero later:
+    pivots only where a row has no other, and such rows come last. Raises SingularBlock where a row has no pivot left.
     """
     table, values, b = [dict(r) for r in rows], [dict(n) for n in numbers], list(right)
+    rough = [set(v) for v in varying] or [set[int]() for _ in rows]
+
+    def rank(i: int) -> tuple[bool, int, int]:
+        return rough[i].issuperset(table[i]) and bool(rough[i]), len(table[i]), i
+
     holders: dict[int, set[int]] = {}
     for i, row in enumerate(table):
         for j in row:
             holders.setdefault(j, set()).add(i)
-    heap = [(len(row), i) for i, row in enumerate(table)]
+    heap = [rank(i) for i in range(len(table))]
     heapq.heapify(heap)
     open_rows, order = set(range(len(table))), []
     while heap:
-        length, i = heapq.heappop(heap)
-        if i not in open_rows or length != len(table[i]):
+        ranked = heapq.heappop(heap)
+        i = ranked[-1]
+        if i not in open_rows or ranked != rank(i):
             continue
         largest = max((abs(v) for v in values[i].values()), default=0.0)
         if largest == 0.0:
             raise SingularBlock([i])
-        j = min((j for j in table[i] if abs(values[i][j]) >= 0.01 * largest), key=lambda j: (len(holders[j]), j))
+        large = [j for j in table[i] if abs(values[i][j]) >= 0.01 * largest]
+        j = min(large, key=lambda j: (j in rough[i], len(holders[j]), j))
         open_rows.discard(i)
         order.append((i, j))
         if settle is not None:
             table[i][j] = settle(i, table[i][j])
         for k in holders.pop(j):
             if k in open_rows:
+                rough[k] |= set(table[i]) if j in rough[k] or j in rough[i] else rough[i] & set(table[i])
                 _subtract(table, values, b, holders, k, i, j)
-                heapq.heappush(heap, (len(table[k]), k))
+                heapq.heappush(heap, rank(k))
         for n in table[i]:
             if n in holders:
                 holders[n].discard(i)

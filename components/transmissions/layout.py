@@ -85,6 +85,7 @@ def switched(one: str, other: str) -> tuple[int, int, int]:
     differ = [i for i, (p, q) in enumerate(zip(members(one), members(other), strict=True)) if p != q]
     if len(differ) != 2:
         raise ParameterError(
-            f"the layouts {one} and {other} differ in {len(differ)} positions: exactly two members change places in a switched transmission"
+            f"the layouts {one} and {other} differ in {len(differ)} positions: exactly two members change places in "
+            "a switched transmission"
         )
     return differ[0], differ[1], 3 - sum(differ)

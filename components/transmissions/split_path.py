@@ -26,9 +26,9 @@ class _SplitPath(TwoFlanges):
 class SplitPathTransmission(_SplitPath):
     """A split-path CVT: power goes from flange_a to flange_b through a differential, and in part through a variable unit.
 
-    The differential's members stand at 1 (input, flange_a), 2 and 3 (output, flange_b) as ``layout`` says: "bHa" is b at 1, H at 2, a at 3.
-    Input-coupled (Fig. 8): the unit lies between 1 and 2, V = w_2/w_1,
-        r = w_3/w_1 = R + (1 - R) V,  R = (w_3 - w_2)/(w_1 - w_2)      (eqs. 23, 24)
+    The differential's members stand at 1 (input, flange_a), 2 and 3 (output, flange_b) as ``layout`` says: "bHa" is b at 1, H at 2, a
+    at 3. Input-coupled (Fig. 8): the unit lies between 1 and 2, V = w_2/w_1, r = w_3/w_1 = R + (1 - R) V,  R = (w_3 - w_2)/(w_1 - w_2)
+    (eqs. 23, 24)
     Output-coupled: it lies between 3 and 2, V = w_2/w_3,
         r = R/(1 - V + R V),  from (w_3 - V w_3) = R (w_1 - V w_3)
 
@@ -55,10 +55,12 @@ class SwitchedSplitPathTransmission(_SplitPath):
 
     Four clutches join the two members with the two places between which they change: for shift = 0 as ``first`` says, for shift = 1 as
     ``second``; between 0 and 1 the one pair opens while the other closes. All four slip at most by w_p - w_q, the difference of speed
-    of the two places, so that a shift where they turn alike is free of slip (V = 1 where 1 and 2 change in an input-coupled transmission).
+    of the two places, so that a shift where they turn alike is free of slip (V = 1 where 1 and 2 change in an input-coupled
+    transmission).
 
-    The members have inertias J_a, J_b, J_h, since nothing else holds a member whose clutches are open.
-    Errors: ParameterError where the two layouts do not differ by exactly two members.
+    The members have inertias J_a, J_b, J_h, and the variable unit's shaft J_v, since nothing else holds them while their clutches are
+    open. Where all clutches hold at once nothing says which carries what: let the pairs overlap while they slip, or use a unit that
+    creeps. Errors: ParameterError where the two layouts do not differ by exactly two members.
     Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, Table 1 and p. 16.
     """
 
@@ -67,10 +69,12 @@ class SwitchedSplitPathTransmission(_SplitPath):
     J_a: Parameter = parameter("kg.m2", "Moment of inertia of member a", default=1e-3, above=0)
     J_b: Parameter = parameter("kg.m2", "Moment of inertia of member b", default=1e-3, above=0)
     J_h: Parameter = parameter("kg.m2", "Moment of inertia of the carrier", default=1e-3, above=0)
+    J_v: Parameter = parameter("kg.m2", "Moment of inertia of the variable unit's shaft at 2", default=1e-3, above=0)
     capacity: Parameter = parameter("N.m", "Torque of a closed clutch while it slips", default=1e3, above=0)
     shift: Input = signal_input("1", "0: the first layout, 1: the second")
     clutches: tuple[Clutch, Clutch, Clutch, Clutch] = (Clutch(fn_max=1, mue_pos=((0.0, 1.0),)),) * 4
     shafts: tuple[Inertia, Inertia, Inertia] = (Inertia(J=1),) * 3
+    place: Inertia = Inertia(J=1)
     one: Constant = Constant(k=1)
     opening: Feedback = Feedback()
 
@@ -91,13 +95,14 @@ class SwitchedSplitPathTransmission(_SplitPath):
         yield connect(y, straight[1].flange_b, crossed[0].flange_b)
         places = {p: at_p, q: at_q, stays: [shaft[names[stays]].flange_b]}
         places[0 if input_coupled else 2].append(self.cvu.flange_a)
-        places[1].append(self.cvu.flange_b)
+        places[1].append(self.place.flange_b)
+        yield connect(self.cvu.flange_b, self.place.flange_a)
         yield connect(self.flange_a, *places[0])
         yield connect(*places[1])
         yield connect(self.flange_b, *places[2])
 
     def _data(self) -> Equations:
-        for part, J in zip(self.shafts, (self.J_a, self.J_b, self.J_h), strict=True):
+        for part, J in zip((*self.shafts, self.place), (self.J_a, self.J_b, self.J_h, self.J_v), strict=True):
             yield part.J == J
         for clutch in self.clutches:
             yield clutch.fn_max == self.capacity

@@ -1,0 +1,79 @@
+"""The nine combinations of Table 1: two members change places by clutches while the transmission drives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.cvu import CVU
+from powertrain.components.transmissions import (
+    COMBINATIONS,
+    TYPES,
+    SwitchedSplitPathTransmission,
+    overall_ratio,
+)
+
+
+class Shifting(pt.Component):
+    """Driven at a constant speed through an elastic shaft, loaded by drag."""
+
+    V: pt.Input = pt.signal_input("1", "Ratio of the variable unit")
+    shift: pt.Input = pt.signal_input("1", "0: first layout, 1: second")
+    transmission: SwitchedSplitPathTransmission
+    drive: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=100)
+    shaft: rot.SpringDamper = rot.SpringDamper(c=1e4, d=20)
+    J1: rot.Inertia = rot.Inertia(J=1e-2)
+    J3: rot.Inertia = rot.Inertia(J=1e-1)
+    drag: rot.Damper = rot.Damper(d=0.5)
+    ground: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.J1.flange_a)
+        yield pt.connect(self.J1.flange_b, self.transmission.flange_a)
+        yield pt.connect(self.transmission.flange_b, self.J3.flange_a)
+        yield pt.connect(self.J3.flange_b, self.drag.flange_a)
+        yield pt.connect(self.drag.flange_b, self.ground.flange)
+        yield pt.connect(self.V, self.transmission.ratio)
+        yield pt.connect(self.shift, self.transmission.shift)
+
+
+def shifted(first: Any, second: Any, coupling: Any = "input") -> Any:
+    """V from 0.7 to 1.3; the clutches change over while V passes through 1, where all places turn nearly alike."""
+    unit = CVU(eta_ab=0.9, eta_ba=0.9)
+    model = Shifting(
+        transmission=SwitchedSplitPathTransmission(first=first, second=second, coupling=coupling, cvu=unit)
+    )
+    w = dict(zip(first, (100.0, 70.0, 100 * overall_ratio(first, -1.7, 0.7, coupling)), strict=True))
+    if coupling == "output":
+        w[first[1]] = 0.7 * w[first[2]]
+    starts = {f"transmission.shafts[{k}].w": w[name] for k, name in enumerate("abH")}
+    starts |= {"J1.w": 100.0, "J3.w": w[first[2]]}
+    inputs = {"V": ([0, 2, 3, 5], [0.7, 0.97, 1.03, 1.3]), "shift": ([0, 2.2, 2.4], [0, 0, 1])}
+    return pt.simulate(model, 5.0, starts=starts, inputs=inputs, rtol=1e-7, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", COMBINATIONS)
+def test_members_change_places_while_driving(name: str) -> None:
+    first, second = (TYPES[k] for k in COMBINATIONS[name])
+    result = shifted(first, second)
+    before, after = result.at(1.9, "J3.w") / result.at(1.9, "J1.w"), result["J3.w"][-1] / result["J1.w"][-1]
+    assert before == pytest.approx(overall_ratio(first, -1.7, 0.7 + 0.27 * 1.9 / 2), rel=1e-6)
+    assert after == pytest.approx(overall_ratio(second, -1.7, 1.3), rel=1e-6)
+    clutches = [result[f"transmission.clutches[{k}].mode"] for k in range(4)]
+    assert [mode[1] for mode in clutches] == [0, 0, 2, 2]
+    assert [mode[-1] for mode in clutches] == [2, 2, 0, 0]
+    assert result.statistics["events"] < 40
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-6
+    assert np.asarray(audit.loss).min() > -1e-6 * np.asarray(audit.loss).max()
+
+
+def test_output_coupled_change() -> None:
+    result = shifted("abH", "baH", "output")
+    assert result["J3.w"][-1] / result["J1.w"][-1] == pytest.approx(overall_ratio("baH", -1.7, 1.3, "output"), rel=1e-6)
+    assert pt.energy_audit(result).closure < 1e-6
