@@ -106,7 +106,7 @@ def _schedule_inputs(flat: Flat) -> list[Unknown]:
 
 
 def _wishes(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
-    """How much each variable is wanted as a state: relative motions, then speeds of friction laws, then what a when resets."""
+    """How much each variable is wanted as a state: what has a start, relative motions, speeds of friction laws, what a when resets."""
     wishes: dict[int, int] = {}
     bases = reduced.flat.recorder.bases
 
@@ -117,14 +117,14 @@ def _wishes(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, L
             wishes[base] = max(level, wishes.get(base, 0))
 
     for unknown in reduced.flat.unknowns.values():
-        if unknown.prefer:
-            wish(reduced.expression(key(unknown.symbol), 0), 1)
+        if unknown.prefer or unknown.start is not None:
+            wish(reduced.expression(key(unknown.symbol), 0), 2 if unknown.prefer else 1)
     for torque in torques:
-        wish(torque.speed, 2)
+        wish(torque.speed, 3)
     for _, law in others:
         if isinstance(law, WhenLaw):
             for reset in law.resets:
-                wish(reduced.rewrite([reset.variable])[0], 3)
+                wish(reduced.rewrite([reset.variable])[0], 4)
     return wishes
 
 

@@ -18,8 +18,8 @@ from powertrain.matching import Matching
 from powertrain.recorder import Place
 from powertrain.symbols import Symbol, free_symbols, key, time, total_derivative
 
-VARYING = 5
-"""Twice the wish for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""
+VARYING = 35
+"""Ten times the wish for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""
 
 
 class Differentiated:
@@ -144,12 +144,12 @@ def _pivots(
     numbers = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
     dense = ca.Function("pt_pivots", [ca.vertcat(*symbols) if symbols else Symbol(0, 1)], [jacobian])(numbers)
     table: list[dict[int, float]] = [{} for _ in rows]
-    wanted = [2 * wish.get(b, 0) for b in columns]
+    wanted = [10 * wish.get(b, 0) for b in columns]
     for k, (i, j, a) in enumerate(zip(*jacobian.sparsity().get_triplet(), np.array(dense.nonzeros()), strict=True)):
         if a != 0.0:
             table[i][j] = float(a)
         if any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(jacobian.nz[k])):
-            wanted[j] = max(wanted[j], VARYING)
+            wanted[j] = max(wanted[j], VARYING + wish.get(columns[j], 0))
     chosen, free = _eliminate(table, wanted)
     if free:
         quoted = "\n  ".join(str(system.places[rows[i]]) for i in free)

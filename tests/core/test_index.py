@@ -1,0 +1,160 @@
+"""Rigid joints, constraints and differentiated inputs against hand derivations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from core_models import Cam, Crank, Joined, row
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components import translational as trans
+from powertrain.components.blocks import Constant, Sine
+
+TIGHT: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11}
+
+
+def test_inertias_joined_rigidly_move_as_one() -> None:
+    model = row(rot.ConstantTorque(tau_constant=6.0), *(rot.Inertia(J=J) for J in (1.0, 2.0, 3.0)))
+    plant = pt.compile(model)
+    assert len(plant.compiled.states) == 2
+    result = plant.simulate(2.0)
+    np.testing.assert_allclose(result["parts[3].w"], result.time, atol=1e-9)
+    np.testing.assert_allclose(result["parts[2].flange_a.tau"], 5.0, rtol=1e-9)
+
+
+def test_inertias_joined_by_a_gear() -> None:
+    """(J1 + J2/i^2) a1 = T."""
+    model = row(rot.ConstantTorque(tau_constant=3.0), rot.Inertia(J=1.0), rot.IdealGear(ratio=-2.0), rot.Inertia(J=8.0))
+    result = pt.simulate(model, 1.0)
+    np.testing.assert_allclose(result["parts[1].w"], 3.0 / (1.0 + 8.0 / 4.0) * result.time, atol=1e-9)
+    np.testing.assert_allclose(result["parts[3].phi"], result["parts[1].phi"] / -2.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 2.0])
+def test_planetary_joins_three_inertias(ratio: float) -> None:
+    J, torque = {"sun": 1.0, "ring": 2.0, "carrier": 3.0}, 4.0
+    names = list(J)
+    model = Joined(
+        parts=(
+            rot.IdealPlanetary(ratio=ratio),
+            *(rot.Inertia(J=v) for v in J.values()),
+            rot.ConstantTorque(tau_constant=torque),
+        ),
+        joints=(("0.sun", "1.flange_a", "4.flange"), ("0.ring", "2.flange_a"), ("0.carrier", "3.flange_a")),
+    )
+    plant = pt.compile(model)
+    assert len(plant.compiled.states) == 4
+    result = plant.simulate(1.0)
+    share = {"sun": 1.0, "ring": ratio, "carrier": -(1 + ratio)}
+    matrix = np.zeros((4, 4))
+    for k, name in enumerate(names):
+        matrix[k, k], matrix[k, 3] = J[name], share[name]
+    matrix[3, :3] = [share[name] for name in names]
+    a = np.linalg.solve(matrix, [torque, 0, 0, 0])
+    for k in range(3):
+        np.testing.assert_allclose(result[f"parts[{k + 1}].w"], a[k] * result.time, atol=1e-9)
+
+
+def test_rolling_wheel_joins_rotation_and_translation() -> None:
+    """(J/r + m r) a_translation = T."""
+    model = Joined(
+        parts=(
+            rot.ConstantTorque(tau_constant=5.0),
+            rot.Inertia(J=2.0),
+            rot.IdealRollingWheel(radius=0.5),
+            trans.Mass(m=10.0),
+        ),
+        joints=(("0.flange", "1.flange_a"), ("1.flange_b", "2.flangeR"), ("2.flangeT", "3.flange_a")),
+    )
+    result = pt.simulate(model, 1.0)
+    np.testing.assert_allclose(result["parts[3].v"], 5.0 / (2.0 / 0.5 + 10.0 * 0.5) * result.time, atol=1e-9)
+
+
+def test_masses_joined_by_a_rod() -> None:
+    model = row(trans.ConstantForce(f_constant=6.0), trans.Mass(m=1.0), trans.Rod(L=0.7), trans.Mass(m=2.0))
+    result = pt.simulate(model, 1.0)
+    np.testing.assert_allclose(result["parts[3].v"], 2.0 * result.time, atol=1e-9)
+    gap = result["parts[3].s"] - result["parts[1].s"]
+    np.testing.assert_allclose(gap, gap[0], atol=1e-12)
+
+
+def test_speed_source_drives_an_inertia() -> None:
+    """The input is differentiated: tau = J der(w_ref)."""
+    model = row(rot.Speed(exact=True), rot.Inertia(J=2.0), Sine(f=0.5, amplitude=3.0), joints=(("2.y", "0.w_ref"),))
+    result = pt.simulate(model, 2.0, **TIGHT)
+    np.testing.assert_allclose(
+        result["parts[1].flange_a.tau"], 2.0 * 3.0 * np.pi * np.cos(np.pi * result.time), atol=1e-9
+    )
+
+
+def test_inverse_dynamics_asks_the_torque_of_a_position() -> None:
+    """An elastic load: J1 and J2 with spring c; phi1 = sin t asks tau = J1 der2(phi1) + c (phi1 - phi2)."""
+    c, J1, J2 = 50.0, 1.0, 2.0
+    model = row(
+        rot.Position(exact=True), rot.Inertia(J=J1), rot.Spring(c=c), rot.Inertia(J=J2),
+        Sine(f=1 / (2 * np.pi)), joints=(("4.y", "0.phi_ref"),),
+    )  # fmt: skip
+    result = pt.simulate(model, 3.0, starts={"parts[3].w": 0.0, "parts[3].phi": 0.0}, **TIGHT)
+    t, omega = result.time, np.sqrt(c / J2)
+    phi2 = (np.sin(t) - np.sin(omega * t) / omega) / (1 - 1 / omega**2)
+    np.testing.assert_allclose(result["parts[3].phi"], phi2, atol=1e-7)
+    np.testing.assert_allclose(result["parts[1].flange_a.tau"], -J1 * np.sin(t) + c * (np.sin(t) - phi2), atol=1e-5)
+
+
+def test_massless_node_between_springs() -> None:
+    c1, c2, J = 100.0, 300.0, 2.0
+    model = row(rot.Fixed(), rot.Spring(c=c1), rot.Spring(c=c2), rot.Inertia(J=J))
+    result = pt.simulate(model, 1.0, starts={"parts[3].phi": 0.1}, **TIGHT)
+    omega = np.sqrt(c1 * c2 / (c1 + c2) / J)
+    np.testing.assert_allclose(result["parts[3].phi"], 0.1 * np.cos(omega * result.time), atol=1e-8)
+    np.testing.assert_allclose(result["parts[1].tau"], result["parts[2].tau"], atol=1e-9)
+
+
+def test_massless_node_between_spring_and_damper() -> None:
+    """A Maxwell element held at one end: T = c x = d (w - der(x)), J der(w) = -T."""
+    c, d, J = 40.0, 5.0, 1.0
+    model = row(rot.Fixed(), rot.Spring(c=c), rot.Damper(d=d), rot.Inertia(J=J))
+    result = pt.simulate(model, 2.0, starts={"parts[3].w": 2.0, "parts[1].phi_rel": 0.0}, **TIGHT)
+    from scipy.linalg import expm
+
+    matrix = np.array([[0.0, -c / J], [1.0, -c / d]])
+    expected = np.array([expm(matrix * t) @ [2.0, 0.0] for t in result.time[::50]])
+    np.testing.assert_allclose(result["parts[3].w"][::50], expected[:, 0], atol=1e-7)
+
+
+def test_nonlinear_constraint_keeps_the_energy() -> None:
+    """(J1 + J2 f'^2) w^2 is constant, f' = 1 + e cos(phi)."""
+    model = row(rot.Inertia(J=1.0), Cam(e=0.3), rot.Inertia(J=2.0))
+    plant = pt.compile(model)
+    assert len(plant.compiled.states) == 2
+    result = plant.simulate(3.0, starts={"parts[0].w": 4.0, "parts[0].phi": 0.0}, **TIGHT)
+    phi, w = result["parts[0].phi"], result["parts[0].w"]
+    effective = 1.0 + 2.0 * (1 + 0.3 * np.cos(phi)) ** 2
+    np.testing.assert_allclose(effective * w**2, effective[0] * 16.0, rtol=1e-7)
+    np.testing.assert_allclose(result["parts[2].phi"], phi + 0.3 * np.sin(phi), atol=1e-9)
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+def test_slider_crank_keeps_the_energy(implicit: bool) -> None:
+    """J w^2/2 + m (ds/dphi w)^2/2 is constant, with the derivative of s by finite differences."""
+    r, rod, m, J = 0.1, 0.3, 1.0, 0.1
+    model = row(rot.Inertia(J=J), Crank(implicit=implicit))
+    result = pt.simulate(model, 1.0, starts={"parts[0].w": 10.0, "parts[0].phi": 0.5}, rtol=1e-8, atol=1e-10)
+    phi, w = result["parts[0].phi"], result["parts[0].w"]
+
+    def s(angle: Any) -> Any:
+        return r * np.cos(angle) + np.sqrt(rod**2 - (r * np.sin(angle)) ** 2)
+
+    np.testing.assert_allclose(result["parts[1].s"], s(phi), atol=1e-7)
+    slope = (s(phi + 1e-6) - s(phi - 1e-6)) / 2e-6
+    energy = J * w**2 / 2 + m * (slope * w) ** 2 / 2
+    np.testing.assert_allclose(energy, energy[0], rtol=2e-6)
+    assert phi[-1] > 2 * np.pi
+
+
+def test_constant_input_has_no_derivative() -> None:
+    model = row(rot.Speed(exact=True), rot.Inertia(J=2.0), Constant(k=3.0), joints=(("2.y", "0.w_ref"),))
+    np.testing.assert_allclose(pt.simulate(model, 1.0)["parts[1].flange_a.tau"], 0.0, atol=1e-12)

@@ -1,0 +1,106 @@
+"""Which conditions fix the start, in which order, and what the report says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from core_models import Crank, row
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+
+
+@pytest.fixture(scope="module")
+def sprung() -> pt.Plant:  # type: ignore[type-arg]
+    return pt.compile(row(rot.Inertia(J=1.0), rot.SpringDamper(c=100.0, d=1.0), rot.Inertia(J=2.0)))
+
+
+def start(plant: pt.Plant, **options: object) -> dict[str, float]:  # type: ignore[type-arg]
+    result = plant.simulate(1e-6, points=1, **options)  # type: ignore[arg-type]
+    names = ("parts[0].w", "parts[2].w", "parts[1].w_rel", "parts[0].phi", "parts[2].phi", "parts[1].phi_rel")
+    return {name: float(result[name][0]) for name in names}
+
+
+def test_declared_starts_are_zero(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
+    assert set(start(sprung).values()) == {0.0}
+
+
+def test_relative_speed_and_elongation_are_given(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
+    """What is asked holds; of the two absolute values one keeps its declared start."""
+    found = start(sprung, starts={"parts[1].w_rel": 3.0, "parts[1].phi_rel": 0.1})
+    assert found["parts[1].w_rel"] == 3.0
+    assert found["parts[1].phi_rel"] == pytest.approx(0.1)
+    assert found["parts[2].w"] - found["parts[0].w"] == pytest.approx(3.0)
+    assert found["parts[2].phi"] - found["parts[0].phi"] == pytest.approx(0.1)
+    assert 0.0 in (found["parts[0].w"], found["parts[2].w"])
+
+
+def test_any_two_speeds_fix_the_third(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
+    found = start(sprung, starts={"parts[1].w_rel": 3.0, "parts[2].w": 5.0})
+    assert found["parts[0].w"] == pytest.approx(2.0)
+    found = start(sprung, starts={"parts[0].w": 1.0, "parts[2].w": 5.0})
+    assert found["parts[1].w_rel"] == pytest.approx(4.0)
+
+
+def test_three_speeds_that_contradict(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
+    with pytest.raises(pt.InitializationError, match=r"parts\[2\].w.*\n.*asks for 9 rad/s.* already give 4 rad/s"):
+        start(sprung, starts={"parts[1].w_rel": 3.0, "parts[0].w": 1.0, "parts[2].w": 9.0})
+
+
+def test_torque_as_a_start(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
+    """tau = c phi_rel + d w_rel = 30 with w_rel = 2: phi_rel = 0.28."""
+    found = start(sprung, starts={"parts[1].tau": 30.0, "parts[1].w_rel": 2.0})
+    assert found["parts[1].phi_rel"] == pytest.approx(0.28)
+
+
+def test_report_says_what_was_used(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
+    report = str(sprung.simulate(1e-6, starts={"parts[1].w_rel": 3.0}).report)
+    lines = {line.split()[0]: line for line in reversed(report.splitlines())}
+    assert "3 rad/s" in lines["parts[1].w_rel"]
+    assert "given for this run" in lines["parts[1].w_rel"]
+    assert "start of the variable" in report
+    assert "not needed, it follows from the others" in report
+
+
+def test_guesses_choose_the_branch_and_fix_nothing() -> None:
+    plant = pt.compile(row(rot.Inertia(J=0.1), Crank(implicit=True)))
+    angles = {}
+    for guess in (0.1, np.pi - 0.1):
+        result = plant.simulate(1e-6, starts={"parts[0].phi": 0.5}, guesses={"parts[1].beta": guess})
+        angles[guess] = float(result["parts[1].beta"][0])
+    beta = np.arcsin(0.1 * np.sin(0.5) / 0.3)
+    assert angles[0.1] == pytest.approx(beta)
+    assert angles[np.pi - 0.1] == pytest.approx(np.pi - beta)
+
+
+class Text(pt.Component):
+    """initial() says an acceleration and a speed."""
+
+    drag: rot.QuadraticSpeedDependentTorque = rot.QuadraticSpeedDependentTorque(
+        tau_nominal=-4.0, w_nominal=2.0, TorqueDirection=False
+    )
+    J1: rot.Inertia = rot.Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drag.flange, self.J1.flange_a)
+
+    def initial(self) -> pt.Equations:
+        yield self.J1.a == -8.0
+        yield self.J1.phi == 1.0
+
+
+def test_text_conditions_go_before_declared_starts() -> None:
+    """J a = -w^2 for w > 0: a = -8 asks w = 4, found from a guess of the speed."""
+    result = pt.simulate(Text(), 0.1, guesses={"J1.w": 1.0})
+    assert result["J1.w"][0] == pytest.approx(4.0)
+    assert result["J1.phi"][0] == pytest.approx(1.0)
+
+
+def test_a_value_of_the_run_replaces_the_text() -> None:
+    result = pt.simulate(Text(), 0.1, starts={"J1.w": 3.0, "J1.phi": 0.0})
+    assert (result["J1.w"][0], result["J1.phi"][0]) == (3.0, 0.0)
+
+
+def test_guess_of_something_computed_is_refused(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
+    with pytest.raises(pt.ParameterError, match="is computed from others"):
+        start(sprung, guesses={"parts[1].lossPower": 1.0})
