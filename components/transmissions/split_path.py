@@ -72,8 +72,8 @@ class SwitchedSplitPathTransmission(_SplitPath):
     J_v: Parameter = parameter("kg.m2", "Moment of inertia of the variable unit's shaft at 2", default=1e-3, above=0)
     capacity: Parameter = parameter("N.m", "Torque of a closed clutch while it slips", default=1e3, above=0)
     shift: Input = signal_input("1", "0: the first layout, 1: the second")
-    clutches: tuple[Clutch, Clutch, Clutch, Clutch] = (Clutch(fn_max=1, mue_pos=((0.0, 1.0),)),) * 4
-    shafts: tuple[Inertia, Inertia, Inertia] = (Inertia(J=1),) * 3
+    clutches: tuple[Clutch, ...] = (Clutch(fn_max=1, mue_pos=((0.0, 1.0),)),) * 4
+    shafts: tuple[Inertia, ...] = (Inertia(J=1),) * 3
     place: Inertia = Inertia(J=1)
     one: Constant = Constant(k=1)
     opening: Feedback = Feedback()
@@ -84,7 +84,7 @@ class SwitchedSplitPathTransmission(_SplitPath):
         input_coupled = checked(self.coupling) == "input"
         p, q, stays = switched(self.first, self.second)
         names = members(self.first)
-        shaft = dict(zip(("a", "b", "carrier"), self.shafts, strict=True))
+        shaft: dict[str, Inertia] = dict(zip(("a", "b", "carrier"), self.shafts, strict=True))
         for name, part in shaft.items():
             yield connect(part.flange_a, getattr(self.differential, name))
         x, y = shaft[names[p]].flange_b, shaft[names[q]].flange_b

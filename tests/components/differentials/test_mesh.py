@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from joined import Joined, joined, run
 
 import powertrain as pt
@@ -245,3 +247,27 @@ def test_self_locking_is_said() -> None:
     free = pt.steady(locking(1.2, 1.0), {"parts[3].tau_constant": [1.0, -1.0]})
     assert list(free["status"].values) == [0, 0]
     np.testing.assert_allclose(free["parts[0].a.tau"], [1 / (1.2 * 0.95 - 1), -1 / (1.2 / 0.95 - 1)], rtol=1e-12)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    R_o=st.one_of(st.floats(-4, -0.25), st.floats(0.2, 0.6), st.floats(1.7, 5)),
+    eta_ab=st.floats(0.7, 1),
+    eta_ba=st.floats(0.7, 1),
+    torques=st.tuples(*[st.floats(-10, 10)] * 3),
+    starts=st.tuples(*[st.floats(-5, 5)] * 2),
+)
+def test_any_mesh_is_passive_and_closes_its_energy(
+    R_o: float, eta_ab: float, eta_ba: float, torques: tuple[float, ...], starts: tuple[float, ...]
+) -> None:
+    mesh = Mesh(ratio=R_o, eta_ab=eta_ab, eta_ba=eta_ba)
+    inertias = rot.Inertia(J=1), rot.Inertia(J=2), rot.Inertia(J=3)
+    loads = [rot.ConstantTorque(tau_constant=torque) for torque in torques]
+    joints = (
+        "0.a=1.flange_a 0.b=2.flange_a 0.carrier=3.flange_a 4.flange=1.flange_b 5.flange=2.flange_b 6.flange=3.flange_b"
+    )
+    result = run(joined(mesh, *inertias, *loads, joints=joints), 1.0, starts={"1.w": starts[0], "3.w": starts[1]})
+    loss = result["parts[0].lossPower"]
+    assert loss.min() >= -1e-7 * (1 + loss.max())
+    assert pt.energy_audit(result).closure < 1e-7
+    assert len(result.events) <= 2

@@ -215,3 +215,40 @@ def test_ideal_limit(layout: Layout, coupling: Coupling) -> None:
     r = [overall_ratio(layout, -1.7, V, coupling) for V in (0.45, 1.4)]
     into, out = (points[f"transmission.flange_{side}.tau"].values.ravel() for side in "ab")
     np.testing.assert_allclose(into, -out * r, rtol=1e-9)
+
+
+def test_interval_where_all_turns_as_one_block() -> None:
+    """At r = 1 the mesh is stuck: T_b lies between -R_o T_a eta and -R_o T_a/eta, the input torque between what follows from these."""
+    stand = Stand(transmission=SplitPathTransmission(layout="bHa", differential=EXAMPLE, cvu=UNIT))
+    points = pt.steady(stand, {"V": [0.9, 1.0, 1.1], "torque": [-50.0]})
+    assert points["status"].values.ravel().tolist() == [0, 1, 0]
+    low, high = (points[f"transmission.flange_a.tau_{end}"].values.ravel()[1] for end in ("low", "high"))
+    expected = [b + (50 - b) / 0.9 for b in (-85 * 0.95, -85 / 0.95)]
+    assert (low, high) == pytest.approx(tuple(expected), rel=1e-9)
+
+
+@pytest.mark.parametrize("coupling", ["input", "output"])
+def test_relabelled_members(coupling: Coupling) -> None:
+    """Exchanging the names a and b (R_o -> 1/R_o, eta_ab <-> eta_ba) changes nothing outside."""
+    one = FundamentalDifferential(ratio=-1.7, eta_ab=0.95, eta_ba=0.92)
+    other = FundamentalDifferential(ratio=-1 / 1.7, eta_ab=0.92, eta_ba=0.95)
+    swap = str.maketrans("ab", "ba")
+    for layout in TYPES.values():
+        renamed: Any = layout.translate(swap)
+        torques = []
+        for name, differential in ((layout, one), (renamed, other)):
+            part = SplitPathTransmission(layout=name, coupling=coupling, differential=differential, cvu=UNIT)
+            points = pt.steady(Stand(transmission=part), {"V": [0.45, 0.8, 1.25], "torque": [-20.0, 20.0]})
+            torques.append(points["transmission.flange_a.tau"].values)
+        np.testing.assert_allclose(torques[0], torques[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("layout", TYPES.values())
+def test_mirrored_motion_and_torque(layout: Layout) -> None:
+    """Opposite speed and torque give the opposite torque at the input."""
+    part = SplitPathTransmission(layout=layout, differential=EXAMPLE, cvu=UNIT)
+    grids = {"V": [0.45, 0.8, 1.25], "torque": [-20.0]}
+    forward = pt.steady(Stand(transmission=part), grids)
+    backward = pt.steady(Stand(transmission=part, drive=rot.ConstantSpeed(w_fixed=-100)), {**grids, "torque": [20.0]})
+    name = "transmission.flange_a.tau"
+    np.testing.assert_allclose(backward[name].values, -forward[name].values, rtol=1e-9)
