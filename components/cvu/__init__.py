@@ -7,11 +7,12 @@ from powertrain.components.cvu.electric import ElectricVariator
 from powertrain.components.cvu.friction_drives import TractionDrive, VBelt
 from powertrain.components.cvu.hydrostatic import HydrostaticUnit
 from powertrain.components.cvu.interfaces import VariableUnit
-from powertrain.components.cvu.limiter import LimitedUnit, TorqueLimiter
+from powertrain.components.cvu.limits import ActuatedUnit, LimitedUnit, TorqueLimiter
 from powertrain.components.cvu.unit import CVU
 
 __all__ = [
     "CVU",
+    "ActuatedUnit",
     "ElectricVariator",
     "HydrostaticUnit",
     "LimitedUnit",

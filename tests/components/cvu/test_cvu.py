@@ -13,6 +13,7 @@ from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp, Sine, TimeTable
 from powertrain.components.cvu import (
     CVU,
+    ActuatedUnit,
     ElectricVariator,
     HydrostaticUnit,
     LimitedUnit,
@@ -196,3 +197,14 @@ def test_torque_limiter_slips_beyond_its_torque() -> None:
         result = run(model, 1.0, starts={"2.w": 10.0})
         assert result["parts[0].mode"][-1] == mode
         assert abs(result["parts[0].tau"][-1]) <= 5.0 + 1e-12
+
+
+def test_actuated_unit_takes_any_demand() -> None:
+    """A step of the demand beyond the range: the ratio follows at its rate and stays at its limit."""
+    unit = ActuatedUnit(ratio_min=0.4, ratio_max=1.4, rate=0.5, ratio_start=0.6, unit=CVU(eta_ab=0.9, eta_ba=0.9))
+    result = run(swinging(unit, TimeTable(table=((0, 0.6), (1, 0.6), (1, 5), (4, 5))), joints="0.ratio=7.y"), 4.0)
+    V = result["parts[0].unit.ratio"]
+    assert result.at(2.0, "parts[0].unit.ratio") == pytest.approx(0.6 + 0.5, rel=1e-6)
+    assert V[-1] == pytest.approx(1.4, abs=1e-5)
+    np.testing.assert_allclose(result["parts[0].w_b"], V * result["parts[0].w_a"], atol=1e-9)
+    assert pt.energy_audit(result).closure < 1e-6

@@ -1,8 +1,9 @@
-"""The most that a variable unit may carry."""
+"""Variable units with what limits them: the torque that they carry, the rate and range of their actuator."""
 
 from __future__ import annotations
 
 from powertrain import Equations, Parameter, Symbol, connect, friction, parameter
+from powertrain.components.cvu.actuator import RatioActuator
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cvu.unit import CVU
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
@@ -51,3 +52,31 @@ class LimitedUnit(VariableUnit):
         yield connect(self.unit.support, self.support)
         yield connect(self.heat_port, self.unit.heat_port, self.limiter.heat_port)
         yield self.lossPower == self.unit.lossPower + self.limiter.lossPower
+
+
+class ActuatedUnit(VariableUnit):
+    """A variable unit whose ratio an actuator moves: the signal ``ratio`` is what is demanded, within the actuator's rate and range.
+
+    A demand outside of [ratio_min, ratio_max] is held at the limit; the unit itself must allow what the actuator does.
+    """
+
+    rate: Parameter = parameter("1/s", "Greatest rate of the ratio", default=1.0, above=0)
+    ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
+    actuator: RatioActuator = RatioActuator()
+    unit: VariableUnit = CVU()
+
+    def equations(self) -> Equations:
+        """Actuator and unit in a row."""
+        yield self.actuator.rate == self.rate
+        yield self.actuator.ratio_start == self.ratio_start
+        yield self.actuator.ratio_min == self.ratio_min
+        yield self.actuator.ratio_max == self.ratio_max
+        yield self.w_a == self.unit.w_a
+        yield self.w_b == self.unit.w_b
+        yield connect(self.ratio, self.actuator.demand)
+        yield connect(self.actuator.ratio, self.unit.ratio)
+        yield connect(self.flange_a, self.unit.flange_a)
+        yield connect(self.flange_b, self.unit.flange_b)
+        yield connect(self.support, self.unit.support)
+        yield connect(self.heat_port, self.unit.heat_port)
+        yield self.lossPower == self.unit.lossPower
