@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from powertrain.buffers import Array
 from powertrain.circulation import Edge, Strand, decompose, loops
 from powertrain.powergraph import PowerGraph
-from powertrain.variator import VARIATOR_CASES, recirculation_case
+from powertrain.variator import IDLE, NEGATIVE, POSITIVE, SERIES, SPLIT, VARIATOR_CASES, goes_beside
 
 Matrix = NDArray[np.float64]
 ENDS = ("loss", "delivered", "stored")
@@ -140,14 +140,18 @@ class DirectedFlow:
         for points, usable in self._patterns:
             edges = self._directed(self.power[:, points[0]])
             kept = [edges[k] for k in usable]
-            for i in points:
-                ends = [] if on_loop[i] else self._ends(self._outer[:, i], float(floor[i]))
-                case[i] = recirculation_case(v, into[i], left[i], bool(on_loop[i]), [*kept, *ends], float(floor[i]))
+            case[points] = np.where(left[points] > floor[points], POSITIVE, NEGATIVE)
+            apart = points[~on_loop[points]]
+            kinds, which = np.unique(self._outer[:, apart] > floor[apart], axis=1, return_inverse=True)
+            for i in range(kinds.shape[1]):
+                beside = goes_beside(v, [*kept, *self._ends(kinds[:, i])])
+                case[apart[which.ravel() == i]] = SPLIT if beside else SERIES
+            case[points[into[points] <= floor[points]]] = IDLE
         return case
 
-    def _ends(self, outer: Array, floor: float) -> list[Edge]:
+    def _ends(self, used: NDArray[np.bool_]) -> list[Edge]:
         """Edges from the supplies (or, where there are none, from what is released) and to the deliveries (or what is stored)."""
-        C = len(self.graph.components)
-        used = [[c for c in range(C) if outer[block * C + c] > floor] for block in range(6)]
-        supplied, released, _, _, delivered, stored = used
+        supplied, released, _, _, delivered, stored = (
+            np.flatnonzero(block).tolist() for block in used.reshape(6, len(self.graph.components))
+        )
         return [*((-1, c) for c in supplied or released), *((c, -2) for c in delivered or stored)]

@@ -26,7 +26,7 @@ from powertrain.powergraph import PowerGraph
 from powertrain.powerterms import from_result, from_steady, power_outputs
 from powertrain.result import Result
 from powertrain.steady import steady
-from powertrain.variator import VARIATOR_CASES, kinematic_share
+from powertrain.variator import NEGATIVE, VARIATOR_CASES, kinematic_share
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +72,8 @@ def power_flow(
     if hasattr(grid, "data_vars"):
         return PowerFlow(*from_steady(plant.compiled, grid, whole))
     wanted = power_outputs(plant) | dict(outputs or {}) | _share(plant.compiled, variator, shafts, ratio)
-    return PowerFlow(*from_steady(plant.compiled, steady(plant, dict(grid), outputs=wanted, **options), whole))
+    spanned = {str(name): values for name, values in grid.items()}
+    return PowerFlow(*from_steady(plant.compiled, steady(plant, spanned, outputs=wanted, **options), whole))
 
 
 def _share(
@@ -196,7 +197,7 @@ class PowerFlow:
         v = self.graph.component(name)
         flow = self._directed
         into, given, case = flow.entering(v), self._input_of(source), flow.cases(v)
-        sign = np.where(case == VARIATOR_CASES.index("negative recirculation"), -1.0, 1.0)
+        sign = np.where(case == NEGATIVE, -1.0, 1.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             K = np.where(given > 0, sign * into / given, np.nan)
             efficiency = np.where(into > 0, flow.leaving(v) / into, np.nan)

@@ -18,20 +18,13 @@ from powertrain.signals import signals_of
 from powertrain.symbols import Symbol, column, free_symbols, key
 
 VARIATOR_CASES = ("idle", "split", "series", "positive recirculation", "negative recirculation")
+IDLE, SPLIT, SERIES, POSITIVE, NEGATIVE = range(5)
 _MOST_IMPLICIT = 10
 
 
-def recirculation_case(v: int, into: float, left: float, on_loop: bool, edges: Sequence[Edge], floor: float) -> int:
-    """The place of the case in ``VARIATOR_CASES``.
-
-    ``left``: what leaves the variator beside the loops; ``edges``: where power flows, with the vertices -1 (source) and -2 (sink).
-    """
-    if into <= floor:
-        return 0
-    if on_loop:
-        return 3 if left > floor else 4
-    beside = [e for e in edges if v not in e]
-    return 2 if not _reaches(beside) and _reaches(edges) else 1
+def goes_beside(v: int, edges: Sequence[Edge]) -> bool:
+    """Whether power gets from the source (vertex -1) to the sink (-2) beside the vertex ``v``, or to no sink at all."""
+    return _reaches([e for e in edges if v not in e]) or not _reaches(edges)
 
 
 def _reaches(edges: Sequence[Edge]) -> bool:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import random
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, ClassVar
@@ -8,6 +9,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from drivelines import driveline
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -362,6 +364,29 @@ def test_wrong_names_are_refused(example: pt.PowerFlow) -> None:
         flow.loops  # noqa: B018
     with pytest.raises(pt.ParameterError, match="a grid is for a plant"):
         pt.power_flow(pt.simulate(Chain(), stop=0.1), {"drive": 1.0})
+
+
+@pytest.mark.parametrize("seed", [2, 5, 7, 11, 13, 19])
+def test_random_drivelines(seed: int) -> None:
+    """In any topology powers meet at nodes, components balance, paths and loops account for all of the power."""
+    rng = random.Random(seed)
+    model = driveline(lambda several: rng.choice(list(several)), rng.randint(3, 12), careless=False)
+    try:
+        result = pt.simulate(model, stop=0.4, points=10)
+    except pt.PowertrainError:
+        pytest.skip("this one cannot be simulated")
+    flow = pt.power_flow(result)
+    largest = float(np.abs(flow.power).max())
+    assert np.abs(flow.imbalance).max() <= 1e-7 * largest
+    for i in range(flow.data.sizes["time"]):
+        point = flow.isel(time=i)
+        meeting = dict.fromkeys(flow.graph.nodes, 0.0)
+        for terminal in flow.graph.terminals:
+            meeting[flow.graph.nodes[terminal.node]] += float(point.power.sel(port=terminal.port))
+        assert max(map(abs, meeting.values()), default=0.0) <= 1e-7 * largest
+        assert sum(way.power for way in point.loops) == pytest.approx(float(point.circulating), abs=1e-7 * largest)
+        released = np.maximum(-point.data.stored, 0.0).sum()
+        assert sum(way.power for way in point.paths) == pytest.approx(float(point.input + released), abs=1e-6 * largest)
 
 
 def test_two_cycles_with_a_common_vertex() -> None:
