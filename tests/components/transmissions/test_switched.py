@@ -77,3 +77,13 @@ def test_output_coupled_change() -> None:
     result = shifted("abH", "baH", "output")
     assert result["J3.w"][-1] / result["J1.w"][-1] == pytest.approx(overall_ratio("baH", -1.7, 1.3, "output"), rel=1e-6)
     assert pt.energy_audit(result).closure < 1e-6
+
+
+def test_clutch_slips_where_the_circulating_power_exceeds_its_torque() -> None:
+    """Output-coupled type 4 at V = 1.3 sends several times the input power through its members: a clutch of 1000 N.m gives way."""
+    result = shifted("Hba", "abH", "output")
+    assert result["transmission.clutches[3].mode"][-1] == 1
+    assert result["transmission.clutches[3].tau"][-1] == pytest.approx(1000.0)
+    assert result["J3.w"][-1] / result["J1.w"][-1] < 0.9 * overall_ratio("abH", -1.7, 1.3, "output")
+    stronger = shifted("baH", "abH", "output")
+    assert stronger["J3.w"][-1] / stronger["J1.w"][-1] == pytest.approx(2.0408163, rel=1e-6)
