@@ -27,6 +27,7 @@ from powertrain.component import (
 from powertrain.connectors import Connector, Input, Output, Signal, signal_input, signal_output
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
 from powertrain.export import load
+from powertrain.gradient import steady_gradient
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
 from powertrain.linearization import linearize
 from powertrain.map import Axis, Map
@@ -82,6 +83,7 @@ __all__ = [
     "signal_output",
     "simulate",
     "steady",
+    "steady_gradient",
     "support",
     "sweep",
     "switch",

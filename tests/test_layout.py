@@ -31,7 +31,7 @@ ORDER = [
     "signals events export initial result plant",
     "linear_model reduction perturbation linearization energy_terms audit",
     "lanes fraction axes newton equilibrium choices operating walk forms rows sheet progress dataset steady_map",
-    "steady eigenmodes circulation powergraph variator directedflow powerterms powerflow sweeping optimize",
+    "steady gradient eigenmodes circulation powergraph variator directedflow powerterms powerflow sweeping optimize",
     "plot powerdiagram powerplot",
     "__init__",
     "__main__",

@@ -1,0 +1,107 @@
+"""The duty of a split-path transmission, and what its variable unit can do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import powertrain as pt
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Vector = NDArray[np.float64]
+Unit = tuple[float, float] | float | None
+"""The range (low, high) of V that a variable unit has; or its span V_max/V_min; or None for any."""
+R_O = "transmission.differential.ratio"
+SIGNALS = ("V", "efficiency", "K", "P_1", "P_2", "P_3")
+_POINTS = 31
+
+
+@dataclass(frozen=True)
+class Duty:
+    """The points at which a transmission works: ratio r, share of the delivered energy, size of the output torque, input speed.
+
+    ``low`` and ``high`` are the wanted range of r; its ends are looked at too, with no share. Points at r = 0 deliver no energy: they ask
+    for a ratio of the unit and count for nothing else. Errors: ParameterError for shares that are negative or all zero.
+    """
+
+    r: Vector
+    weight: Vector
+    torque: Vector
+    speed: Vector
+    low: float
+    high: float
+
+    @classmethod
+    def over(cls, r: tuple[float, float], table: pd.DataFrame | Mapping[str, ArrayLike] | None = None) -> Duty:
+        """A duty from a table with columns r, weight and where they matter torque (N.m) and speed (rad/s); else all of the range alike."""
+        low, high = map(float, r)
+        if not low < high:
+            raise pt.ParameterError(f"the wanted range of r ends at {high:g}, below or at its beginning {low:g}")
+        given = {} if table is None else {str(n): np.array(v, float).ravel() for n, v in table.items()}
+        unknown = [n for n in given if n not in ("r", "weight", "torque", "speed")]
+        if unknown or (table is not None and "r" not in given):
+            raise pt.ParameterError(
+                f"a duty has the columns r, weight, torque, speed, of which r is needed; not {', '.join(given)}"
+            )
+        at = given.get("r", np.linspace(low, high, _POINTS))
+        ends = np.array([low, high] + [0.0] * (low < 0 < high))
+        columns = {"weight": 1.0, "torque": 10.0, "speed": 100.0}
+        full = {n: np.broadcast_to(given.get(n, np.array([d])), at.shape).copy() for n, d in columns.items()}
+        full["weight"][at == 0] = 0.0
+        total = full["weight"].sum()
+        if not total > 0 or (full["weight"] < 0).any():
+            raise pt.ParameterError(
+                "the weights of a duty are shares of the delivered energy: none is negative, and some is positive"
+            )
+        if (at < low).any() or (at > high).any():
+            raise pt.ParameterError(f"the duty has points outside the wanted range of r from {low:g} to {high:g}")
+        full["weight"] /= total
+        mean = {n: np.full(ends.size, full[n].mean()) for n in columns} | {"weight": np.zeros(ends.size)}
+        order = np.argsort(np.append(at, ends), kind="stable")
+        rest = {n: np.append(full[n], mean[n])[order] for n in columns}
+        return cls(np.append(at, ends)[order], **rest, low=low, high=high)
+
+    @classmethod
+    def driven(cls, w_in: ArrayLike, w_out: ArrayLike, torque: ArrayLike) -> Duty:
+        """A duty from a drive cycle sampled at equal intervals: speeds (rad/s) of input and output, torque (N.m) that the output delivers.
+
+        Samples in which the output takes no power (standstill, braking, coasting) do not count.
+        """
+        one, two, tau = (np.asarray(x, float).ravel() for x in (w_in, w_out, torque))
+        drives = (two * tau > 0) & (one > 0)
+        if not drives.any():
+            raise pt.ParameterError("the output takes power in no sample of this drive cycle at a positive input speed")
+        one, two, tau = one[drives], two[drives], tau[drives]
+        r = two / one
+        columns = {"r": r, "weight": two * tau, "torque": np.abs(tau), "speed": one}
+        return cls.over((float(r.min()), float(r.max())), columns)
+
+    def grid(self, ratios: Sequence[float] | Vector) -> dict[str, Any]:
+        """The grid of ``pt.steady``: the load is against the motion."""
+        import xarray as xr
+
+        load = np.where(self.r < 0, self.torque, -self.torque)
+        points = {"r": self.r, "load": load, "drive.w_fixed": self.speed}
+        along = {n: xr.DataArray(v, dims="point") for n, v in points.items()}
+        return {R_O: xr.DataArray(np.asarray(ratios, float), dims="R_o"), **along}
+
+
+def part_of(duty: Duty, mask: NDArray[np.bool_]) -> Duty:
+    """Some of the points."""
+    return Duty(duty.r[mask], duty.weight[mask], duty.torque[mask], duty.speed[mask], duty.low, duty.high)
+
+
+def unit_margins(V: Vector, unit: Unit) -> Vector:
+    """Not negative where the unit can do it."""
+    if unit is None:
+        return np.zeros(1)
+    low, high = float(V.min()), float(V.max())
+    if isinstance(unit, tuple):
+        return np.array([low - unit[0], unit[1] - high])
+    return np.array([unit * low - high, low] if high > 0 else [low - unit * high, -high])
