@@ -50,6 +50,12 @@ class DirectedFlow:
     def _source(self) -> int:
         return len(self.graph.components) + len(self.graph.nodes)
 
+    @property
+    def floor(self) -> Array:
+        """Power that counts as none, at every point."""
+        floor: Array = FLOOR * np.abs(self.power).max(axis=0, initial=0.0)
+        return floor
+
     def edges(self, point: int) -> list[Edge]:
         """All edges in the direction of their power at one point."""
         return [*self._directed(self.power[:, point]), *self._outer_edges]
@@ -134,8 +140,8 @@ class DirectedFlow:
         terminals = self.graph.of_component(v)
         into, around = self.entering(v), self.circulation[1][terminals]
         left = self.leaving(v) - around.sum(axis=0) / 2
-        floor = FLOOR * np.abs(self.power).max(axis=0, initial=0.0)
-        on_loop = (around > floor).any(axis=0)
+        floor = self.floor
+        on_loop = np.asarray((around > floor).any(axis=0))
         case = np.full(self.power.shape[1], len(VARIATOR_CASES))
         for points, usable in self._patterns:
             edges = self._directed(self.power[:, points[0]])
@@ -144,14 +150,18 @@ class DirectedFlow:
             apart = points[~on_loop[points]]
             kinds, which = np.unique(self._outer[:, apart] > floor[apart], axis=1, return_inverse=True)
             for i in range(kinds.shape[1]):
-                beside = goes_beside(v, [*kept, *self._ends(kinds[:, i])])
+                beside = goes_beside(v, [*kept, *self._ends(kinds[:, i], {tail for tail, _ in kept})])
                 case[apart[which.ravel() == i]] = SPLIT if beside else SERIES
             case[points[into[points] <= floor[points]]] = IDLE
         return case
 
-    def _ends(self, used: NDArray[np.bool_]) -> list[Edge]:
-        """Edges from the supplies (or, where there are none, from what is released) and to the deliveries (or what is stored)."""
-        supplied, released, _, _, delivered, stored = (
+    def _ends(self, used: NDArray[np.bool_], passing: set[int]) -> list[Edge]:
+        """Edges from the supplies (or, where there are none, from what is released), and to where power is wanted.
+
+        That is to the deliveries; where there are none, to parts that pass nothing on and lose all they get (drag); else to storage.
+        """
+        supplied, released, _, loss, delivered, stored = (
             np.flatnonzero(block).tolist() for block in used.reshape(6, len(self.graph.components))
         )
-        return [*((-1, c) for c in supplied or released), *((c, -2) for c in delivered or stored)]
+        wanted = delivered or [c for c in loss if c not in passing] or stored
+        return [*((-1, c) for c in supplied or released), *((c, -2) for c in wanted)]

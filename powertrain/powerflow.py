@@ -117,7 +117,7 @@ class PowerFlow:
     a unique solution are nan.
 
     ``isel`` and ``sel`` choose points. For one point: ``branches``, ``loops``, ``paths``, ``splits``. For any number: ``input``,
-    ``output``, ``efficiency``, ``circulating``, ``split()``, ``variator()``, ``imbalance``.
+    ``output``, ``efficiency``, ``into()``, ``out_of()``, ``circulating``, ``split()``, ``variator()``, ``imbalance``.
 
     Power paths are not unique where power mixes. The rule: first cycles are taken out of the flow, the one with the largest least
     flow first, then paths likewise. The circulating power is what was on cycles; with one loop it does not depend on the rule.
@@ -151,9 +151,23 @@ class PowerFlow:
 
     @property
     def efficiency(self) -> xr.DataArray:
-        """Output over input; nan where nothing is supplied."""
+        """Output over input; nan where nothing is supplied.
+
+        Power that a part such as drag takes as a loss is no output: there, take ``into(part)/out_of(source)``.
+        """
         given = self.input
-        return self._named(self.output / given.where(given > 0), "1", "Efficiency")
+        least = self._shaped(self._directed.floor)
+        return self._named(self.output / given.where(given > least), "1", "Efficiency")
+
+    def into(self, component: str) -> xr.DataArray:
+        """Power that enters a component through its ports (W)."""
+        values = self._directed.entering(self.graph.component(component))
+        return self._named(self._shaped(values), "W", f"Power into {component}")
+
+    def out_of(self, component: str) -> xr.DataArray:
+        """Power that leaves a component through its ports (W)."""
+        values = self._directed.leaving(self.graph.component(component))
+        return self._named(self._shaped(values), "W", f"Power out of {component}")
 
     @cached_property
     def circulating(self) -> xr.DataArray:
@@ -199,7 +213,7 @@ class PowerFlow:
         into, given, case = flow.entering(v), self._input_of(source), flow.cases(v)
         sign = np.where(case == NEGATIVE, -1.0, 1.0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            K = np.where(given > 0, sign * into / given, np.nan)
+            K = np.where(given > flow.floor, sign * into / given, np.nan)
             efficiency = np.where(into > 0, flow.leaving(v) / into, np.nan)
         named = np.array([*VARIATOR_CASES, ""], dtype=object)[case]
         found = {

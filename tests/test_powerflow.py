@@ -17,8 +17,8 @@ import powertrain as pt
 from powertrain.circulation import Edge, decompose, loops
 from powertrain.components.blocks import Ramp
 from powertrain.components.cvu import CVU
-from powertrain.components.differentials import FundamentalDifferential, Mesh
-from powertrain.components.rotational import ConstantSpeed, Fixed, IdealGear, Inertia, Torque, Torque2
+from powertrain.components.differentials import FundamentalDifferential, Mesh, PlanetaryGear
+from powertrain.components.rotational import ConstantSpeed, Damper, Fixed, IdealGear, Inertia, Torque, Torque2
 from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmission, relative_ratio
 from powertrain.powerplot import plot_efficiency_map, plot_lever, plot_variator
 
@@ -346,6 +346,47 @@ def test_another_topology(V: float) -> None:
         assert float(flow.circulating) == 0
     else:
         assert float(flow.circulating) > 0
+
+
+class CompoundSplit(pt.Component):
+    """Two planetary gears joined crosswise, machines at both suns, drag on the output."""
+
+    V: pt.Input = pt.signal_input("1", "Speed of the second sun over that of the first", default=0.3)
+    engine: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
+    first: PlanetaryGear = PlanetaryGear(ratio=2.6)
+    second: PlanetaryGear = PlanetaryGear(ratio=1.8)
+    machines: CVU = CVU()
+    drag: Damper = Damper(d=1.0)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.flange, self.first.carrier, self.second.ring)
+        yield pt.connect(self.first.ring, self.second.carrier, self.drag.flange_a)
+        yield pt.connect(self.first.sun, self.machines.flange_a)
+        yield pt.connect(self.second.sun, self.machines.flange_b)
+        yield pt.connect(self.drag.flange_b, self.ground.flange)
+        yield pt.connect(self.V, self.machines.ratio)
+
+
+def test_compound_split() -> None:
+    """The share by differentiation is that of the torques; where drag is the load, powers of parts take the place of the output."""
+    V = np.array([-1.5, -0.2, 0.3, 0.8, 1.5])
+    flow = pt.power_flow(
+        CompoundSplit(), {"V": V}, variator="machines", ratio="V", shafts=("engine.flange", "drag.flange_a")
+    )
+    share = flow.variator("machines", source="engine")
+    np.testing.assert_allclose(share["K"], share["K_o"], rtol=1e-9)
+    np.testing.assert_allclose(flow.into("drag") / flow.out_of("engine"), 1.0, rtol=1e-9)
+    assert share["case"].values.tolist() == ["negative recirculation"] * 2 + ["split"] * 3
+    assert (flow.output == 0).all()
+    back = -flow.power.sel(port="first.mesh.carrier")[:2]
+    np.testing.assert_allclose(flow.circulating[:2], back, rtol=1e-9)
+    loops = flow.isel(V=1).loops
+    assert [set(way.through) for way in loops] == [
+        {"machines", "first.mesh", "first.carrier", "second.mesh"},
+        {"first.carrier", "second.mesh", "first.ring", "first.mesh"},
+    ]
+    assert loops[0].power == pytest.approx(float(share["power"][1]))
 
 
 def test_wrong_names_are_refused(example: pt.PowerFlow) -> None:
