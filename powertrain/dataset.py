@@ -30,7 +30,7 @@ STATUS = {
 _PROBLEMS = {
     STUCK_POINT: "friction rests under a prescribed motion, its torque is not determined, the interval is given",
     SEVERAL: "several solutions (the laws hold each other in more than one way, or nothing determines an unknown)",
-    NONE: "no combination of modes is consistent; the laws lock themselves, what is prescribed cannot be in equilibrium",
+    NONE: "no consistent combination of modes; the laws lock themselves, or nothing balances what is prescribed",
     IMMOVABLE: "cannot move: a speed or ratio is infinite",
     OUTSIDE: "a quantity is outside its range",
     DIVERGED: "the search for the unknowns did not converge; give guesses, or look whether an equilibrium exists",
@@ -59,13 +59,14 @@ def dataset(
         return flat[: grid.size].reshape(ordered.shape).transpose(turn)
 
     data: dict[str, Any] = {}
+    intervals = sheet.intervals or ()
     coords = {_coordinate(axis): _axis(compiled, axis) for axis in grid.axes}
     for k, q in enumerate(quantities):
         if q.name in coords:
             continue
         attributes = {"units": q.unit, "long_name": q.doc or q.name}
         data[q.name] = (grid.dims, shaped(sheet.rows[k]), attributes)
-        for end, rows, text in zip(("low", "high"), sheet.intervals or (), ("least", "greatest"), strict=False):
+        for end, rows, text in zip(("low", "high"), intervals, ("least", "greatest"), strict=False):
             said = {**attributes, "long_name": f"{attributes['long_name']}, {text} possible value"}
             data[f"{q.name}_{end}"] = (grid.dims, shaped(rows[k]), said)
     data["status"] = (grid.dims, shaped(sheet.status), _flags())

@@ -130,7 +130,15 @@ def row_forms(
             along = (form.curve >= 0) if along is None else along * (form.curve >= 0)
     start = n + len(margins)
     for rival in rivals:
-        fits = fits * _fails(forms[start : start + len(rival)], ends)
+        group = forms[start : start + len(rival)]
+        failed = _fails(group, ends)
+        if all(form.curve is None for form in group):
+            fits = fits * failed
+        else:
+            holds = 1 - failed
+            for form in group:
+                holds = holds * (replay.value(form) >= 0)
+            along = (1 - holds) if along is None else along * (1 - holds)
         start += len(rival)
     if replay.away_from_zero:
         fits = fits * (ends[0] * ends[1] > 0)

@@ -11,8 +11,9 @@ Rows = NDArray[np.float64]
 Evaluate = Callable[[Rows, NDArray[np.intp]], tuple[Rows, NDArray[np.float64]]]
 """(unknowns, points) -> residuals with one row per equation, and Jacobians (points, equations, unknowns)."""
 
-CONVERGED, SINGULAR, DIVERGED = 0, 1, 2
+CONVERGED, SINGULAR, DIVERGED, IMPOSSIBLE = range(4)
 _ITERATIONS = 50
+_STALLED = 8
 _STEP = 1e-12
 _RANK = 1e-11
 
@@ -21,24 +22,29 @@ def newton(evaluate: Evaluate, start: Rows) -> tuple[Rows, NDArray[np.int8]]:
     """Unknowns and outcome of every point; there may be more equations than unknowns where these do not contradict each other.
 
     SINGULAR: the equations hold, and still do when unknowns change. DIVERGED: no solution was found.
+    IMPOSSIBLE: no change of the unknowns brings the equations nearer to zero.
     """
     u = start.copy()
     count = u.shape[1]
     outcome = np.full(count, DIVERGED, np.int8)
     active = np.arange(count)
     residual, jacobian = evaluate(u, active)
+    best, stalled = np.full(count, np.inf), np.zeros(count, int)
     for _ in range(_ITERATIONS):
         if not active.size:
             break
         step, deficient = newton_step(residual, jacobian)
         size = _size(residual, jacobian, u[:, active])
-        tiny = (np.abs(step) <= _STEP * (1.0 + np.abs(u[:, active]))).all(axis=0) | (size <= 1e-14)
+        still = (np.abs(step) <= _STEP * (1.0 + np.abs(u[:, active]))).all(axis=0)
         tried, found, slopes, ok = _damped(evaluate, u, active, step, residual, jacobian)
-        closed = tiny & (size <= 1e-9)
-        done = closed | ~ok
+        closed = (still | (size <= 1e-14)) & (size <= 1e-9)
+        stalled[active] = np.where(size < 0.9 * best[active], 0, stalled[active] + 1)
+        best[active] = np.minimum(best[active], size)
+        done = closed | ~ok | (still & ~closed) | (stalled[active] >= _STALLED)
         better = ok & ~closed
         u[:, active[better]] = tried[:, better]
         outcome[active[closed]] = np.where(deficient[closed], SINGULAR, CONVERGED)
+        outcome[active[still & ~closed]] = IMPOSSIBLE
         go = ~done
         active, residual, jacobian = active[go], found[:, go], slopes[go]
     return u, outcome

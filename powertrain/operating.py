@@ -7,6 +7,7 @@ and combinations are tried where that cycles.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from math import prod
@@ -31,11 +32,15 @@ Index = NDArray[np.intp]
 
 OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
 LANES = 256
+_FEW = 64
 _PASSES = 30
 _COMBINATIONS = 4096
+_FROZEN = 256
+_REASON = np.array([OK, SEVERAL, DIVERGED, NONE], np.int8)
+"""What the outcomes of Newton's method mean for a point."""
 _SAME = 1e-9
 _SPEED = 1.0
-_KICKS = (1.0, -1.0, 100.0)
+_KICKS = (100.0, -100.0)
 
 
 @dataclass
@@ -53,6 +58,12 @@ class Points:
         """Points of which nothing is known."""
         masks = [np.zeros((laws, count), bool) for _ in range(2)]
         return cls(np.zeros((unknowns, count)), np.zeros((laws, count)), np.zeros(count, np.int8), *masks)
+
+    def some(self, which: Mask) -> Points:
+        """Some of the points."""
+        return Points(
+            self.u[:, which], self.modes[:, which], self.status[which], self.blame[:, which], self.rest[:, which]
+        )
 
     def put(self, where: Index, other: Points) -> None:
         """Takes over the other points."""
@@ -81,7 +92,7 @@ class Solver:
             rows = column([*problem.rows, *(row for _, row in self._held)])
             jacobian = ca.densify(ca.jacobian(rows, column(problem.u)))
             elements = [rows[i] for i in range(rows.numel())] + list(ca.vertsplit(ca.vec(jacobian.T)))
-            self._newton = Tape("steady_newton", varying, problem.common, elements, LANES)
+            self._newton = Tape("steady_newton", varying, problem.common, elements, _FEW)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
@@ -163,9 +174,8 @@ class Solver:
             modes[group] = np.array(combination)[:, None]
             u, solved = points.u[:, where], np.ones(where.size, bool)
             if newton_too:
-                u, outcome = self._solve(
-                    grid[:, where], modes, np.broadcast_to(self.problem.u_start[:, None], u.shape).copy()
-                )
+                begin = np.repeat(self.problem.u_start[:, None], where.size, axis=1)
+                u, outcome = self._solve(grid[:, where], modes, begin, kicks=False)
                 solved = outcome == CONVERGED
             holds, resting, signature = self._consistent(grid[:, where], u, modes, group, side[:, where])
             holds &= solved
@@ -210,61 +220,58 @@ class Solver:
         points.blame[:, lost] = False
 
     def _implicit(self, grid: Rows, side: Rows, exhaustive: bool) -> Points:
-        count, laws = grid.shape[1], len(self.choices)
-        points = Points.empty(len(self.problem.u), laws, count)
-        points.u[:] = self.problem.u_start[:, None]
+        count, everything = grid.shape[1], list(range(len(self.choices)))
+        points = Points.empty(len(self.problem.u), len(self.choices), count)
+        if exhaustive and prod(len(c.modes) for c in self.choices) <= _COMBINATIONS:
+            self._enumerate(grid, points, everything, np.arange(count), side, newton_too=True)
+            return points
         open_ = np.arange(count)
-        if not (exhaustive and self._size(list(range(laws))) <= _COMBINATIONS):
-            for guess in (STUCK, FORWARD, -FORWARD):
-                trial = self._iterate(grid[:, open_], side[:, open_], guess)
-                points.put(open_, trial)
-                open_ = open_[trial.status != OK]
-                if not open_.size or not laws:
-                    break
-        if laws and open_.size:
-            reasons = points.status[open_].copy()
-            varied = list(range(laws)) if exhaustive else self._in_question(points, open_)
-            if self._size(varied) <= _COMBINATIONS:
-                points.u[:, open_] = self.problem.u_start[:, None]
-                points.rest[:, open_] = False
-                self._enumerate(grid, points, varied, open_, side, newton_too=True)
-                keep = (points.status[open_] == NONE) & (reasons == SEVERAL)
-                points.status[open_[keep]] = SEVERAL
+        for guess in self._guesses():
+            trial = self._iterate(grid[:, open_], side[:, open_], guess)
+            worse = (trial.status == NONE) & (points.status[open_] != OK)
+            keep = ~worse if guess else np.ones(open_.size, bool)
+            points.put(open_[keep], trial.some(keep))
+            open_ = open_[trial.status != OK]
+            if not open_.size:
+                return points
+        open_ = open_[points.status[open_] != SEVERAL]
+        if everything and prod(len(c.modes) for c in self.choices) <= _FROZEN:
+            points.u[:, open_], points.rest[:, open_] = self.problem.u_start[:, None], False
+            self._enumerate(grid, points, everything, open_, side, newton_too=True)
         return points
 
-    def _size(self, group: list[int]) -> int:
-        return prod(len(self.choices[k].modes) for k in group)
+    def _guesses(self) -> Iterator[dict[int, float]]:
+        """Modes of friction laws to begin with: none, and all sliding, which then stay as they are."""
+        laws = [k for k, c in enumerate(self.choices) if isinstance(c.law, Friction) and c.rest is None]
+        yield {}
+        if laws:
+            yield from (dict.fromkeys(laws, mode) for mode in (FORWARD, -FORWARD))
 
-    def _in_question(self, points: Points, where: Index) -> list[int]:
-        """The laws that may decide: all of them, or as many as can be tried, those that were violated first."""
-        hits = points.blame[:, where].sum(axis=1)
-        group: list[int] = []
-        for k in np.argsort(-hits, kind="stable").tolist():
-            if self._size([*group, k]) <= _COMBINATIONS:
-                group.append(k)
-        return sorted(group)
-
-    def _iterate(self, grid: Rows, side: Rows, guess: float) -> Points:
-        """Modes and unknowns in turns from one guess."""
+    def _iterate(self, grid: Rows, side: Rows, frozen: dict[int, float]) -> Points:
+        """Modes and unknowns in turns; the ``frozen`` modes must turn out right."""
         count = grid.shape[1]
         points = Points.empty(len(self.problem.u), len(self.choices), count)
         points.u[:] = self.problem.u_start[:, None]
         for k, choice in enumerate(self.choices):
-            points.modes[k] = guess if guess in choice.modes and isinstance(choice.law, Friction) else choice.modes[0]
+            points.modes[k] = frozen.get(k, choice.modes[0])
         active = np.arange(count)
         for _ in range(_PASSES):
             u, outcome = self._solve(grid[:, active], points.modes[:, active], points.u[:, active])
-            usable = outcome != LOST
+            usable = (outcome == CONVERGED) | (outcome == SINGULAR)
             points.u[:, active[usable]] = u[:, usable]
-            table = self._table.evaluate(grid[:, active], points.u[:, active], points.modes[:, active])
+            table = self._table.evaluate(grid[:, active], u, points.modes[:, active])
             modes, rests, changed = self._next(table, points.modes[:, active], side[:, active])
             points.blame[:, active] = changed
             points.rest[:, active] = rests
             settled = ~changed.any(axis=0)
-            stopped = settled & (outcome != CONVERGED)
-            points.status[active] = np.where(outcome == CONVERGED, OK, np.where(outcome == SINGULAR, SEVERAL, DIVERGED))
-            points.modes[:, active] = np.where(settled, points.modes[:, active], modes)
-            active = active[~settled & ~stopped]
+            wrong = usable & changed[list(frozen)].any(axis=0)
+            points.status[active] = _REASON[outcome]
+            points.status[active[wrong]] = NONE
+            for k in frozen:
+                modes[k] = frozen[k]
+            settled |= (modes == points.modes[:, active]).all(axis=0)
+            points.modes[:, active] = modes
+            active = active[~settled & ~wrong]
             if not active.size:
                 break
         points.status[active] = NONE
@@ -294,7 +301,7 @@ class Solver:
             changed[k] = new[k] != modes[k]
         return new, rests, changed
 
-    def _solve(self, grid: Rows, modes: Rows, start: Rows) -> tuple[Rows, NDArray[np.int8]]:
+    def _solve(self, grid: Rows, modes: Rows, start: Rows, kicks: bool = True) -> tuple[Rows, NDArray[np.int8]]:
         """The unknowns for given modes."""
         assert self._newton is not None
         tape, n, equations = self._newton, len(self.problem.u), len(self.problem.rows) + len(self._held)
@@ -311,12 +318,12 @@ class Solver:
             return residual, np.where(on.T[:, :, None], jacobian, 0.0)
 
         u, outcome = newton(evaluate, self._moving(grid, modes, start, evaluate))
-        for kick in _KICKS:
-            again = np.flatnonzero(outcome == LOST)
+        for kick in _KICKS if kicks else ():
+            again = np.flatnonzero(outcome >= LOST)
             if not again.size:
                 break
             retried, result = newton(lambda v, where, some=again: evaluate(v, some[where]), start[:, again] + kick)  # type: ignore[misc]
-            better = result != LOST
+            better = result < LOST
             u[:, again[better]], outcome[again[better]] = retried[:, better], result[better]
         return u, outcome
 

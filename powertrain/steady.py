@@ -213,4 +213,4 @@ def _prepared(
     problem.outputs = [problem.outputs[k] for k in kept]
     quantities = [Quantity(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in kept)]
     quantities += [Quantity(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held]
-    return SteadyMap(problem, quantities, parameters)
+    return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters))

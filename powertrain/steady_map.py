@@ -27,7 +27,10 @@ _SHORT_ROW = 64
 class SteadyMap:
     """One question about a plant: what is given, found and wanted. Solves any grid of it."""
 
-    def __init__(self, problem: Equilibrium, quantities: list[Quantity], parameters: Array) -> None:
+    def __init__(
+        self, problem: Equilibrium, quantities: list[Quantity], parameters: Array, given: frozenset[str]
+    ) -> None:
+        self._given = given
         self.problem, self.quantities, self._parameters = problem, quantities, parameters
         self.solver = Solver(problem)
         self.walker = None if problem.u else Walker(problem, self.solver)
@@ -73,7 +76,9 @@ class SteadyMap:
                 float((np.diff(modes, axis=i + 1) != 0).any(axis=0).mean() if n > 1 else 0.0) * n
                 for i, n in enumerate(shape)
             ]
-            best = sorted(range(len(shape)), key=lambda i: (-changes[i], grid.shape[i] >= _SHORT_ROW, i))
+            # Torques are affine in inputs, not in most parameters.
+            curved = [any(d in a.dims and a.name in self._given for a in grid.axes) for d in grid.dims]
+            best = sorted(range(len(shape)), key=lambda i: (-changes[i], grid.shape[i] >= _SHORT_ROW, not curved[i], i))
             self._orders = {identity: [grid.dims[i] for i in best]}
             self._cuts.clear()
         return grid.ordered(self._orders[identity])

@@ -26,6 +26,8 @@ from powertrain.symbols import Symbol
 
 WIDTHS = (128, 1024, 4096)
 _TAPES = 64
+_SHORT_RUN, _SHORT_RUNS = 32, 4
+_MIXED = WIDTHS[-1]
 _ALTERNATIVES = 64
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
@@ -64,8 +66,14 @@ class Walker:
         done: Callable[[int], None],
     ) -> None:
         """Fills the first ``count`` points of ``results``; what is written beyond them, up to the largest width, has no meaning."""
-        i, level, current = 0, 0, next(iter(self.keys), None)
+        i, level, current, short = 0, 0, next(iter(self.keys), None), 0
         while i < count:
+            if short >= _SHORT_RUNS:
+                last, short = min(i + _MIXED, count), 0
+                self._mixed(i, last, arguments, results, careful)
+                i = last
+                done(i)
+                continue
             fits = 0
             for candidate in self._candidates(current):
                 fits, full = self._run(candidate, level, i, arguments, results)
@@ -76,6 +84,7 @@ class Walker:
                     level = min(level + 1, len(WIDTHS) - 1) if full else 0
                     break
                 level = 0
+            short = short + 1 if fits < _SHORT_RUN else 0
             if fits:
                 i = min(i + fits, count)
             else:
@@ -85,6 +94,30 @@ class Walker:
                     current = self.enter(modes) or current
                 i = last
             done(i)
+
+    def _mixed(
+        self, first: int, last: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
+    ) -> None:
+        """Points whose neighbours have other modes: tries all known combinations on all of them."""
+        width, left = WIDTHS[-1], np.ones(last - first, bool)
+        scratch = [np.empty(width) for _ in results]
+        for key in self.keys:
+            if not left.any():
+                return
+            self._tape(key, len(WIDTHS) - 1).into(
+                [a[first : first + width] for a in arguments], 0, [*scratch, self._fits]
+            )
+            good = left & (self._fits[: last - first] != 0.0)
+            for row, values in zip(results, scratch, strict=True):
+                np.copyto(row[first:last], values[: last - first], where=good)
+            left &= ~good
+        while left.any():
+            start = first + int(left.argmax())
+            end = min(start + LANES, last)
+            modes = careful(start, end)
+            if modes is not None:
+                self.enter(modes)
+            left[start - first : end - first] = False
 
     def _candidates(self, current: Key | None) -> list[Key]:
         first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]
