@@ -164,6 +164,19 @@ def test_lossless_share_three_ways(layout: Layout) -> None:
     np.testing.assert_allclose(perfect.efficiency, 1.0, rtol=1e-12)
 
 
+def test_share_along_a_simulation() -> None:
+    """The ratio ramps through the case without power in the unit (V = 0): K and its lossless share change their sign together."""
+    inputs: dict[str, Any] = {"V": ([0.0, 1.0], [-0.3, 0.5]), "load": -100.0}
+    model = Rig(gearbox=SplitPathTransmission(layout="abH"))
+    flow = pt.power_flow(pt.simulate(model, stop=1.0, inputs=inputs, points=40), variator=CVU_PATH, shafts=SHAFTS)
+    share = flow.variator(CVU_PATH)
+    R, V = relative_ratio("abH", -1.7), -0.3 + 0.8 * flow.data.time.values
+    np.testing.assert_allclose(share["share"], (1 - R) * V / (R + (1 - R) * V), rtol=1e-9, atol=1e-12)
+    assert (share["case"][V < -1e-6] == "negative recirculation").all()
+    assert (share["case"][V > 1e-6] == "split").all()
+    assert (np.sign(share["K"]) == np.sign(share["K_o"]))[np.abs(V) > 1e-6].all()
+
+
 def test_output_coupled() -> None:
     """Forward is the direction in which power is split, from the differential through the unit to the output."""
     plant = pt.compile(Rig(gearbox=SplitPathTransmission(layout="abH", coupling="output")))
