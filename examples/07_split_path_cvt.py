@@ -35,7 +35,7 @@ def curves() -> xr.Dataset:
     r = np.unique(np.append(np.linspace(-2, 3, 1001).round(9), [1 - 1e-9, 1 + 1e-9]))
     r = r[r != 0]  # nothing is delivered at standstill
     grid = {"r": r, "load": xr.DataArray(np.where(r < 0, 10.0, -10.0), dims="r")}
-    found = []
+    found: list[xr.Dataset] = []
     for layout in TYPES.values():
         plant = pt.compile(SplitPathBench(transmission=pt.replace(TRANSMISSION, layout=layout)))
         lossy = pt.steady(plant, grid, outputs=["V", "efficiency", "K"])

@@ -142,4 +142,4 @@ class _Slopes:
             r_u[j] *= holds
         count = r_a.shape[-1]
         moved = [-np.linalg.lstsq(r_u[..., p], r_a[..., p], rcond=None)[0] for p in range(count)]
-        return np.stack(moved, axis=-1) if moved else np.zeros((r_u.shape[1], r_a.shape[1], 0))
+        return np.array(moved, float).reshape(count, r_u.shape[1], r_a.shape[1]).transpose(1, 2, 0)

@@ -21,11 +21,12 @@ def bench() -> pt.Plant[SplitPathBench]:
 
 
 def differences(plant: Any, grid: dict[str, Any], name: str, outputs: Any, h: float = 1e-6) -> tuple[Any, Any]:
-    return tuple(pt.steady(plant, {**grid, name: np.asarray(grid[name]) + d}, outputs=outputs) for d in (h, -h))
+    up, down = (pt.steady(plant, {**grid, name: np.asarray(grid[name]) + d}, outputs=outputs) for d in (h, -h))
+    return up, down
 
 
 def test_derivatives_are_the_slopes(bench: pt.Plant[SplitPathBench]) -> None:
-    grid = {"r": [-0.6, -0.13, 0.4, 0.8, 1.7], "load": 10.0, R_O: -1.7}
+    grid: dict[str, Any] = {"r": [-0.6, -0.13, 0.4, 0.8, 1.7], "load": 10.0, R_O: -1.7}
     found = pt.steady_gradient(bench, grid, [R_O, "r"], outputs=OUTPUTS)
     assert not found.status.any()
     for name in (R_O, "r"):
@@ -37,7 +38,7 @@ def test_derivatives_are_the_slopes(bench: pt.Plant[SplitPathBench]) -> None:
 
 
 def test_ends_of_an_interval_have_their_own(bench: pt.Plant[SplitPathBench]) -> None:
-    grid = {"r": 1.0, "load": -10.0, R_O: -1.7}
+    grid: dict[str, Any] = {"r": 1.0, "load": -10.0, R_O: -1.7}
     found = pt.steady_gradient(bench, grid, R_O, outputs=OUTPUTS)
     up, down = differences(bench, grid, R_O, OUTPUTS)
     for signal in OUTPUTS:

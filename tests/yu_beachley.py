@@ -17,7 +17,7 @@ SPLIT, POSITIVE, NEGATIVE = "split", "positive recirculation", "negative recircu
 
 def basic_ratio(driving: tuple[int, ...], driven: tuple[int, ...], external: int) -> float:
     """Eq. (3): teeth of driving and driven gears from a to b, number of external pairs."""
-    return (-1) ** external * math.prod(driven) / math.prod(driving)
+    return math.copysign(math.prod(driven) / math.prod(driving), 0.5 - external % 2)
 
 
 def relative_ratio(connection: str, R_o: float) -> float:
@@ -73,7 +73,7 @@ def solutions(
     Both directions of the latent power and of the unit's power are tried; those that agree with the signs they lead to remain.
     """
     V = unit_ratio(connection, R_o, r, coupling)
-    one, two, three = connection
+    one, two, three = tuple(connection)
     N = {one: 1.0, two: V if coupling == "input" else V * r, three: r}
     found: list[Point] = []
     for a_drives, to_2 in product((True, False), repeat=2):

@@ -146,5 +146,7 @@ class _Refinement:
 def _largest(low: Vector, low_s: Vector, high: Vector, high_s: Vector) -> tuple[float, float]:
     """The greatest size, and its derivative."""
     values, slopes = np.append(low, high), np.append(low_s, high_s)
+    if not np.isfinite(values).any():
+        return math.inf, 0.0
     k = int(np.nanargmax(np.abs(values)))
     return float(abs(values[k])), float(np.sign(values[k]) * slopes[k])
