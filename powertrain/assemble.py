@@ -161,7 +161,7 @@ def _assemble(
             if isinstance(t.law, FrictionLaw)
         ),
         contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
-        shared=tuple(tuple(layout[key(torques[m.law].mode)] for m in g.members) for g in resolver.groups),
+        shared=tuple({layout[key(torques[m.law].mode)]: m.sign for m in g.members} for g in resolver.groups),
         switches=tuple(
             Switch(
                 s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous

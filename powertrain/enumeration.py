@@ -44,14 +44,17 @@ def enumerate_modes(
     choices = _choices(dae, memory, side, varied)
     if narrow:
         choices = {index: values for index, values in choices.items() if index in varied}
-    size = prod(len(values) for values in choices.values())
+    steps = _steps(dae, choices)
+    size = prod(len(values) for values in steps)
     if size > _LIMIT:
         return Found((), tuple(choices), size)
     m = memory.m
     start = m.copy()
     found: list[tuple[Array, Array]] = []
-    for combination in product(*choices.values()):
-        m[list(choices)] = combination
+    for combination in product(*steps):
+        for part in combination:
+            for index, mode in part.items():
+                m[index] = mode
         rates = attempt()
         if rates is not None and not any(_same(rates, other) for _, other in found):
             found.append((m.copy(), rates))
@@ -80,6 +83,19 @@ def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dic
         if contact.index in varied:
             choices[contact.index] = (0.0, 1.0)
     return choices
+
+
+def _steps(dae: HybridDae, choices: dict[int, tuple[float, ...]]) -> list[list[dict[int, float]]]:
+    """The choices as independent steps: laws on the same motion are stuck together, or all slide the same way."""
+    steps: list[list[dict[int, float]]] = []
+    grouped: set[int] = set()
+    for group in dae.shared:
+        members = {index: sign for index, sign in group.items() if choices.get(index) == (0.0, 1.0, -1.0)}
+        if len(members) > 1:
+            steps.append([{index: mode * sign for index, sign in members.items()} for mode in (0.0, 1.0, -1.0)])
+            grouped |= set(members)
+    steps += [[{index: mode} for mode in modes] for index, modes in choices.items() if index not in grouped]
+    return steps
 
 
 def _same(a: Array, b: Array) -> bool:

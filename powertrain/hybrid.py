@@ -110,9 +110,10 @@ class Guard:
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
-    ``shared`` are groups of friction laws (indices in m) on the same motion: stuck together, they share a torque of which only the sum is
-    determined. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps' accelerations to the contact forces.
-    ``positions`` tells which states are positions of second-order motions. ``residual_places`` are the lines of text behind the residuals.
+    ``shared`` are groups of friction laws on the same motion (index in m: sign of the motion against the group's): stuck together, they
+    share a torque of which only the sum is determined. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
+    accelerations to the contact forces. ``positions`` tells which states are positions of second-order motions. ``residual_places`` are
+    the lines of text behind the residuals.
     """
 
     t: ca.SX
@@ -130,7 +131,7 @@ class HybridDae:
     whens: tuple[When, ...] = ()
     schedules: tuple[Schedule, ...] = ()
     guards: tuple[Guard, ...] = ()
-    shared: tuple[tuple[int, ...], ...] = ()
+    shared: tuple[dict[int, float], ...] = ()
     residual_places: tuple[str, ...] = ()
     positions: tuple[bool, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))

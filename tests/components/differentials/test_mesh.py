@@ -269,5 +269,6 @@ def test_any_mesh_is_passive_and_closes_its_energy(
     result = run(joined(mesh, *inertias, *loads, joints=joints), 1.0, starts={"1.w": starts[0], "3.w": starts[1]})
     loss = result["parts[0].lossPower"]
     assert loss.min() >= -1e-7 * (1 + loss.max())
-    assert pt.energy_audit(result).closure < 1e-7
+    audit = pt.energy_audit(result)
+    assert audit.residual < 1e-7 * audit.turnover + 1e-12  # J; there may be no power at all
     assert len(result.events) <= 2
