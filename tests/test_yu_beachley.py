@@ -13,7 +13,12 @@ from yu_beachley import CONNECTIONS, Point, basic_ratio, lossless_fraction, only
 import powertrain as pt
 from powertrain.components.differentials import FundamentalDifferential, Planets, Ring, Sun
 from powertrain.components.rotational import ConstantSpeed, Inertia, SpringDamper, Torque
-from powertrain.components.transmissions import TYPES, SplitPathTransmission
+from powertrain.components.transmissions import (
+    COMBINATIONS,
+    TYPES,
+    SplitPathTransmission,
+    SwitchedSplitPathTransmission,
+)
 from powertrain.vehicles.split_path import SplitPathBench
 
 ETA, ETA_V, R_O = 0.95, 0.9, -1.7
@@ -171,3 +176,43 @@ def test_simulations_end_at_the_closed_form(coupling: Any, number: int) -> None:
         for member, short in (("a", "a"), ("b", "b"), ("carrier", "H")):
             torque = end[f"{GEAR}.{member}.tau"][-1]
             assert torque == pytest.approx(exact.torque[short] * 10 * abs(r), rel=1e-9)
+
+
+class Switching(pt.Component):
+    """The switched transmission with its clutches, between small inertias."""
+
+    V: pt.Input = pt.signal_input("1", "Ratio of the variable unit")
+    load: pt.Input = pt.signal_input("N.m", "Accelerating torque on the output")
+    shift: pt.Input = pt.signal_input("1", "0: first layout, 1: second")
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
+    shaft: SpringDamper = SpringDamper(c=1e4, d=20)
+    J1: Inertia = Inertia(J=1e-2)
+    J3: Inertia = Inertia(J=1e-2)
+    transmission: SwitchedSplitPathTransmission
+    torque: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.J1.flange_a)
+        yield pt.connect(self.J1.flange_b, self.transmission.flange_a)
+        yield pt.connect(self.transmission.flange_b, self.J3.flange_a)
+        yield pt.connect(self.J3.flange_b, self.torque.flange)
+        yield pt.connect(self.V, self.transmission.ratio)
+        yield pt.connect(self.load, self.torque.tau)
+        yield pt.connect(self.shift, self.transmission.shift)
+
+
+@pytest.mark.parametrize("name", COMBINATIONS)
+def test_combinations_with_real_clutches_are_their_two_types(name: str) -> None:
+    """Both layouts of a switched transmission, as its clutches hold them, have the efficiency of the plain ones."""
+    pair = COMBINATIONS[name]
+    gear = SwitchedSplitPathTransmission(first=TYPES[pair[0]], second=TYPES[pair[1]])
+    plant = pt.compile(Switching(transmission=gear))
+    for shift, number, r in ((0.0, pair[0], 0.6), (1.0, pair[1], 1.8)):
+        exact = only(solutions(CONNECTIONS[number], R_O, r, ETA, ETA_V))
+        speeds = dict(zip(CONNECTIONS[number], (100.0, 100 * exact.V, 100 * r), strict=True))
+        starts = {f"transmission.shafts[{k}].w": speeds[m] for k, m in enumerate("abH")} | {"J1.w": 100.0}
+        inputs: dict[str, Any] = {"V": exact.V, "load": ([0.0, 0.2], [0.0, -10.0]), "shift": shift}
+        end = plant.simulate(stop=1.0, inputs=inputs, starts=starts, rtol=1e-8)
+        assert end["J3.w"][-1] == pytest.approx(100 * r, rel=1e-9)
+        assert end["transmission.flange_a.tau"][-1] == pytest.approx(exact.P_in * 10 * r, rel=1e-9)
