@@ -1,4 +1,4 @@
-"""Assembled vehicles, a page each, built from ``powertrain.components``."""
+"""Assembled vehicles, a page each, and design programs, built from ``powertrain.components`` and the analyses."""
 
 from __future__ import annotations
 

@@ -13,6 +13,8 @@ import powertrain as pt
 from powertrain.vehicles.split_path.bench import SplitPathBench
 from powertrain.vehicles.split_path.duty import R_O, SIGNALS, Duty, Unit, Vector, part_of, unit_margins
 
+_MET = 1e-9
+
 
 @dataclass(frozen=True)
 class Refined:
@@ -63,12 +65,13 @@ def refine_ratio(
         },
         options={"ftol": 1e-14, "maxiter": 100},
     )
-    R_o = float(found.x[0])
-    best = problem.at(R_o)
-    if not math.isfinite(best.mean) or best.margins.min() < -1e-6:
+    met = {x: problem.at(x) for x in problem.looked if problem.at(x).meets}
+    if not met:
         raise pt.ParameterError(
             f"no basic ratio between {bounds[0]:g} and {bounds[1]:g} can do this duty within its limits"
         )
+    R_o = max(met, key=lambda x: met[x].mean)
+    best = met[R_o]
     return Refined(
         R_o, best.mean, before.mean, best.slope, best.K, best.V[0], best.V[1], tuple(problem.looked), str(found.message)
     )
@@ -84,6 +87,11 @@ class _Sample:
     margin_slopes: Vector
     K: float
     V: tuple[float, float]
+
+    @property
+    def meets(self) -> bool:
+        """Whether the duty can be done within the limits."""
+        return math.isfinite(self.mean) and bool((self.margins >= -_MET).all())
 
 
 class _Refinement:
