@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 import powertrain as pt
 from benchmarks import native
 from benchmarks.timing import Call, Row, at_least, at_most, duration, measure
-from powertrain import rodas5p
-from powertrain.buffers import Bound
 from powertrain.components.blocks import Sine
 from powertrain.components.rotational import Flange as Shaft
 from powertrain.components.rotational import IdealGear, Inertia, SpringDamper
 from powertrain.components.translational import Flange, Mass
+from powertrain.engine import rodas5p
+from powertrain.engine.buffers import Bound
 from powertrain.map import Axis
 
 Array = NDArray[np.float64]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 _package = Path(__file__).parent
 if not (_package / "components" / "__init__.py").is_file():
     # A checkout whose file system has no symbolic links: the two folders lie beside the package.
     __path__.append(str(_package.parent))
 
-from powertrain.audit import EnergyAudit, energy_audit
 from powertrain.component import (
     Component,
     Discrete,
@@ -27,17 +28,20 @@ from powertrain.component import (
 from powertrain.connectors import Connector, Input, Output, Signal, signal_input, signal_output
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
 from powertrain.export import load
-from powertrain.gradient import steady_gradient
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
-from powertrain.linearization import linearize
 from powertrain.map import Axis, Map
 from powertrain.plant import Plant, compile, simulate  # noqa: A004
-from powertrain.powerflow import PowerFlow, power_flow
-from powertrain.powerterms import power_outputs
 from powertrain.result import Result
-from powertrain.steady import steady
-from powertrain.sweeping import sweep
 from powertrain.symbols import Symbol, time
+
+if TYPE_CHECKING:
+    from powertrain.analysis.audit import EnergyAudit, energy_audit
+    from powertrain.analysis.linearization import linearize
+    from powertrain.analysis.sweeping import sweep
+    from powertrain.power.powerflow import PowerFlow, power_flow
+    from powertrain.power.powerterms import power_outputs
+    from powertrain.steadystate.gradient import steady_gradient
+    from powertrain.steadystate.steady import steady
 
 __version__ = "0.1.0"
 __all__ = [
@@ -93,3 +97,24 @@ __all__ = [
     "when",
     "within",
 ]
+
+# The analyses are imported when they are first asked for.
+_ANALYSES = {
+    "EnergyAudit": "powertrain.analysis.audit",
+    "PowerFlow": "powertrain.power.powerflow",
+    "energy_audit": "powertrain.analysis.audit",
+    "linearize": "powertrain.analysis.linearization",
+    "power_flow": "powertrain.power.powerflow",
+    "power_outputs": "powertrain.power.powerterms",
+    "steady": "powertrain.steadystate.steady",
+    "steady_gradient": "powertrain.steadystate.gradient",
+    "sweep": "powertrain.analysis.sweeping",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ANALYSES:
+        raise AttributeError(f"module 'powertrain' has no attribute {name!r}")
+    found = getattr(import_module(_ANALYSES[name]), name)
+    globals()[name] = found
+    return found

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from powertrain.buffers import Array
+from powertrain.engine.buffers import Array
+from powertrain.engine.trajectory import Event
 from powertrain.errors import ParameterError, suggestion
 from powertrain.signals import fits_pattern
-from powertrain.trajectory import Event
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from powertrain.buffers import Array
+from powertrain.engine.buffers import Array
 from powertrain.errors import PowertrainError
 from powertrain.events import MODES, EventTable, change
 

@@ -17,9 +17,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.assemble import Compiled
-from powertrain.buffers import Bound, zeros
-from powertrain.engine import Engine
+from powertrain.compiler.assemble import Compiled
+from powertrain.engine.buffers import Bound, zeros
+from powertrain.engine.engine import Engine
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.symbols import Symbol, column, free_symbols, key
 

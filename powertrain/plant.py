@@ -10,14 +10,14 @@ from typing import Any, Generic, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.assemble import Compiled, compile_model
+from powertrain.compiler.assemble import Compiled, compile_model
+from powertrain.compiler.hybrid import Schedule
 from powertrain.component import Component, children
-from powertrain.engine import Engine, Method
+from powertrain.engine.engine import Engine, Method
+from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
-from powertrain.hybrid import Schedule
 from powertrain.initial import Initializer, InitialReport
 from powertrain.result import Result
-from powertrain.schedules import Schedules
 
 M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
@@ -30,7 +30,11 @@ class Plant(Generic[M]):
 
     def __init__(self, model: M) -> None:
         if not isinstance(model, Component):
-            said = f"the class {model.__name__}: give a value, {model.__name__}(...)" if isinstance(model, type) else repr(model)
+            said = (
+                f"the class {model.__name__}: give a value, {model.__name__}(...)"
+                if isinstance(model, type)
+                else repr(model)
+            )
             raise ParameterError(f"a model is a component, not {said}")
         self.model = model
         self.compiled: Compiled = compile_model(model)

@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from powertrain.buffers import Array
 from powertrain.component import Component
+from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
 from powertrain.events import MODES
 from powertrain.result import Result, What

@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
-from powertrain.assemble import Compiled
-from powertrain.buffers import Array
+from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.connectors import Signal
+from powertrain.engine.buffers import Array
+from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
 from powertrain.signals import Picked, Samples, signals_of
 from powertrain.symbols import Symbol
-from powertrain.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,13 +13,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.assemble import Compiled, SignalEntry
-from powertrain.buffers import Array, Bound, zeros
+from powertrain.compiler.assemble import Compiled, SignalEntry
+from powertrain.compiler.flatten import Flat, flatten
 from powertrain.component import Component
 from powertrain.component import replace as changed
 from powertrain.connectors import Signal
+from powertrain.engine.buffers import Array, Bound, zeros
 from powertrain.errors import ParameterError, suggestion
-from powertrain.flatten import Flat, flatten
 from powertrain.recorder import reading
 from powertrain.symbols import Symbol, column, free_symbols, key
 

@@ -10,7 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain import Equations, Input, Parameter, Symbol, Variable, connect, der, parameter, signal_input, variable
-from powertrain.audit import energy_audit
+from powertrain.analysis.audit import energy_audit
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.components import translational as trans

@@ -25,10 +25,10 @@ from powertrain import (
     signal_output,
     variable,
 )
+from powertrain.analysis.linearization import linearize
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, TwoFlanges
-from powertrain.linearization import linearize
 
 FREQUENCIES = np.array([0.3, 2.0, 7.0, 9.0, 40.0])
 

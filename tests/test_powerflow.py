@@ -14,13 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import powertrain as pt
-from powertrain.circulation import Edge, decompose, loops
 from powertrain.components.blocks import Ramp
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential, Mesh, PlanetaryGear
 from powertrain.components.rotational import ConstantSpeed, Damper, Fixed, IdealGear, Inertia, Torque, Torque2
 from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmission, relative_ratio
-from powertrain.powerplot import plot_efficiency_map, plot_lever, plot_variator
+from powertrain.power.circulation import Edge, decompose, loops
+from powertrain.power.powerplot import plot_efficiency_map, plot_lever, plot_variator
 
 CVU_PATH, MESH_PATH = "gearbox.cvu", "gearbox.differential"
 SHAFTS = ("gearbox.flange_a", "gearbox.flange_b")

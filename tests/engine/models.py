@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from powertrain.hybrid import Friction, HybridDae, Switch
+from powertrain.compiler.hybrid import Friction, HybridDae, Switch
 
 
 def solve_linear(matrix: ca.SX, right: ca.SX) -> ca.SX:
     """Gaussian elimination along the sparsity."""
-    from powertrain.sparse_lu import factorize
+    from powertrain.engine.sparse_lu import factorize
 
     return factorize(ca.sparsify(matrix))(right)
 

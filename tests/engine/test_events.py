@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 
-from powertrain.engine import Engine
+from powertrain.compiler.hybrid import Contact, Guard, HybridDae, Reset, Schedule, Switch, When
+from powertrain.engine.engine import Engine
 from powertrain.errors import PowertrainError, SimulationError
-from powertrain.hybrid import Contact, Guard, HybridDae, Reset, Schedule, Switch, When
 
 
 def symbols(x: int, m: int, p: int = 0) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:

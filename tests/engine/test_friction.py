@@ -12,11 +12,11 @@ import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, bodies, coupled_clutches, dae
 from scipy.optimize import brentq
 
-from powertrain.engine import Engine
-from powertrain.enumeration import enumerate_modes
+from powertrain.compiler.hybrid import Friction, HybridDae, Switch
+from powertrain.engine.engine import Engine
+from powertrain.engine.enumeration import enumerate_modes
+from powertrain.engine.jam import jam_message
 from powertrain.errors import InitializationError
-from powertrain.hybrid import Friction, HybridDae, Switch
-from powertrain.jam import jam_message
 
 
 def symmetric(*limits: float) -> object:
@@ -55,7 +55,7 @@ def coupled_reference() -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("method", ["dopri5", "rodas5p", "sparse"])
 def test_coupled_clutches_follow_the_reference(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if method == "sparse":
-        monkeypatch.setattr("powertrain.engine._LARGE", 0)
+        monkeypatch.setattr("powertrain.engine.engine._LARGE", 0)
         method = "rodas5p"
     reference = coupled_reference()
     trajectory = Engine(coupled_clutches(), method).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)  # type: ignore[arg-type]

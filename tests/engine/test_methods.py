@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from models import dae
 
-from powertrain import steps
-from powertrain.engine import Engine
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.engine import steps
+from powertrain.engine.engine import Engine
 from powertrain.errors import ParameterError
-from powertrain.hybrid import HybridDae
 
 
 def nonlinear() -> HybridDae:
@@ -116,7 +116,7 @@ def test_explicit_method_refuses_algebraic_unknowns() -> None:
 def test_large_models_use_a_sparse_solver_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
     times = np.linspace(0, 2, 21)
     fused = Engine(implicit()).run([1.0], [], stop=2.0).at(times)
-    monkeypatch.setattr("powertrain.engine._LARGE", 0)
+    monkeypatch.setattr("powertrain.engine.engine._LARGE", 0)
     sparse = Engine(implicit()).run([1.0], [], stop=2.0).at(times)
     assert np.abs(fused[1] - sparse[1]).max() < 1e-9
     assert np.abs(fused[2] - sparse[2]).max() < 1e-9

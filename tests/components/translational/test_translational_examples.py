@@ -10,7 +10,7 @@ import pytest
 import translational_examples as examples
 
 import powertrain as pt
-from powertrain.audit import energy_audit
+from powertrain.analysis.audit import energy_audit
 
 STOPS = {
     "CompareBrakingForce": 2,

@@ -1,0 +1,330 @@
+"""The energy audit of a simulation: where energy came in, where it was lost and stored, and how well that adds up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.analysis.energy_terms import EnergyTerms, Values
+from powertrain.engine.buffers import Array
+from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.result import Result
+from powertrain.signals import Samples
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Matrix = NDArray[np.float64]
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+HIDDEN = 1e-6
+"""Largest imbalance of power, relative to the component's own terms, that counts as rounding."""
+
+
+def energy_audit(result: Result[Any]) -> EnergyAudit:
+    """Follows the energy of a simulation through every port and every component.
+
+    At every instant, for every component but sources and ground: power in through its ports = loss() + d energy()/dt. Over the run:
+    E(end) - E(start) = supply - losses, with the integrals by Gauss quadrature on the integrator's own steps and dense output, so that what
+    is left over is of the integrator's order. Energy lost at one instant (an impact, a reset) is a loss of the component that declares it.
+
+    Raises ParameterError for a result that kept samples only, ModelError where a term cannot be computed or is not finite.
+    """
+    return EnergyAudit(result)
+
+
+@dataclass
+class _Sums:
+    """Integrals over the run in joules, extremes in watts; ``forward`` and ``backward`` are the positive and negative part of ``power``."""
+
+    power: Array
+    forward: Array
+    backward: Array
+    highest: Array
+    lowest: Array
+    loss: Array
+    supply: Array
+    turned: Array
+    imbalance: Array
+    scale: Array
+
+    @classmethod
+    def of(cls, ports: int, parts: int) -> _Sums:
+        return cls(*(np.zeros(ports) for _ in range(5)), *(np.zeros(parts) for _ in range(5)))
+
+
+@dataclass(frozen=True)
+class _Jump:
+    """What changed at one instant: the energy of each part, and the parts that declare the contacts and resets."""
+
+    time: float
+    cause: str
+    change: Array
+    owners: tuple[int, ...]
+
+
+class EnergyAudit:
+    """The balance of one simulation.
+
+    Tables: ``components``, ``ports`` and ``jumps`` in joules over the whole run; ``power``, ``loss``, ``energy``, ``supply`` and
+    ``imbalance`` over time, one column for each port or component ("" is the whole model; a component of parts contains its parts). Their
+    units stand in ``attrs["units"]``.
+
+    ``closure`` is what is left over in all components relative to ``turnover``, the energy that changed hands.
+    ``hidden`` are components whose power does not balance at some instant: their loss() or energy() is not what their equations say.
+    """
+
+    def __init__(self, result: Result[Any]) -> None:
+        trajectory, p = result.trajectory, np.array(list(result.parameters.values()), float)
+        terms = EnergyTerms(result.compiled)
+        self.model = type(result.model).__name__
+        self._parts, self._ports, self._own = terms.parts, terms.ports, terms.own
+        self._sums = _integrate(terms, trajectory, p)
+        self._jumps = _jumps(terms, trajectory, p)
+        samples = Samples(*trajectory.at(np.unique(result.time), with_events=True))
+        self.time: Array = samples.t
+        self._values = terms.values(samples, p)
+        first, last = (
+            terms.values(Samples(*trajectory.at([t], with_events=False)), p).energy[0]
+            for t in (trajectory.start, trajectory.end)
+        )
+        self._stored = last - first
+        self._largest = float(np.abs(self._values.energy.sum(axis=1)).max(initial=0.0))
+
+    @cached_property
+    def components(self) -> pd.DataFrame:
+        """Energies of every component over the run in joules, with supplied + sources + impulses = lost + stored + residual.
+
+        supplied: in through its ports; sources: from boundaries inside it; impulses: taken up at instants (impacts, resets); lost: at every
+        time and at instants; stored: change of the stored energy; residual: what is left over.
+        """
+        import pandas as pd
+
+        whole = {name: self._with_parts(values) for name, values in self._balance().items()}
+        rows = {"type": [part.kind for part in self._parts], "supplied": self._through(self._sums.power), **whole}
+        table = pd.DataFrame(rows, index=pd.Index([part.path for part in self._parts], name="component"))
+        table.attrs["units"] = dict.fromkeys(list(table.columns)[1:], "J")
+        return table
+
+    @cached_property
+    def ports(self) -> pd.DataFrame:
+        """Every port over the run: net energy into its component, energy in and out (J), highest and lowest power (W)."""
+        import pandas as pd
+
+        s = self._sums
+        columns = {
+            "energy": s.power,
+            "energy_in": s.forward,
+            "energy_out": s.backward,
+            "max_power": s.highest,
+            "min_power": s.lowest,
+        }
+        table = pd.DataFrame(columns, index=pd.Index(self._ports, name="port"))
+        table.attrs["units"] = dict(zip(columns, ("J", "J", "J", "W", "W"), strict=True))
+        return table
+
+    @cached_property
+    def jumps(self) -> pd.DataFrame:
+        """Every instant at which stored energy changes: time (s), cause, the components that declare it, and the change in joules.
+
+        Where no contact or reset is the cause, ``components`` is empty and the change is part of the residual.
+        """
+        import pandas as pd
+
+        rows = [
+            (j.time, j.cause, ", ".join(self._parts[i].path for i in j.owners), float(j.change.sum()))
+            for j in self._jumps
+            if j.owners or np.abs(j.change).sum() > 1e-9 * self._scale
+        ]
+        table = pd.DataFrame(rows, columns=["time", "cause", "components", "energy"])
+        table.attrs["units"] = {"time": "s", "energy": "J"}
+        return table
+
+    @cached_property
+    def power(self) -> pd.DataFrame:
+        """Power into the component through every port over time (W)."""
+        return self._frame(self._values.power, self._ports, "W")
+
+    @cached_property
+    def loss(self) -> pd.DataFrame:
+        """Dissipated power of every component over time (W), without what is lost at single instants."""
+        return self._frame(self._with_parts(self._values.loss.T).T, [part.path for part in self._parts], "W")
+
+    @cached_property
+    def energy(self) -> pd.DataFrame:
+        """Stored energy of every component over time (J)."""
+        return self._frame(self._with_parts(self._values.energy.T).T, [part.path for part in self._parts], "J")
+
+    @cached_property
+    def supply(self) -> pd.DataFrame:
+        """Power that sources and ground give to the model over time (W), one column for each of them."""
+        places = [i for i, part in enumerate(self._parts) if part.boundary]
+        return self._frame(_supply(self._values, self._own)[:, places], [self._parts[i].path for i in places], "W")
+
+    @cached_property
+    def imbalance(self) -> pd.DataFrame:
+        """What is left over in every component's own balance of power over time (W); rounding where its text is right."""
+        inner = [i for i, part in enumerate(self._parts) if not part.boundary]
+        return self._frame(-_supply(self._values, self._own)[:, inner], [self._parts[i].path for i in inner], "W")
+
+    @cached_property
+    def hidden(self) -> dict[str, float]:
+        """Components whose own power does not balance, with the largest imbalance in watts."""
+        floor = 1e-9 * self._sums.scale.max(initial=0.0)
+        return {
+            part.path: float(worst)
+            for part, worst, scale in zip(self._parts, self._sums.imbalance, self._sums.scale, strict=True)
+            if worst > HIDDEN * max(scale, floor)
+        }
+
+    @cached_property
+    def turnover(self) -> float:
+        """Energy that changed hands in joules: half of all that was supplied, lost, stored and released."""
+        changed = np.abs(self._sums.turned).sum() + sum(np.abs(jump.change).sum() for jump in self._jumps)
+        return float(changed / 2)
+
+    @property
+    def residual(self) -> float:
+        """What is left over in joules, summed over the components without regard to sign."""
+        return float(np.abs(self._balance()["residual"]).sum())
+
+    @property
+    def closure(self) -> float:
+        """The residual relative to the turnover."""
+        return self.residual / self._scale if self._scale else 0.0
+
+    @property
+    def _scale(self) -> float:
+        return max(self.turnover, 1e-9 * self._largest)
+
+    def _balance(self) -> dict[str, Array]:
+        """The columns of every component's own balance."""
+        sums, n = self._sums, len(self._parts)
+        lost, impulses = sums.loss.copy(), np.zeros(n)
+        for jump in self._jumps:
+            if jump.owners:
+                share = -jump.change.sum() / len(jump.owners)
+                impulses += jump.change
+                impulses[list(jump.owners)] += share
+                lost[list(jump.owners)] += share
+        boundary = np.array([part.boundary for part in self._parts])
+        sources = np.where(boundary, sums.supply, 0.0)
+        residual = self._own @ sums.power + sources + impulses - lost - self._stored
+        return {"sources": sources, "impulses": impulses, "lost": lost, "stored": self._stored, "residual": residual}
+
+    def _with_parts(self, own: Matrix) -> Matrix:
+        """Values of components (first axis) with those of their parts added."""
+        whole = np.array(own, float)
+        for i in reversed(range(len(self._parts))):
+            whole[i] += whole[list(self._parts[i].parts)].sum(axis=0)
+        return whole
+
+    def _through(self, power: Array) -> Array:
+        return np.array([power[list(part.ports)].sum() for part in self._parts])
+
+    def _frame(self, values: Matrix, names: list[str], unit: str) -> pd.DataFrame:
+        import pandas as pd
+
+        table = pd.DataFrame(values, index=pd.Index(self.time, name="time"), columns=names)
+        table.attrs["units"] = {"time": "s", **dict.fromkeys(names, unit)}
+        return table
+
+    def __repr__(self) -> str:
+        balance = self._balance()
+        span = f"{self.time[0]:g} .. {self.time[-1]:g} s" if len(self.time) else "no time"
+        at_once = -sum(float(jump.change.sum()) for jump in self._jumps if jump.owners)
+        lines = [
+            f"EnergyAudit of {self.model}, {span}",
+            f"  supplied  {balance['sources'].sum():12.6g} J",
+            f"  lost      {balance['lost'].sum():12.6g} J"
+            + (f"  ({at_once:.6g} J of it at impacts and resets)" if at_once else ""),
+            f"  stored    {balance['stored'].sum():12.6g} J",
+            f"  residual  {self.residual:12.3g} J  = {self.closure:.2g} of the {self.turnover:.6g} J turned over",
+        ]
+        order = np.argsort(-np.abs(balance["lost"]), kind="stable")
+        largest = [
+            f"{self._parts[i].path or self.model} {balance['lost'][i]:.4g} J" for i in order[:5] if balance["lost"][i]
+        ]
+        if largest:
+            lines.append(f"  losses: {', '.join(largest)}")
+        if self.hidden:
+            said = ", ".join(f"{name or self.model} (up to {watts:.3g} W)" for name, watts in self.hidden.items())
+            lines.append(
+                f"  not balanced: {said}; their energy() or loss() is missing or wrong, or they are a boundary"
+            )
+        return "\n".join(lines)
+
+
+def _supply(values: Values, own: Matrix) -> Matrix:
+    """What each part's own balance of power lacks: the supply of a boundary, the imbalance (with its sign turned) of any other part."""
+    return values.loss + values.rate - values.power @ own.T
+
+
+def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
+    samples, weights = _nodes(trajectory)
+    sums = _Sums.of(len(terms.ports), len(terms.parts))
+    boundary = np.array([part.boundary for part in terms.parts])
+    for block in terms.blocks(samples):
+        values, w = terms.values(Samples(*(a[block] for a in samples)), p), weights[block]
+        supply, power = _supply(values, terms.own), values.power
+        sums.power += w @ power
+        sums.forward += w @ np.maximum(power, 0.0)
+        sums.backward += w @ np.maximum(-power, 0.0)
+        sums.highest = (
+            np.maximum(sums.highest, power.max(axis=0, initial=-np.inf)) if block.start else power.max(axis=0)
+        )
+        sums.lowest = np.minimum(sums.lowest, power.min(axis=0, initial=np.inf)) if block.start else power.min(axis=0)
+        sums.loss += w @ values.loss
+        sums.supply += w @ supply
+        sums.turned += w @ (np.abs(values.loss) + np.abs(values.rate) + np.where(boundary, np.abs(supply), 0.0))
+        sums.imbalance = np.maximum(sums.imbalance, np.where(boundary, 0.0, np.abs(supply)).max(axis=0))
+        scale = np.abs(values.loss) + np.abs(values.rate) + np.abs(power) @ np.abs(terms.own.T)
+        sums.scale = np.maximum(sums.scale, scale.max(axis=0))
+    return sums
+
+
+def _nodes(trajectory: Trajectory) -> tuple[Samples, Array]:
+    """The nodes of Gauss quadrature in every step, from its dense output, and their weights."""
+    if not len(trajectory.times):
+        return Samples(*trajectory.at([], with_events=False)), np.zeros(0)
+    lengths = np.diff(np.append(trajectory.times, trajectory.end))
+    part = (NODES + 1) / 2
+    t = (trajectory.times[:, None] + lengths[:, None] * part).ravel()
+    weights = (lengths[:, None] * WEIGHTS / 2).ravel()
+    q = (lengths / trajectory.sizes)[:, None] * part
+    powers = q[:, :, None] ** np.arange(5)
+    y = (powers @ trajectory.dense).reshape(len(t), -1)
+    held = trajectory.held[np.repeat(trajectory.mode_of_step, len(NODES))]
+    return Samples(t, y[:, : trajectory.states], y[:, trajectory.states :], held), weights
+
+
+def _jumps(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> tuple[_Jump, ...]:
+    """The changes of stored energy at the instants of events, and the components that declare what happened."""
+    instants = [i for i in trajectory.instants if i.time > trajectory.start]
+    if not instants:
+        return ()
+    n, size = trajectory.states, len(trajectory.final)
+    t = np.repeat([i.time for i in instants], 2)
+    y = np.array([side for i in instants for side in (i.left, i.right)])[:, :size]
+    held = np.array([side for i in instants for side in (i.held_left, i.held_right)])
+    energy = terms.values(Samples(t, y[:, :n], y[:, n:], held), p).energy
+    place = {part.path: k for k, part in enumerate(terms.parts)}
+    found = []
+    for i, instant in enumerate(instants):
+        owners = {place[path] for name, _ in instant.extra if (path := name.rpartition(".")[0]) in place}
+        names = [name for name, _ in instant.extra] or [
+            law for index, law, _ in trajectory.laws if _differs(instant, index)
+        ]
+        found.append(
+            _Jump(
+                instant.time, ", ".join(dict.fromkeys(names)), energy[2 * i + 1] - energy[2 * i], tuple(sorted(owners))
+            )
+        )
+    return tuple(found)
+
+
+def _differs(instant: Instant, index: int) -> bool:
+    return bool(instant.held_left[index] != instant.held_right[index])

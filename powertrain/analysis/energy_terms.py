@@ -1,0 +1,220 @@
+"""The energy terms of a model as expressions: power through ports, losses, stored energies and their rates of change.
+
+Every component has a balance of its own: what comes in through its ports and does not go on to the ports of its parts is lost in it, stored
+in it or, in a boundary (source, ground), taken out of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.component import Component
+from powertrain.connectors import Connector, Signal
+from powertrain.engine.buffers import Array
+from powertrain.errors import ModelError, ParameterError
+from powertrain.recorder import Recorder, reading
+from powertrain.signals import Lanes, Samples, Signals, signals_of
+from powertrain.symbols import Symbol, column
+
+Matrix = NDArray[np.float64]
+_BLOCK = 2_000_000
+
+
+@dataclass(frozen=True)
+class Part:
+    """A component in the balance: the places of its ports and of its direct parts in their lists."""
+
+    path: str
+    kind: str
+    boundary: bool
+    ports: tuple[int, ...]
+    parts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Values:
+    """One row per sample: power into the component through each port; loss, stored energy and its rate of each part."""
+
+    power: Matrix
+    loss: Matrix
+    energy: Matrix
+    rate: Matrix
+
+
+@dataclass(frozen=True)
+class WrittenTerms:
+    """What a model says about power through its ports, losses and stored energies, as expressions of (t, x, z, m, p)."""
+
+    parts: list[Part]
+    ports: list[str]
+    power: list[Symbol]
+    loss: list[Symbol]
+    energy: list[Symbol]
+
+
+def written_terms(compiled: Compiled) -> WrittenTerms:
+    """The terms of a compiled model. ModelError where one cannot be computed."""
+    parts, ports, texts = _without_idle(_texts(compiled.flat.components, compiled.flat.recorder))
+    power = [p for t in texts for p in t.power.values()]
+    written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
+    n, k = len(power), len(power) + len(texts)
+    return WrittenTerms(parts, ports, written[:n], written[n:k], written[k:])
+
+
+def _resolved(signals: Signals, expressions: list[Symbol], texts: list[_Text]) -> list[Symbol]:
+    try:
+        return signals.resolve(expressions)
+    except ParameterError as error:
+        for text in texts:
+            try:
+                signals.resolve([*text.power.values(), text.loss, text.energy])
+            except ParameterError:
+                raise ModelError(
+                    f"{text.path}: power(), loss() or energy() of {text.kind} cannot be computed: {error}"
+                ) from None
+        raise
+
+
+class EnergyTerms:
+    """The terms of one compiled model. ``parts`` come in the order of the model, wholes before their parts; the first is the model."""
+
+    def __init__(self, compiled: Compiled) -> None:
+        self._signals = signals_of(compiled)
+        terms = written_terms(compiled)
+        self.parts, self.ports, self._power = terms.parts, terms.ports, len(terms.ports)
+        self.own = own_power(self.parts, len(self.ports))
+        written = [*terms.power, *terms.loss, *terms.energy]
+        dae, energy = compiled.dae, column(terms.energy)
+        rate = _rate(energy, dae.t, dae.x, dae.xdot)
+        self._nz, slopes = dae.z.numel(), ca.jacobian(energy, dae.z)
+        rows = [column(written), rate]
+        self._implicit = bool(self._nz and slopes.nnz())
+        if self._implicit:
+            rows += [
+                ca.vec(ca.densify(slopes).T),
+                ca.vec(ca.densify(ca.jacobian(dae.residual, dae.z)).T),
+                _rate(dae.residual, dae.t, dae.x, dae.xdot),
+            ]
+        self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.vertcat(*rows))
+
+    def values(self, samples: Samples, p: Array) -> Values:
+        """The terms at the samples. ModelError where one is not finite."""
+        rows = self._lanes(self._signals.corrected(samples, p), p)
+        n, k = len(self.parts), self._power
+        power, loss, energy, rate = (
+            rows[:, a:b] for a, b in ((0, k), (k, k + n), (k + n, k + 2 * n), (k + 2 * n, k + 3 * n))
+        )
+        if self._implicit:
+            rate = rate + self._implicit_rate(rows[:, k + 3 * n :])
+        for name, term, owners in (
+            ("power through", power, self.ports),
+            ("loss of", loss, None),
+            ("energy of", energy, None),
+            ("rate", rate, None),
+        ):
+            self._refuse_infinite(name, term, owners or [part.path for part in self.parts], samples.t)
+        return Values(power, loss, energy, rate)
+
+    def _implicit_rate(self, rows: Matrix) -> Matrix:
+        """What the algebraic unknowns' rates add: dE/dz dz/dt with dr/dz dz/dt = -dr/dt."""
+        n, nz = len(self.parts), self._nz
+        slopes = rows[:, : n * nz].reshape(-1, n, nz)
+        inner = rows[:, n * nz : (n + nz) * nz].reshape(-1, nz, nz)
+        return -(slopes @ np.linalg.solve(inner, rows[:, (n + nz) * nz :, None]))[:, :, 0]
+
+    def _refuse_infinite(self, name: str, term: Matrix, owners: list[str], t: Array) -> None:
+        bad = np.argwhere(~np.isfinite(term))
+        if bad.size:
+            row, place = bad[0]
+            raise ModelError(f"the {name} {owners[place] or 'the model'} is not finite at t = {t[row]:.9g} s")
+
+    def blocks(self, samples: Samples) -> Iterator[slice]:
+        """Ranges of samples whose terms fit comfortably into memory."""
+        size = max(1, _BLOCK // max(1, self._lanes.size))
+        for first in range(0, len(samples.t), size):
+            yield slice(first, first + size)
+
+
+def own_power(parts: list[Part], ports: int) -> Matrix:
+    """The matrix that gives each part's own share of power: through its ports, less what goes on to the ports of its parts."""
+    own = np.zeros((len(parts), ports))
+    for i, part in enumerate(parts):
+        own[i, list(part.ports)] += 1.0
+        for j in part.parts:
+            own[i, list(parts[j].ports)] -= 1.0
+    return own
+
+
+@dataclass
+class _Text:
+    path: str
+    kind: str
+    boundary: bool
+    power: dict[str, Symbol]
+    loss: Symbol
+    energy: Symbol
+
+
+def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
+    """What the components say about power, loss and energy. A switch said here is no event: it follows its condition."""
+    scratch = replace(recorder, path="energy", text=None, switches=[], schedules=[], guards=[])
+    texts: dict[str, _Text] = {}
+    with reading(scratch):
+        for component in components:
+            path = component._path
+            if not isinstance(component, Connector):
+                texts[path] = _Text(
+                    path, type(component).__name__, component.boundary, {}, component.loss(), component.energy()
+                )
+            elif not isinstance(component, Signal):
+                power, owner = component.power(), path.rpartition(".")[0]
+                if owner in texts and not Symbol(power).is_zero():
+                    texts[owner].power[path] = power
+    old: list[Symbol] = []
+    new: list[Symbol] = []
+    for entry in scratch.switches:
+        g = ca.substitute(entry.g, column(old), column(new)) if old else entry.g
+        old.append(entry.mode)
+        new.append(ca.if_else(g > 0, 1.0, 0.0))
+
+    def plain(expression: Symbol) -> Symbol:
+        return ca.substitute(Symbol(expression), column(old), column(new)) if old else Symbol(expression)
+
+    for text in texts.values():
+        text.loss, text.energy = plain(text.loss), plain(text.energy)
+        text.power = {name: plain(power) for name, power in text.power.items()}
+    return list(texts.values())
+
+
+def _without_idle(texts: list[_Text]) -> tuple[list[Part], list[str], list[_Text]]:
+    """The parts with their ports, without those that have nothing to do with energy (signal sources, sensors of signals)."""
+    busy = {""}
+    for text in texts:
+        if text.power or not text.loss.is_zero() or not text.energy.is_zero():
+            path = text.path
+            while path:
+                busy.add(path)
+                path = path.rpartition(".")[0]
+    texts = [t for t in texts if t.path in busy]
+    ports = [name for t in texts for name in t.power]
+    place = {name: i for i, name in enumerate(ports)}
+    inside: dict[str, list[int]] = {}
+    for i, t in enumerate(texts):
+        if t.path:
+            inside.setdefault(t.path.rpartition(".")[0], []).append(i)
+    parts = [
+        Part(t.path, t.kind, t.boundary, tuple(place[name] for name in t.power), tuple(inside.get(t.path, ())))
+        for t in texts
+    ]
+    return parts, ports, texts
+
+
+def _rate(expression: Symbol, t: Symbol, x: Symbol, xdot: Symbol) -> Symbol:
+    """d/dt by t and x; held values do not change between events."""
+    return ca.densify(ca.jtimes(expression, ca.vertcat(t, x), ca.vertcat(Symbol(1), xdot)))

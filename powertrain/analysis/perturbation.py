@@ -1,0 +1,115 @@
+"""A model with small signals added at its ports: the same text, compiled with a perturbation at the ports that are asked for.
+
+The perturbation of a port is a polynomial of time about a reference instant, u(t) = sum_k u_k (t - t_r)^k / k!, so that u_k is the k-th
+derivative of u there. Derivatives of inputs that index reduction brings into the model thus show as a dependence on u_1, u_2, ...
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+
+from powertrain.compiler.assemble import Compiled, compile_flat
+from powertrain.compiler.flatten import Equation, Flat, flatten
+from powertrain.component import Component, Variable
+from powertrain.connectors import Connector, Output, Signal
+from powertrain.laws import FrictionLaw, UnilateralLaw
+from powertrain.symbols import Symbol, column, key, time, total_derivative
+
+ORDER = 4
+"""Highest derivative of a perturbation that is followed."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A variable of a port at which a signal, a force or a torque can be added; ``owner`` is the component that has the port."""
+
+    name: str
+    unit: str
+    doc: str
+    symbol: Symbol
+    owner: str
+    outward: bool
+
+
+@dataclass(frozen=True)
+class Perturbed:
+    """The model with perturbations.
+
+    ``coefficients[i][k]`` is the k-th derivative of the i-th perturbation at the instant ``reference``; ``added`` are the perturbations of
+    signals, which their values do not contain.
+    """
+
+    compiled: Compiled
+    reference: Symbol
+    coefficients: tuple[tuple[Symbol, ...], ...]
+    added: dict[str, Symbol]
+
+
+def spots(flat: Flat) -> dict[str, Spot]:
+    """Every signal port by its path, and every flow of a port ('shaft.flange_a.tau'): an external torque or force on the component."""
+    found: dict[str, Spot] = {}
+    for port in flat.components:
+        if not isinstance(port, Connector):
+            continue
+        owner = port._path.rpartition(".")[0]
+        if isinstance(port, Signal):
+            outward = isinstance(port, Output)
+            found[port._path] = Spot(port._path, port.unit, port.doc, port._symbols["value"], owner, outward)
+            continue
+        for name, spec in port._fields.items():
+            if isinstance(spec, Variable) and spec.flow:
+                path = f"{port._path}.{name}"
+                found[path] = Spot(
+                    path, spec.unit, f"External addition to {spec.doc}", port._symbols[name], owner, False
+                )
+    return found
+
+
+def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
+    """Compiles ``model`` with perturbations at the spots of these names.
+
+    What a component reads from an input, or takes up from a flow, is the variable plus the perturbation; an output's variable is what its
+    component gives plus the perturbation.
+    """
+    flat = flatten(model)
+    known, reference = spots(flat), Symbol.sym("reference")
+    flat.recorder.constants.add(key(reference))
+    coefficients = []
+    added: dict[str, Symbol] = {}
+    for name in names:
+        spot = known[name]
+        coefficients.append(tuple(flat.recorder.hold(f"{name}.u{k}") for k in range(ORDER + 1)))
+        polynomial, factorial = Symbol(0), 1.0
+        for k, coefficient in enumerate(coefficients[-1]):
+            factorial *= max(k, 1)
+            polynomial += coefficient * (time - reference) ** k / factorial
+        _add(flat, spot, polynomial)
+        if not spot.outward and "." not in name[len(spot.owner) + 1 :]:
+            added[name] = polynomial
+    return Perturbed(compile_flat(flat), reference, tuple(coefficients), added)
+
+
+def _add(flat: Flat, spot: Spot, polynomial: Symbol) -> None:
+    """Adds the perturbation, and its derivatives to the variable's, in what the owner's text says."""
+    recorder = flat.recorder
+    old, new = [], []
+    symbol, added = spot.symbol, -polynomial if spot.outward else polynomial
+    while True:
+        old.append(symbol)
+        new.append(symbol + added)
+        if key(symbol) not in recorder.derivatives:
+            break
+        symbol, added = recorder.derivatives[key(symbol)], total_derivative(added, recorder.derivative)
+
+    def seen(expression: Symbol) -> Symbol:
+        return ca.substitute(expression, column(old), column(new))
+
+    flat.equations = [Equation(seen(e.residual), e.place) if e.place.path == spot.owner else e for e in flat.equations]
+    for i, (place, law) in enumerate(flat.laws):
+        if place.path == spot.owner and isinstance(law, FrictionLaw | UnilateralLaw):
+            fields: dict[str, Any] = {n: seen(v) for n, v in vars(law).items() if isinstance(v, ca.SX)}
+            flat.laws[i] = (place, replace(law, **fields))

@@ -1,0 +1,302 @@
+"""From a model's text to the reduced hybrid DAE: runs the passes in their order and assembles what they give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
+from powertrain.compiler.blocks import Solved, solve_blocks
+from powertrain.compiler.flatten import Constant, Equation, Flat, Unknown, flatten
+from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Reset, Schedule, Switch, When
+from powertrain.compiler.index import differentiate, select_states
+from powertrain.compiler.resolver import Resolver
+from powertrain.compiler.structure import check_structure
+from powertrain.compiler.torques import Torque, add_rates, declare_torques
+from powertrain.component import Component
+from powertrain.errors import ModelError
+from powertrain.laws import FrictionLaw, Law, Reinit, UnilateralLaw, WhenLaw
+from powertrain.recorder import GuardEntry, Place, reading
+from powertrain.symbols import Symbol, column, free_symbols, key, time
+
+
+@dataclass(frozen=True)
+class SignalEntry:
+    """A signal of the result: its unit, its meaning and its expression in (t, x, z, m, p)."""
+
+    unit: str
+    doc: str
+    expression: Symbol
+
+
+@dataclass
+class Compiled:
+    """The reduced model and everything that names its parts."""
+
+    flat: Flat
+    dae: HybridDae
+    states: list[str]
+    signals: dict[str, SignalEntry]
+    parameters: dict[str, Constant]
+    inputs: dict[str, Unknown]
+    resolve: Any = field(repr=False)
+
+
+def compile_model(model: Component) -> Compiled:
+    """Flattens, reduces and solves the model symbolically. Raises ModelError where the text does not describe a solvable model."""
+    return compile_flat(flatten(model))
+
+
+def compile_flat(flat: Flat) -> Compiled:
+    """The passes after flattening, in their order."""
+    _bind_parameters(flat)
+    inputs = _schedule_inputs(flat)
+    values = {key(c.symbol): c.value for c in flat.parameters}
+    reduced = eliminate_aliases(flat, values)
+    with reading(flat.recorder):
+        torques, others = declare_torques(reduced)
+        known = {key(t.symbol) for t in torques}
+        check_structure(reduced, torques)
+        system = differentiate(reduced, known)
+        add_rates(system, torques)
+        states = select_states(system, _wishes(reduced, torques, others), values)
+    solved = solve_blocks(system, states, values)
+    return _assemble(reduced, states, solved, torques, others, inputs, values)
+
+
+def _bind_parameters(flat: Flat) -> None:
+    """Replaces the parameters of parts that the whole gives a value."""
+    if not flat.bindings:
+        return
+    old, new = map(column, zip(*flat.bindings.values(), strict=True))
+    for _ in range(20):
+        (new,) = ca.substitute([new], [old], [new])
+        if not {key(s) for s in ca.symvar(new)} & set(flat.bindings):
+            break
+
+    def bound(expression: Symbol) -> Symbol:
+        return ca.substitute(expression, old, new)
+
+    def bound_fields(record: Any) -> Any:
+        changes = {n: bound(v) for n, v in vars(record).items() if isinstance(v, ca.SX)}
+        if isinstance(record, WhenLaw):
+            return replace(record, resets=tuple(Reinit(r.variable, bound(r.value)) for r in record.resets), **changes)
+        return replace(record, **changes)
+
+    flat.equations = [Equation(bound(e.residual), e.place) for e in flat.equations]
+    flat.initial = [Equation(bound(e.residual), e.place) for e in flat.initial]
+    flat.laws = [(place, bound_fields(law)) for place, law in flat.laws]
+    flat.recorder.switches = [bound_fields(s) for s in flat.recorder.switches]
+    flat.recorder.guards = [bound_fields(g) for g in flat.recorder.guards]
+    flat.parameters = [c for c in flat.parameters if key(c.symbol) not in flat.bindings]
+
+
+def _schedule_inputs(flat: Flat) -> list[Unknown]:
+    """Inputs of the model become schedules: piecewise linear in time, held constant by default."""
+    from powertrain.laws import schedule
+
+    with reading(flat.recorder):
+        for unknown in flat.inputs:
+            flat.recorder.path, flat.recorder.text = unknown.name, None
+            flat.equations.append(Equation(unknown.symbol - schedule([0.0], [unknown.guess]), Place(unknown.name)))
+    return flat.inputs
+
+
+def _wishes(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
+    """How much each variable is wanted as a state: what has a start, relative motions, speeds of friction laws, what a when resets."""
+    wishes: dict[int, int] = {}
+    bases = reduced.flat.recorder.bases
+
+    def wish(symbol: Symbol, level: int) -> None:
+        inside = [s for s in free_symbols(symbol) if key(s) not in reduced.flat.recorder.constants]
+        if len(inside) == 1 and ca.jacobian(symbol, inside[0]).is_constant():
+            base = key(bases.get(key(inside[0]), (inside[0], 0))[0])
+            wishes[base] = max(level, wishes.get(base, 0))
+
+    for unknown in reduced.flat.unknowns.values():
+        if unknown.prefer or unknown.start is not None:
+            wish(reduced.expression(key(unknown.symbol), 0), 2 if unknown.prefer else 1)
+    for torque in torques:
+        wish(torque.speed, 3)
+    for _, law in others:
+        if isinstance(law, WhenLaw):
+            for reset in law.resets:
+                wish(reduced.rewrite([reset.variable])[0], 4)
+    return wishes
+
+
+def _assemble(
+    reduced: Reduced,
+    states: list[Base],
+    solved: Solved,
+    torques: list[Torque],
+    others: list[tuple[Place, Law]],
+    inputs: list[Unknown],
+    values: dict[int, float],
+) -> Compiled:
+    flat, recorder = reduced.flat, reduced.flat.recorder
+    x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
+    rates = [recorder.derivative(s) for s in x]
+    resolver = Resolver(reduced, solved, torques, column(x), values)
+    laws = resolver.closed_laws()
+    flags = [recorder.hold(f"{place.path}.when") for place, _ in others]
+    m = _held_symbols(flat, torques, flags)
+    layout = {key(s): i for i, s in enumerate(m)}
+    dae = HybridDae(
+        t=time,
+        x=column(x),
+        z=column(resolver.z),
+        m=column(m),
+        p=column([c.symbol for c in flat.parameters]),
+        xdot=column(resolver.now(rates)),
+        residual=column(resolver.residuals()),
+        state_names=tuple(_state_names(reduced, states)),
+        held_start=_held_start(flat, m),
+        frictions=tuple(
+            _friction(t, opened, resolver, layout)
+            for t, opened in zip(laws, resolver.laws, strict=True)
+            if isinstance(t.law, FrictionLaw)
+        ),
+        contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
+        shared=tuple({layout[key(torques[m.law].mode)]: m.sign for m in g.members} for g in resolver.groups),
+        switches=tuple(
+            Switch(
+                s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous
+            )
+            for s, g in zip(recorder.switches, resolver.model([s.g for s in recorder.switches]), strict=True)
+        ),
+        whens=tuple(
+            _when(layout[key(flag)], place, law, resolver, layout, x, reduced)
+            for (place, law), flag in zip(others, flags, strict=True)
+        ),
+        schedules=tuple(
+            Schedule(e.place.path or "input", layout[key(e.held[0])], e.times, e.values) for e in recorder.schedules
+        ),
+        guards=tuple(_guard(g, resolver) for g in recorder.guards),
+        residual_places=tuple(resolver.z_places),
+        positions=tuple(order == 0 and _has_acceleration(reduced, b) for b, order in states),
+    )
+    dae = _with_impacts(dae, resolver, torques)
+    return Compiled(
+        flat=flat,
+        dae=dae,
+        states=list(dae.state_names),
+        signals=_signals(flat, resolver, torques),
+        parameters={c.name: c for c in flat.parameters},
+        inputs={u.name: u for u in inputs},
+        resolve=resolver.model,
+    )
+
+
+def _held_symbols(flat: Flat, torques: list[Torque], flags: list[Symbol]) -> list[Symbol]:
+    held = [t.mode for t in torques] + [s.mode for s in flat.recorder.switches] + flags
+    held += [d.symbol for d in flat.discretes]
+    held += [s for entry in flat.recorder.schedules for s in entry.held]
+    return held
+
+
+def _held_start(flat: Flat, held: list[Symbol]) -> Any:
+    start = {key(d.symbol): d.value for d in flat.discretes}
+    start |= {key(e.held[1]): float(e.values[0]) for e in flat.recorder.schedules}
+    return np.array([start.get(key(s), 0.0) for s in held])
+
+
+def _friction(t: Torque, opened: Torque, resolver: Resolver, layout: dict[int, int]) -> Friction:
+    law, given = t.law, opened.law
+    assert isinstance(law, FrictionLaw)
+    assert isinstance(given, FrictionLaw)
+    return Friction(
+        t.mode.name(), str(t.place), layout[key(t.mode)], t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
+        algebraic=t.algebraic,
+        prescribed=not any(ca.which_depends(opened.rate, t.symbol, 1, False)),
+        may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), resolver.symbols, 1, False)),
+    )  # fmt: skip
+
+
+def _contact(t: Torque, layout: dict[int, int]) -> Contact:
+    law = t.law
+    assert isinstance(law, UnilateralLaw)
+    return Contact(
+        t.mode.name(), str(t.place), layout[key(t.mode)], law.gap, t.speed, t.rate, law.force, law.restitution
+    )
+
+
+def _with_impacts(dae: HybridDae, resolver: Resolver, torques: list[Torque]) -> HybridDae:
+    """The response of the states' derivatives and of the gaps' accelerations to the contact forces."""
+    contacts = [i for i, t in enumerate(torques) if isinstance(t.law, UnilateralLaw)]
+    if not contacts:
+        return dae
+    forces = column([torques[i].symbol for i in contacts])
+    rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
+    opened = [*resolver.opened(rates), *(resolver.laws[i].rate for i in contacts)]
+    (response,) = resolver.close([ca.jacobian(column(opened), forces)])
+    return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
+
+
+def _guard(g: GuardEntry, resolver: Resolver) -> Guard:
+    value, low, high = resolver.model([g.value, g.low, g.high])
+    return Guard(g.name, str(g.place), value, low, high, g.unit, g.action)
+
+
+def _when(
+    index: int, place: Place, law: Law, resolver: Resolver, layout: dict[int, int], x: list[Symbol], reduced: Reduced
+) -> When:
+    assert isinstance(law, WhenLaw)
+    flat = reduced.flat
+    position = {key(s): i for i, s in enumerate(x)}
+    resets = []
+    for reset in law.resets:
+        (value,) = resolver.model([reset.value])
+        if key(reset.variable) in layout:
+            resets.append(Reset(True, layout[key(reset.variable)], value))
+            continue
+        (root,) = reduced.rewrite([reset.variable])
+        inside = [s for s in free_symbols(root) if key(s) in position]
+        if len(inside) != 1 or len(free_symbols(root)) != 1:
+            raise ModelError(f"{place}\n  reinit of {reset.variable.name()}: it is no state of the model")
+        slope = ca.jacobian(root, inside[0])
+        resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
+    (g,) = resolver.model([law.g])
+    return When(f"{place.path}.when", str(place), index, g, tuple(resets), _event_time(g, flat.recorder.constants))
+
+
+def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:
+    """The instant where g, affine in time and free of states, changes its sign."""
+    if any(key(s) not in constants and key(s) != key(time) for s in free_symbols(g)):
+        return None
+    slope = ca.jacobian(g, time)
+    if slope.is_zero() or any(key(s) == key(time) for s in free_symbols(slope)):
+        return None
+    return -ca.substitute(g, time, 0) / slope
+
+
+def _has_acceleration(reduced: Reduced, base: int) -> bool:
+    derivatives = reduced.flat.recorder.derivatives
+    speed = derivatives.get(base)
+    return speed is not None and key(speed) in derivatives
+
+
+def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
+    named: dict[Base, str] = {}
+    for k, unknown in reduced.flat.unknowns.items():
+        alias = reduced.aliases.get(k)
+        base = (alias.root, alias.order) if alias is not None and alias.root is not None else (k, 0)
+        plain = alias is None or alias.plain
+        if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
+            named[base] = unknown.name
+    symbols = {b: reduced.derivative(reduced.symbols[b[0]], b[1]).name() for b in states}
+    return [named.get(b, symbols[b]) for b in states]
+
+
+def _signals(flat: Flat, resolver: Resolver, torques: list[Torque]) -> dict[str, SignalEntry]:
+    unknowns = list(flat.unknowns.values())
+    expressions = resolver.model([u.symbol for u in unknowns])
+    signals = {u.name: SignalEntry(u.unit, u.doc, e) for u, e in zip(unknowns, expressions, strict=True)}
+    for t in torques:
+        signals[t.mode.name()] = SignalEntry("1", "Mode: 1 forward, 0 stuck, -1 backward, 2 free", t.mode)
+    for d in flat.discretes:
+        signals[d.name] = SignalEntry(d.unit, d.doc, d.symbol)
+    return signals

@@ -1,0 +1,214 @@
+"""Index reduction: which equations must be differentiated (Pantelides), and which variables become states (dummy derivatives).
+
+C. C. Pantelides, SIAM J. Sci. Stat. Comput. 9 (1988) 213; S. E. Mattsson and G. Soderlind, SIAM J. Sci. Comput. 14 (1993) 677.
+Rigid gears, planetaries, rolling wheels and relative angles join inertias by constraints; they are the normal case.
+"""
+
+from __future__ import annotations
+
+import heapq
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.alias import Base, Reduced
+from powertrain.compiler.flatten import Equation
+from powertrain.compiler.matching import Matching
+from powertrain.errors import ModelError
+from powertrain.recorder import Place
+from powertrain.symbols import Symbol, free_symbols, key, time, total_derivative
+
+VARYING = 35
+"""Ten times the wish for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""
+
+
+class Differentiated:
+    """Equations with all their derivatives, and the highest derivative of every variable."""
+
+    def __init__(self, reduced: Reduced, known: set[int]) -> None:
+        self.reduced, self.known = reduced, known
+        self.top: dict[int, int] = {}
+        self.chains: list[list[Symbol]] = []
+        self.places: list[Place] = []
+        self.incidence: list[list[Base]] = []
+        self.matching = Matching(self._highest)
+
+    def _highest(self, e: int) -> list[int]:
+        return [b for b, order in self.incidence[e] if order == self.top[b]]
+
+    def bases(self, expression: Symbol) -> list[Base]:
+        """The variables in an expression and the orders of their derivatives, without what is known (laws' torques, parameters)."""
+        recorder = self.reduced.flat.recorder
+        found: dict[Base, None] = {}
+        for s in free_symbols(expression):
+            if key(s) in recorder.constants or key(s) == key(time):
+                continue
+            base, order = recorder.bases.get(key(s), (s, 0))
+            if key(base) not in self.known:
+                found[key(base), order] = None
+        return list(found)
+
+    def add(self, equation: Equation) -> None:
+        """Adds an equation and differentiates until the system is structurally regular again."""
+        self.chains.append([equation.residual])
+        self.places.append(equation.place)
+        self.incidence.append(self.bases(equation.residual))
+        pending = [len(self.chains) - 1, *self._raise_tops(self.incidence[-1])]
+        limit = 50 + len(self.chains)
+        while pending:
+            if self.matching.augment(pending[-1]):
+                pending.pop()
+                continue
+            if (limit := limit - 1) < 0:
+                raise ModelError(f"{equation.place}\n  the index of the model cannot be reduced by differentiation")
+            for v in self.matching.seen_variables:
+                self.top[v] += 1
+            for e in self.matching.seen_equations:
+                self.chains[e].append(self._rate(e))
+                self.incidence[e] = self.bases(self.chains[e][-1])
+
+    def _raise_tops(self, found: list[Base]) -> list[int]:
+        freed = []
+        for base, order in found:
+            if order > self.top.get(base, 0):
+                owner = self.matching.release(base)
+                freed += [owner] if owner is not None else []
+            self.top[base] = max(order, self.top.get(base, 0))
+        return freed
+
+    def _rate(self, e: int) -> Symbol:
+        recorder = self.reduced.flat.recorder
+
+        def rate(symbol: Symbol) -> Symbol:
+            base, _ = recorder.bases.get(key(symbol), (symbol, 0))
+            if key(base) in self.known:
+                raise ModelError(
+                    f"{self.places[e]}\n  this equation must be differentiated, but it contains the torque or force of a friction element "
+                    f"or contact ({symbol.name()}): put an inertia, mass or damper between"
+                )
+            return recorder.derivative(symbol)
+
+        return total_derivative(self.chains[e][-1], rate)
+
+
+def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
+    """Runs Pantelides' algorithm; ``known`` are the variables that laws determine."""
+    system = Differentiated(reduced, known)
+    for equation in reduced.equations:
+        for base, order in system.bases(equation.residual):
+            system.top[base] = max(order, system.top.get(base, 0))
+    for base in reduced.symbols:
+        if base not in reduced.aliases and base not in known:
+            system.top.setdefault(base, 0)
+    for equation in reduced.equations:
+        system.add(equation)
+    return system
+
+
+def select_states(system: Differentiated, wish: dict[int, int], values: dict[int, float]) -> list[Base]:
+    """The states: variables below their highest derivative that no constraint determines.
+
+    For each level below the highest, the differentiated equations determine as many derivatives ("dummies"); these are chosen by
+    sparse elimination with numeric pivots at the point ``values``, first among the variables with the lowest ``wish``. A variable whose
+    coefficient in a constraint varies stays a state if it can: to find it from the others would divide by what may pass through zero.
+    """
+    dummies: set[int] = set(system.top)
+    states: list[Base] = []
+    level = 1
+    while True:
+        candidates = [b for b, top in system.top.items() if top >= level]
+        if not candidates:
+            return states
+        rows = [i for i, chain in enumerate(system.chains) if len(chain) > level]
+        columns = [b for b in candidates if b in dummies]
+        chosen = _pivots(system, rows, columns, level, wish, values)
+        states += [(b, system.top[b] - level) for b in candidates if b not in chosen]
+        dummies = chosen
+        level += 1
+
+
+def _pivots(
+    system: Differentiated,
+    rows: list[int],
+    columns: list[int],
+    level: int,
+    wish: dict[int, int],
+    values: dict[int, float],
+) -> set[int]:
+    if not rows:
+        return set()
+    reduced = system.reduced
+    tops = [reduced.derivative(reduced.symbols[b], system.top[b]) for b in columns]
+    jacobian = ca.jacobian(ca.vertcat(*(system.chains[i][-1] for i in rows)), ca.vertcat(*tops))
+    symbols = ca.symvar(jacobian)
+    numbers = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
+    dense = ca.Function("pt_pivots", [ca.vertcat(*symbols) if symbols else Symbol(0, 1)], [jacobian])(numbers)
+    table: list[dict[int, float]] = [{} for _ in rows]
+    wanted = [10 * wish.get(b, 0) for b in columns]
+    for k, (i, j, a) in enumerate(zip(*jacobian.sparsity().get_triplet(), np.array(dense.nonzeros()), strict=True)):
+        if a != 0.0:
+            table[i][j] = float(a)
+        if any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(jacobian.nz[k])):
+            wanted[j] = max(wanted[j], VARYING + wish.get(columns[j], 0))
+    chosen, free = _eliminate(table, wanted)
+    if free:
+        quoted = "\n  ".join(str(system.places[rows[i]]) for i in free)
+        raise ModelError(f"{quoted}\n  this constraint repeats or contradicts other constraints of the model")
+    return {columns[j] for j in chosen}
+
+
+def generic(symbol: Symbol) -> float:
+    """A value without special meaning, the same for the same name."""
+    return 0.3 + 0.4 * (_hash(symbol.name()) % 1000) / 1000
+
+
+def _hash(name: str) -> int:
+    value = 0
+    for character in name:
+        value = (value * 31 + ord(character)) & 0xFFFFFFFF
+    return value
+
+
+def _eliminate(table: list[dict[int, float]], wish: list[int]) -> tuple[list[int], list[int]]:
+    """Pivot columns of full row rank, taken from the lowest wish first, and the rows without a pivot."""
+    holders: dict[int, set[int]] = {}
+    for i, row in enumerate(table):
+        for j in row:
+            holders.setdefault(j, set()).add(i)
+    chosen: list[int] = []
+    open_rows = set(range(len(table)))
+    for limit in sorted(set(wish)) or [0]:
+        heap = [(sum(wish[j] <= limit for j in table[i]), i) for i in open_rows]
+        heapq.heapify(heap)
+        while heap:
+            count, i = heapq.heappop(heap)
+            allowed = [j for j in table[i] if wish[j] <= limit] if i in open_rows else []
+            if not allowed or len(allowed) != count:
+                if i in open_rows and allowed:
+                    heapq.heappush(heap, (len(allowed), i))
+                continue
+            largest = max(abs(table[i][j]) for j in allowed)
+            j = min(
+                (j for j in allowed if abs(table[i][j]) >= 0.05 * largest), key=lambda j: (wish[j], len(holders[j]), j)
+            )
+            chosen.append(j)
+            open_rows.discard(i)
+            for k in holders.pop(j) - {i}:
+                if k in open_rows:
+                    _subtract(table, holders, k, i, j)
+                    heapq.heappush(heap, (sum(wish[n] <= limit for n in table[k]), k))
+    return chosen, sorted(open_rows)
+
+
+def _subtract(table: list[dict[int, float]], holders: dict[int, set[int]], k: int, i: int, j: int) -> None:
+    target, factor = table[k], table[k][j] / table[i][j]
+    for n, a in table[i].items():
+        old = target.get(n, 0.0)
+        new = old - factor * a
+        if n == j or abs(new) <= 1e-12 * (abs(old) + abs(factor * a)):
+            target.pop(n, None)
+            if n in holders:
+                holders[n].discard(k)
+        else:
+            target[n] = new
+            holders.setdefault(n, set()).add(k)

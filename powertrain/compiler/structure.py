@@ -1,0 +1,72 @@
+"""Whether there are as many equations as unknowns, everywhere in the model; what is too much or missing is said in its own words."""
+
+from __future__ import annotations
+
+from powertrain.compiler.alias import Reduced, quote
+from powertrain.compiler.flatten import Equation
+from powertrain.compiler.index import Differentiated
+from powertrain.compiler.matching import Matching
+from powertrain.compiler.torques import Torque
+from powertrain.errors import ModelError
+from powertrain.symbols import free_symbols, key
+
+
+def check_structure(reduced: Reduced, torques: list[Torque]) -> None:
+    """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
+    known = {key(t.symbol) for t in torques}
+    system = Differentiated(reduced, known)
+    bases = [list(dict.fromkeys(b for b, _ in system.bases(e.residual))) for e in reduced.equations]
+    matching = Matching(lambda e: bases[e])
+    for e in range(len(bases)):
+        if not matching.augment(e):
+            raise ModelError(_too_much(reduced, sorted(matching.seen_equations), matching.seen_variables, torques))
+    free = [b for b in reduced.symbols if b not in reduced.aliases and b not in known and b not in matching.equation_of]
+    if free:
+        raise ModelError(_too_little(reduced, free))
+
+
+def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[Torque]) -> str:
+    said = [reduced.originals[e] for e in equations if e < len(reduced.originals)]
+    said += [reduced.equations[e] for e in equations if e >= len(reduced.originals)]
+    recorder = reduced.flat.recorder
+
+    def inside(listed: list[Equation]) -> list[int]:
+        bases = [key(recorder.bases.get(key(s), (s, 0))[0]) for e in listed for s in free_symbols(e.residual)]
+        return list(dict.fromkeys(bases))
+
+    roots = set(inside([reduced.equations[e] for e in equations]))
+    laws = [t for t in torques if key(t.symbol) in roots]
+    named = [b for b in [*inside(said), *(key(t.symbol) for t in laws)] if b in reduced.flat.unknowns]
+    quoted = quote([*said, *reduced.tied_by(named)])
+    if laws:
+        given = "\n  ".join(str(t.place) for t in laws)
+        return (
+            f"over-determined: these laws give torques or forces that the equations below them give too, so that a motion is not "
+            f"determined; put an inertia or a compliance between\n  {given}\n  {quoted}"
+        )
+    names = sorted(_name(reduced, b) for b in variables)
+    n = len(equations)
+    count = f"{n} equation{'s' * (n != 1)} for the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}"
+    what = count if names else "this is already known from the other equations"
+    return f"over-determined: {what}; one of these has to go\n  {quoted}"
+
+
+def _too_little(reduced: Reduced, free: list[int]) -> str:
+    names = sorted(_with_aliases(reduced, b) for b in free)
+    more = ", ..." if len(names) > 8 else ""
+    inputs = reduced.flat.loose_inputs
+    hint = f"not connected: {', '.join(inputs)}" if inputs else "is an equation missing, or a part not connected?"
+    return f"under-determined: {len(free)} equation{'s' * (len(free) != 1)} missing to determine {', '.join(names[:8])}{more}; {hint}"
+
+
+def _with_aliases(reduced: Reduced, base: int) -> str:
+    """A variable and some that are multiples of it or of its derivative."""
+    flat = reduced.flat
+    tied = [flat.unknowns[k].name for k, alias in reduced.aliases.items() if alias.root == base and k in flat.unknowns]
+    tied.sort(key=lambda name: (name.count("."), name))
+    return _name(reduced, base) + (f" (with {', '.join(tied[:3])})" if tied else "")
+
+
+def _name(reduced: Reduced, base: int) -> str:
+    unknown = reduced.flat.unknowns.get(base)
+    return unknown.name if unknown else reduced.symbols[base].name()

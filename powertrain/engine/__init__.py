@@ -1,0 +1,1 @@
+"""The simulation engine: fused steps, joint modes, exact events."""

@@ -1,0 +1,303 @@
+"""The simulation engine of one compiled model: fused steps, exact events, all modes resolved together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.compiler.hybrid import Guard, HybridDae
+from powertrain.engine import steps
+from powertrain.engine.buffers import Array, Bound, Memory
+from powertrain.engine.compiled import compile_functions
+from powertrain.engine.consistent import Algebra, NotConsistent
+from powertrain.engine.indicators import Indicator, indicators
+from powertrain.engine.loop import Run
+from powertrain.engine.modes import timed
+from powertrain.engine.packing import pack, unpack
+from powertrain.engine.pivots import match_rows
+from powertrain.engine.projection import project
+from powertrain.engine.resolve import Resolver
+from powertrain.engine.schedules import Schedules
+from powertrain.engine.trajectory import Trajectory
+from powertrain.errors import InitializationError, ParameterError, SimulationError
+
+Method = Literal["auto", "dopri5", "rodas5p"]
+_METHODS = ("auto", "dopri5", "rodas5p")
+_LARGE = 100
+"""Unknowns above which linear systems are solved numerically instead of by expressions."""
+_EXPLICIT_STEPS = 5000.0
+"""With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
+
+
+class Engine:
+    """Runs a :class:`HybridDae` any number of times. Functions are built at their first use; one instance serves one thread.
+
+    ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto", which begins with the first
+    where it can and begins with or changes to the second where the model is stiff. ``compile`` passes the functions through the C compiler.
+    """
+
+    def __init__(self, dae: HybridDae, method: Method = "auto", compile: bool = False) -> None:
+        if method not in _METHODS:
+            raise ParameterError(f"method = {method!r} is not one of {', '.join(_METHODS)}")
+        if method == "dopri5" and dae.z.numel():
+            raise ParameterError(
+                "method='dopri5' is explicit; the model keeps algebraic unknowns, take 'rodas5p' or 'auto'"
+            )
+        self.dae, self.method, self.compile = dae, method, compile
+        self.indicators: tuple[Indicator, ...] = indicators(dae)
+        self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
+        self.timed = timed(dae)[1]
+        self.schedules = Schedules(dae.schedules)
+        self.memory = Memory(dae, len(self.indicators), len(self.timed))
+        self.algebra = Algebra(dae, self.memory) if dae.z.numel() else None
+        self._model: steps.Common | None = None
+        self._functions: dict[str, ca.Function] = {}
+        self._steps: dict[str, tuple[Callable[[], None], Callable[[], None]]] = {}
+        self._kept: list[Bound] = []
+        self._ready = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"dae": pack(self.dae), "method": self.method, "compile": self.compile}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(unpack(state["dae"]), state["method"], state["compile"])  # type: ignore[misc]
+
+    def run(
+        self,
+        x0: ArrayLike,
+        p: ArrayLike,
+        m0: ArrayLike | None = None,
+        z0: ArrayLike | None = None,
+        *,
+        start: float = 0.0,
+        stop: float,
+        rtol: float = 1e-6,
+        atol: float = 1e-8,
+        max_step: float = np.inf,
+        progress: Callable[[float], None] | None = None,
+    ) -> Trajectory:
+        """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns are resolved at the start from the guesses.
+
+        Raises SimulationError with the trajectory so far as ``result``, InitializationError if the start cannot be made consistent.
+        """
+        if not stop >= start:
+            raise ValueError(f"stop = {stop:g} s lies before start = {start:g} s")
+        self._load(start, x0, z0, m0, p, rtol, atol)
+        self._settle(start)
+        return Run(self, start, stop, rtol, max_step, progress).execute()
+
+    def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
+        """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
+        self._load(t, x, z, m, p, 1e-6, 1e-8)
+        side = self._settle(t)
+        self.fresh[side].call()
+        if self.memory.start[1] > 1e-13:
+            project(self.dae, self.memory, 1 - side)
+        n, nz = self.dae.x.numel(), self.dae.z.numel()
+        y = self.memory.y[1 - side]
+        return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[: self.dae.m.numel()].copy()
+
+    def consistent(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> Array:
+        """The algebraic unknowns for given modes, from the guess ``z``. Raises InitializationError."""
+        self._fill(t, x, z, m, p)
+        if self.algebra is not None:
+            try:
+                self.algebra.solve(0)
+            except NotConsistent as error:
+                raise InitializationError(f"at t = {t:.9g} s {error}") from None
+        n = self.dae.x.numel()
+        return self.memory.y[0][n : n + self.dae.z.numel()].copy()
+
+    def stepper(self, name: str, numeric: bool = False) -> tuple[Callable[[], None], Callable[[], None]]:
+        """The steps of a method for both directions of the double buffer; ``numeric`` takes the sparse solver that pivots at run time."""
+        unknowns = self.dae.x.numel() + self.dae.z.numel()
+        if name == "rodas5p" and (numeric or unknowns > _LARGE):
+            name = "sparse"
+        if name not in self._steps:
+            model = self._shared()
+            if name == "sparse":
+                from powertrain.engine.sparse_step import SparseStep
+
+                large = [SparseStep(model, self.memory, side) for side in (0, 1)]
+                self._steps[name] = (large[0].call, large[1].call)
+            else:
+                function = steps.explicit_step(model) if name == "dopri5" else steps.rosenbrock_step(model)
+                function = self._finished({name: function})[name]
+                self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
+                self._steps[name] = (bound[0].call, bound[1].call)
+        return self._steps[name]
+
+    def first_method(self, span: float) -> str:
+        """The method a run begins with, from the start that memory holds."""
+        if self.method != "auto":
+            return self.method
+        n = self.dae.x.numel()
+        if self.dae.z.numel() or n > _LARGE:
+            return "rodas5p"
+        self.jacobian.call()
+        matrix = self.memory.jacobian[: n * n].reshape(n, n)
+        if not np.isfinite(matrix).all() or float(np.abs(matrix).sum(axis=0).max(initial=0.0)) * span < _EXPLICIT_STEPS:
+            return "dopri5"
+        radius = float(np.abs(np.linalg.eigvals(matrix)).max())
+        return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
+
+    def _bind_step(self, function: ca.Function, side: int) -> Bound:
+        memory, other = self.memory, 1 - side
+        arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
+        return Bound(
+            function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
+        )
+
+    def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
+        memory, dae = self.memory, self.dae
+        n, nz = dae.x.numel(), dae.z.numel()
+        y = memory.y[0]
+        y[:n] = _vector("x", x, n)
+        y[n : n + nz] = 0.0 if z is None else _vector("z", z, nz)
+        memory.m[: dae.m.numel()] = _vector("m", dae.held_start if m is None else m, dae.m.numel())
+        memory.p[: dae.p.numel()] = _vector("p", p, dae.p.numel())
+        memory.time[:] = t, 0.0
+
+    def _load(
+        self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike, rtol: float, atol: float
+    ) -> None:
+        self._fill(t, x, z, m, p)
+        memory = self.memory
+        memory.tolerance[:] = rtol, atol
+        if self.schedules:
+            self.schedules.enter(memory.m, t)
+        if self.algebra is not None and not self._ready:
+            self._solve_start(t)
+        if not self._ready:
+            self._build()
+        for when, function in self._untimed_whens:
+            y, n, dae = memory.y[0], self.dae.x.numel(), self.dae
+            value = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
+            memory.m[when.index] = float(value) > 0.0
+
+    def _solve_start(self, t: float) -> None:
+        assert self.algebra is not None
+        try:
+            self.algebra.solve(0)
+        except NotConsistent as error:
+            raise InitializationError(f"at t = {t:.9g} s {error}") from None
+
+    def _settle(self, t: float) -> int:
+        """Resolve the modes of a start on side 0 of the buffers."""
+        self.memory.jumped[0] = 1.0
+        self.memory.fire.fill(0.0)
+        self.resolver.forget()
+        self.fire(t, t)
+        try:
+            self.resolver.resolve(0)
+            self.check_modes(0)
+        except (NotConsistent, SimulationError) as error:
+            raise InitializationError(f"start at t = {t:.9g} s: {error}") from None
+        return 0
+
+    def fire(self, low: float, high: float) -> bool:
+        """Mark the timed laws whose instant lies within rounding of [low, high]; return whether there is one."""
+        if not self.timed:
+            return False
+        self.instants.call()
+        near = 1e-12 * max(1.0, abs(high))
+        memory, found = self.memory, False
+        for k in range(len(self.timed)):
+            if low - near <= memory.instants[k] <= high + near:
+                memory.fire[k] = 1.0
+                found = True
+        return found
+
+    def next_instant(self, t: float) -> float:
+        """The first known instant of a timed law after ``t``."""
+        if not self.timed:
+            return np.inf
+        self.instants.call()
+        after = t + 1e-12 * max(1.0, abs(t))
+        return min((instant for instant in self.memory.instants.tolist() if instant > after), default=np.inf)
+
+    def check_modes(self, side: int) -> None:
+        """Refuse friction at rest under a prescribed motion, and motion against a torque without limit."""
+        for law, mode in self._one_way:
+            if self.memory.m[law.index] == mode:
+                way = "forward" if mode > 0 else "backward"
+                raise SimulationError(
+                    f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
+                    "slide that way. Give a start (or a reset) with which it rests or moves the other way."
+                )
+        for law in self._prescribed:
+            if self.memory.m[law.index] == 0:
+                raise SimulationError(
+                    f"{law.name} ({law.where}): friction under prescribed motion: torque at rest not determined "
+                    f"(t = {self.memory.time[0]:.9g} s, speed and acceleration are both zero). "
+                    "Prescribe a motion that does not stop, or drive it by a torque."
+                )
+
+    def _shared(self) -> steps.Common:
+        if self._model is None:
+            rows = None
+            if self.algebra is not None:
+                jacobian = self.dae.residual
+                pattern = ca.jacobian(jacobian, self.dae.z).sparsity()
+                try:
+                    rows = match_rows(pattern, self.algebra.jacobian(0))
+                except ValueError as error:
+                    raise InitializationError(f"the algebraic equations are {error}") from None
+            self._model = steps.common(self.dae, rows)
+        return self._model
+
+    def _build(self) -> None:
+        """Build and bind what every method needs."""
+        model, memory = self._shared(), self.memory
+        functions = {"fresh": steps.fresh(model), "locate": steps.locate(model), "update": steps.update(model)}
+        if self.timed:
+            functions["instants"] = steps.instants(self.dae)
+        functions = self._finished(functions)
+        m, p, tolerance = memory.m, memory.p, memory.tolerance
+        self.fresh = [
+            Bound(
+                functions["fresh"],
+                [memory.time, memory.y[k], m, p, tolerance],
+                [memory.y[1 - k], memory.slope[1 - k], memory.start],
+            )
+            for k in (0, 1)
+        ]
+        self.locate = Bound(
+            functions["locate"],
+            [memory.time, memory.fraction, memory.mask, memory.dense, m, p],
+            [memory.at, memory.g, memory.worst],
+        )
+        results = [memory.held, memory.flags, memory.edges, memory.closing]
+        update = [
+            Bound(functions["update"], [memory.time, memory.y[k], m, p, memory.fire, memory.jumped], results)
+            for k in (0, 1)
+        ]
+        if self.method == "auto" and not self.dae.z.numel() and self.dae.x.numel() <= _LARGE:
+            self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], [memory.jacobian])
+        if self.timed:
+            self.instants = Bound(functions["instants"], [m, p], [memory.instants])
+        self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
+        self._prescribed = [law for law in self.dae.frictions if law.prescribed]
+        ends = [
+            (law, mode, bound) for law in self.dae.frictions for mode, bound in ((1.0, law.upper), (-1.0, law.lower))
+        ]
+        self._one_way = [(law, mode) for law, mode, bound in ends if bound.is_constant() and np.isinf(float(bound))]
+        inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
+        self._untimed_whens = [
+            (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None
+        ]
+        self._ready = True
+
+    def _finished(self, functions: dict[str, ca.Function]) -> dict[str, ca.Function]:
+        return compile_functions(functions) if self.compile else functions
+
+
+def _vector(name: str, values: ArrayLike, size: int) -> Array:
+    vector = np.asarray(values, dtype=np.float64).ravel()
+    if vector.size != size:
+        raise ValueError(f"{name} has {vector.size} entries instead of {size}")
+    return vector

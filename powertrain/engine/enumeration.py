@@ -1,0 +1,102 @@
+"""The last resort of mode finding: try all combinations of the laws that are involved and keep the consistent ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.engine.buffers import Array, Memory
+from powertrain.engine.jam import law_values
+from powertrain.engine.modes import ZONE
+
+_LIMIT = 20_000
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Found:
+    """The different consistent mode vectors, the laws that were tried, and how many combinations there were."""
+
+    modes: tuple[Array, ...]
+    involved: tuple[int, ...]
+    combinations: int
+
+
+def enumerate_modes(
+    dae: HybridDae,
+    memory: Memory,
+    side: int,
+    varied: set[int],
+    attempt: Callable[[], Array | None],
+    narrow: bool = False,
+) -> Found:
+    """Try them on ``memory.m``, which is left as it was; ``attempt`` gives the rates, or None if the modes contradict them.
+
+    Combinations with the same rates count as one; with peaks above one, those with most stuck laws are preferred.
+    ``narrow``: only the laws in ``varied``, the others as they are.
+    """
+    choices = _choices(dae, memory, side, varied)
+    if narrow:
+        choices = {index: values for index, values in choices.items() if index in varied}
+    steps = _steps(dae, choices)
+    size = prod(len(values) for values in steps)
+    if size > _LIMIT:
+        return Found((), tuple(choices), size)
+    m = memory.m
+    start = m.copy()
+    found: list[tuple[Array, Array]] = []
+    for combination in product(*steps):
+        for part in combination:
+            for index, mode in part.items():
+                m[index] = mode
+        rates = attempt()
+        if rates is not None and not any(_same(rates, other) for _, other in found):
+            found.append((m.copy(), rates))
+    m[:] = start
+    modes = [each for each, _ in found]
+    if len(modes) > 1 and (law_values(dae, memory, side)[:, 5] > 1.0).any():
+        stuck = [sum(each[law.index] == 0 for law in dae.frictions) for each in modes]
+        modes = [each for each, count in zip(modes, stuck, strict=True) if count == max(stuck)]
+    return Found(tuple(modes), tuple(choices), size)
+
+
+def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dict[int, tuple[float, ...]]:
+    """The modes to try: of friction laws at rest or varied, of switches that depend on torques, of contacts that varied."""
+    m = memory.m
+    choices: dict[int, tuple[float, ...]] = {}
+    speeds = law_values(dae, memory, side)[:, 0]
+    for k, friction in enumerate(dae.frictions):
+        at_rest = friction.algebraic or abs(speeds[k]) <= ZONE
+        if m[friction.index] != 2 and at_rest:
+            choices[friction.index] = (1.0, -1.0) if friction.prescribed else (0.0, 1.0, -1.0)
+    laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
+    for switch in dae.switches:
+        if switch.index in varied or (switch.time is None and ca.depends_on(switch.g, laws)):
+            choices[switch.index] = (0.0, 1.0)
+    for contact in dae.contacts:
+        if contact.index in varied:
+            choices[contact.index] = (0.0, 1.0)
+    return choices
+
+
+def _steps(dae: HybridDae, choices: dict[int, tuple[float, ...]]) -> list[list[dict[int, float]]]:
+    """The choices as independent steps: laws on the same motion are stuck together, or all slide the same way."""
+    steps: list[list[dict[int, float]]] = []
+    grouped: set[int] = set()
+    for group in dae.shared:
+        members = {index: sign for index, sign in group.items() if choices.get(index) == (0.0, 1.0, -1.0)}
+        if len(members) > 1:
+            steps.append([{index: mode * sign for index, sign in members.items()} for mode in (0.0, 1.0, -1.0)])
+            grouped |= set(members)
+    steps += [[{index: mode} for mode in modes] for index, modes in choices.items() if index not in grouped]
+    return steps
+
+
+def _same(a: Array, b: Array) -> bool:
+    return bool(np.all(np.abs(a - b) <= _SAME * (1.0 + np.abs(a))))

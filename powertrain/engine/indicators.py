@@ -1,0 +1,97 @@
+"""The oriented event indicators of the laws: positive while a law keeps its mode, with a hysteresis far above the location tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
+
+EPS = 1e-10
+"""Hysteresis of speeds, gaps and switches, and relative one of torques."""
+
+
+@dataclass(frozen=True)
+class Indicator:
+    """An expression that falls through zero where law ``law`` has to change its mode."""
+
+    law: Friction | Switch | Contact | When | Guard
+    value: ca.SX
+
+
+def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
+    """All indicators that are located as state events; relations with a known instant are left to the time events."""
+    found: list[Indicator] = []
+    for friction in dae.frictions:
+        found.append(Indicator(friction, friction_motion(dae, friction)))
+        if friction.may_free and ca.depends_on(friction.upper - friction.lower, ca.vertcat(dae.t, dae.x, dae.z)):
+            found.append(Indicator(friction, friction_free(dae, friction)))
+    for switch in dae.switches:
+        if switch.time is None and ca.depends_on(switch.g, ca.vertcat(dae.t, dae.x, dae.z)):
+            found.append(Indicator(switch, relation(dae.m[switch.index], switch.g)))
+    for contact in dae.contacts:
+        found.append(Indicator(contact, contact_change(dae, contact)))
+    for when in dae.whens:
+        if when.time is None:
+            found.append(Indicator(when, relation(dae.m[when.index], when.g)))
+    found += [Indicator(guard, guard_margin(guard)) for guard in dae.guards if guard.action == "error"]
+    return tuple(found)
+
+
+def relation(mode: ca.SX, g: ca.SX, eps: ca.SX | float = EPS) -> ca.SX:
+    """``mode`` is 1 while g > 0 and 0 otherwise."""
+    return ca.if_else(mode > 0.5, g + eps, eps - g)
+
+
+def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
+    """``g``, affine in time, as the time since (until) its zero, so that its hysteresis is one of time."""
+    return g / (ca.fabs(ca.jacobian(g, dae.t)) + 1e-300)
+
+
+def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
+    """Distances of a stuck torque from the lower and the upper limit, the hysteresis included."""
+    high, low = friction.peak * friction.upper, friction.peak * friction.lower
+    return friction.torque - low + torque_eps(friction.lower), high + torque_eps(friction.upper) - friction.torque
+
+
+def torque_eps(bound: ca.SX) -> ca.SX:
+    """The hysteresis of a torque at its bound; infinite bounds have none of their own."""
+    size = ca.fabs(bound)
+    return EPS * (1.0 + ca.if_else(size < 1e300, size, 0.0))
+
+
+def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
+    """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits."""
+    mode = dae.m[friction.index]
+    below, above = torque_margins(friction)
+    stuck = ca.SX(1.0) if friction.prescribed else ca.fmin(below, above)
+    loose = ca.if_else(mode == 1, friction.w + EPS, ca.if_else(mode == -1, EPS - friction.w, 1.0))
+    return ca.if_else(mode == 0, stuck, loose)
+
+
+def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:
+    """The law transmits torque while upper - lower > 0; free again above twice the hysteresis only."""
+    width = friction.upper - friction.lower
+    return ca.if_else(dae.m[friction.index] == 2, 2 * EPS - width, width - EPS)
+
+
+def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
+    """Open: no approach below zero. Closed: no pulling force."""
+    open_ = ca.if_else(ca.logic_or(contact.gap > 0, approaching(contact)), contact.gap + EPS, 1.0)
+    return ca.if_else(dae.m[contact.index] > 0.5, contact.force + EPS, open_)
+
+
+def approaching(contact: Contact) -> ca.SX:
+    """The gap closes, not counting the noise of a speed around zero."""
+    slow = ca.logic_and(contact.speed < 0, contact.acceleration < 0)
+    return ca.logic_or(contact.speed < -EPS, slow)
+
+
+def guard_margin(guard: Guard) -> ca.SX:
+    """Distance from the nearer limit, with a tolerance of 1e-9 of the limit."""
+    margins = []
+    for distance, limit in ((guard.value - guard.low, guard.low), (guard.high - guard.value, guard.high)):
+        size = ca.fabs(limit)
+        margins.append(distance + 1e-9 * (1.0 + ca.if_else(size < 1e300, size, 0.0)))
+    return ca.fmin(*margins)

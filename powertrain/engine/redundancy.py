@@ -1,0 +1,69 @@
+"""Stuck laws that hold the same motion together: the motion is unique, their torques are not. Found from the rank of their motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import Friction, HybridDae
+from powertrain.engine.buffers import Memory
+from powertrain.engine.jam import undetermined_note
+
+_RANK = 1e-9
+
+
+class Redundancy:
+    """Notes, once for each set of stuck laws of a run, those whose speeds depend on each other."""
+
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self.dae, self.memory = dae, memory
+        self.notes: list[str] = []
+        self._noted: set[tuple[str, ...]] = set()
+        self._laws = [law for law in dae.frictions if not (law.algebraic or law.prescribed)]
+        self._seen: dict[tuple[int, ...], list[Friction]] = {}
+        self._gradients: ca.Function | None = None
+        self._constant = False
+
+    def forget(self) -> None:
+        """Drop the notes of the last run."""
+        self.notes = []
+        self._noted = set()
+        if not self._constant:
+            self._seen = {}
+
+    def note(self, side: int) -> None:
+        """Look at the laws that are stuck now."""
+        m = self.memory.m
+        stuck = tuple(k for k, law in enumerate(self._laws) if m[law.index] == 0)
+        if len(stuck) < 2:
+            return
+        if stuck not in self._seen:
+            self._seen[stuck] = self._dependent(stuck, side)
+        if self._seen[stuck]:
+            self.add(self._seen[stuck])
+
+    def add(self, laws: Sequence[Friction]) -> None:
+        """Note that these laws share a torque."""
+        key = tuple(law.name for law in laws)
+        if key not in self._noted:
+            self._noted.add(key)
+            self.notes.append(undetermined_note(laws, self.memory.time[0]))
+
+    def _dependent(self, stuck: Sequence[int], side: int) -> list[Friction]:
+        dae, memory = self.dae, self.memory
+        if self._gradients is None:
+            gradients = ca.densify(ca.jacobian(ca.vertcat(*(law.w for law in self._laws)), dae.x))
+            self._gradients = ca.Function("powertrain_motions", [dae.t, dae.x, dae.z, dae.m, dae.p], [gradients])
+            self._constant = gradients.is_constant()
+        n, nz, nm, count = dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel()
+        y = memory.y[side]
+        rows = np.array(self._gradients(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count]))[
+            list(stuck)
+        ]
+        rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
+        left, sizes, _ = np.linalg.svd(rows, full_matrices=True)
+        rank = int((sizes > _RANK).sum())
+        involved = (np.abs(left[:, rank:]) > 1e-6).any(axis=1)
+        return [self._laws[k] for k, found in zip(stuck, involved, strict=True) if found]

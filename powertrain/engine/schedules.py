@@ -1,0 +1,68 @@
+"""The running segments of piecewise linear time signals, and the instants at which they change."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+
+import numpy as np
+
+from powertrain.compiler.hybrid import Schedule
+from powertrain.engine.buffers import Array
+
+
+class Schedules:
+    """All schedules of a model; breakpoints in time order. A repeated abscissa is a jump, its right limit holds at the instant."""
+
+    def __init__(self, schedules: Sequence[Schedule]) -> None:
+        self._schedules = schedules
+        self._segments = [_segments(schedule) for schedule in schedules]
+        points = sorted({(float(time), k) for k, schedule in enumerate(schedules) for time in schedule.times})
+        self._times = [time for time, _ in points]
+        self._owners = [k for _, k in points]
+        self._jumps = {(k, float(time)) for k, schedule in enumerate(schedules) for time in _jumps(schedule)}
+
+    def __bool__(self) -> bool:
+        return bool(self._schedules)
+
+    def enter(self, m: Array, t: float) -> None:
+        """Set the segments that run from ``t`` on."""
+        for k in range(len(self._schedules)):
+            self._set(m, k, t)
+
+    def following(self, t: float) -> float:
+        """The first breakpoint after ``t``, or infinity."""
+        i = bisect_right(self._times, t)
+        return self._times[i] if i < len(self._times) else np.inf
+
+    def cross(self, m: Array, before: float, t: float) -> bool:
+        """Pass the breakpoints in (before, t]; return whether a signal jumps."""
+        jumps = False
+        for i in range(bisect_right(self._times, before), bisect_right(self._times, t)):
+            self._set(m, self._owners[i], t)
+            jumps = jumps or (self._owners[i], self._times[i]) in self._jumps
+        return jumps
+
+    def _set(self, m: Array, k: int, t: float) -> None:
+        starts, rows = self._segments[k]
+        index = self._schedules[k].index
+        m[index : index + 3] = rows[bisect_right(starts, t)]
+
+
+def _segments(schedule: Schedule) -> tuple[list[float], list[tuple[float, float, float]]]:
+    """Start times, and one row (t0, y0, slope) more than starts: the first holds before the first time."""
+    times, values = [float(v) for v in schedule.times], [float(v) for v in schedule.values]
+    starts: list[float] = []
+    rows = [(times[0], values[0], 0.0)]
+    for i, (t0, y0) in enumerate(zip(times, values, strict=True)):
+        if i + 1 < len(times) and times[i + 1] <= t0:
+            continue
+        slope = (values[i + 1] - y0) / (times[i + 1] - t0) if i + 1 < len(times) else 0.0
+        starts.append(t0)
+        rows.append((t0, y0, slope))
+    return starts, rows
+
+
+def _jumps(schedule: Schedule) -> list[float]:
+    times, values = schedule.times, schedule.values
+    return [float(times[i]) for i in range(1, len(times)) if times[i] == times[i - 1] and values[i] != values[i - 1]]

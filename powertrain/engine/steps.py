@@ -1,0 +1,190 @@
+"""The fused functions of one model: everything the event loop evaluates, each a single call on shared arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.engine import dopri5, rodas5p
+from powertrain.engine.buffers import CHECKS, Array
+from powertrain.engine.indicators import indicators
+from powertrain.engine.modes import mode_pass, snapped, timed
+from powertrain.engine.sparse_lu import factorize
+from powertrain.engine.step import Step, on_polynomial
+from powertrain.engine.survey import least, survey
+from powertrain.engine.weights import largest_sizes
+
+PREFIX = "powertrain_"
+
+
+@dataclass(frozen=True)
+class Common:
+    """Symbols and inlined expressions of time, unknowns y = (x, z), held values and parameters."""
+
+    dae: HybridDae
+    time: ca.SX
+    y: ca.SX
+    tolerance: ca.SX
+    rates: Callable[[ca.SX, ca.SX], ca.SX]
+    guards: Callable[[ca.SX, ca.SX], ca.SX]
+    both: Callable[[ca.SX, ca.SX], tuple[ca.SX, ca.SX]]
+    rows: Sequence[int] | None
+    indicators: int
+    largest: Array
+
+
+def common(dae: HybridDae, rows: Sequence[int] | None = None) -> Common:
+    """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns."""
+    n = dae.x.numel()
+    rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
+    found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
+    counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
+    y = ca.SX.sym("y", n + dae.z.numel())
+    symbols = [dae.t, dae.x, dae.z, dae.m, dae.p]
+    evaluate = ca.Function(PREFIX + "evaluate", symbols, [rates, ca.densify(found), ca.densify(counted)])
+
+    def call(t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
+        return list(evaluate.call([t, unknowns[:n, :], unknowns[n:, :], dae.m, dae.p]))
+
+    return Common(
+        dae=dae,
+        time=ca.SX.sym("time", 2),
+        y=y,
+        tolerance=ca.SX.sym("tolerance", 2),
+        rates=lambda t, u: call(t, u)[0],
+        guards=lambda t, u: call(t, u)[2],
+        both=lambda t, u: (call(t, u)[0], call(t, u)[1]),
+        rows=rows,
+        indicators=found.numel(),
+        largest=largest_sizes(dae),
+    )
+
+
+def explicit_step(model: Common) -> ca.Function:
+    """Dormand-Prince 5(4): (time, y, m, p, slope, tolerance) -> (y, slope, info, dense, outside)."""
+    slope = ca.SX.sym("slope", model.y.numel())
+    taken = dopri5.step(model.rates, model.time[0], model.time[1], model.y, slope)
+    return _step_function(model, PREFIX + "dopri5", slope, taken)
+
+
+def rosenbrock_step(model: Common) -> ca.Function:
+    """Rodas5P, same arguments and results as the explicit step; ``slope`` is not used."""
+    dae = model.dae
+    n = dae.x.numel()
+    slope = ca.SX.sym("slope", model.y.numel())
+    t, h = model.time[0], model.time[1]
+    base = ca.SX.sym("t")
+    rates = model.rates(base, model.y)
+    partials = ca.Function(
+        PREFIX + "partials",
+        [base, model.y, dae.m, dae.p],
+        [ca.jacobian(rates, model.y), ca.densify(ca.jacobian(rates, base))],
+    )
+    jacobian, time_slope = partials.call([t, model.y, dae.m, dae.p])
+    rows = list(range(n)) + [n + row for row in model.rows or ()]
+    taken = rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, rows)
+    return _step_function(model, PREFIX + "rodas5p", slope, taken)
+
+
+def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Function:
+    t, h = model.time[0], model.time[1]
+    size = ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
+    for i in np.flatnonzero(np.isfinite(model.largest)).tolist():
+        size[i] = ca.fmin(size[i], model.largest[i])
+    scale = model.tolerance[1] + model.tolerance[0] * size
+    norm = ca.sqrt(ca.sumsqr(taken.error / scale) / max(model.y.numel(), 1))
+    samples = [model.both(t + q * h, on_polynomial(taken.dense, q))[1] for q in CHECKS]
+    samples.append(model.both(t + h, taken.end)[1])
+    minima = [least(sample) for sample in samples]
+    info = ca.vertcat(norm, least(ca.vertcat(*minima)), taken.stiffness, *survey(samples), *minima)
+    outside = ca.densify(model.guards(t + h, taken.end))
+    results = [taken.end, taken.slope, info, ca.vec(taken.dense), outside]
+    return _function(name, [model.time, model.y, model.dae.m, model.dae.p, slope, model.tolerance], results)
+
+
+def fresh(model: Common) -> ca.Function:
+    """After an event: stuck speeds set to zero, the slope, Hairer's first step size and the speed that is left in stuck laws.
+
+    (time, y, m, p, tolerance) -> (y, slope, [h, speed])
+    """
+    dae = model.dae
+    n = dae.x.numel()
+    state, left = snapped(dae)
+    snap = ca.Function(PREFIX + "snap", [dae.t, dae.x, dae.z, dae.m, dae.p], [state, left])
+    t = model.time[0]
+    x, speed = snap.call([t, model.y[:n, :], model.y[n:, :], dae.m, dae.p])
+    y = ca.vertcat(x, model.y[n:, :])
+    slope = model.rates(t, y)
+    scale = model.tolerance[1] + model.tolerance[0] * ca.fabs(x)
+    size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
+    speed_norm = ca.sqrt(ca.sumsqr(slope[:n, :] / scale) / max(n, 1))
+    first = ca.if_else(ca.logic_or(size < 1e-5, speed_norm < 1e-5), 1e-6, 0.01 * size / speed_norm)
+    ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n, :], model.y[n:, :]))
+    bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n, :] / scale) / max(n, 1)) / first
+    most = ca.fmax(speed_norm, bend)
+    second = ca.if_else(most <= 1e-15, ca.fmax(1e-6, 1e-3 * first), (0.01 / most) ** (1 / 5))
+    start = ca.vertcat(ca.fmin(100 * first, second), speed)
+    return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
+
+
+def locate(model: Common) -> ca.Function:
+    """Unknowns and indicators at a fraction of the step, and the smallest of the marked indicators.
+
+    (time, fraction, mask, dense, m, p) -> (y, g, least). Algebraic unknowns are corrected twice towards their equations.
+    """
+    dae = model.dae
+    n = dae.x.numel()
+    fraction, mask = ca.SX.sym("fraction"), ca.SX.sym("mask", model.indicators)
+    dense = ca.SX.sym("dense", 5 * model.y.numel())
+    t = model.time[0] + fraction * model.time[1]
+    y = on_polynomial(ca.reshape(dense, model.y.numel(), 5), fraction)
+    if dae.z.numel():
+        for _ in range(2):
+            y = _corrected(model, t, y, n)
+    g = model.both(t, y)[1]
+    smallest = ca.SX(1e300)
+    for i in range(model.indicators):
+        smallest = ca.fmin(smallest, ca.if_else(mask[i] > 0, g[i], 1e300))
+    return _function(PREFIX + "locate", [model.time, fraction, mask, dense, dae.m, dae.p], [y, ca.densify(g), smallest])
+
+
+def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
+    dae = model.dae
+    newton = ca.Function(
+        PREFIX + "newton", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)]
+    )
+    residual, jacobian = newton.call([t, y[:n, :], y[n:, :], dae.m, dae.p])
+    return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
+
+
+def update(model: Common) -> ca.Function:
+    """One pass of the mode rules: (time, y, m, p, fire, [jumped, slack]) -> (m, flags, edges, closing)."""
+    dae = model.dae
+    n = dae.x.numel()
+    fire, jumped = ca.SX.sym("fire", len(timed(dae)[1])), ca.SX.sym("jumped", 2)
+    taken = mode_pass(dae, fire, jumped[0], jumped[1])
+    results = [ca.densify(e) for e in (taken.held, taken.flags, taken.edges, taken.closing)]
+    rules = ca.Function(PREFIX + "rules", [dae.t, dae.x, dae.z, dae.m, dae.p, fire, jumped], results)
+    called = rules.call([model.time[0], model.y[:n, :], model.y[n:, :], dae.m, dae.p, fire, jumped])
+    return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], list(called))
+
+
+def jacobian(model: Common) -> ca.Function:
+    """d(xdot)/dx, dense, for the choice of the method: (time, y, m, p) -> matrix."""
+    rates = model.rates(model.time[0], model.y)
+    return _function(
+        PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [ca.jacobian(rates, model.y)]
+    )
+
+
+def instants(dae: HybridDae) -> ca.Function:
+    """The known instants of timed laws: (m, p) -> times."""
+    return _function(PREFIX + "instants", [dae.m, dae.p], [ca.densify(timed(dae)[0])])
+
+
+def _function(name: str, inputs: list[ca.SX], results: list[ca.SX]) -> ca.Function:
+    return ca.Function(name, inputs, ca.cse([ca.densify(ca.SX(r)) for r in results]))

@@ -1,0 +1,171 @@
+"""What a run leaves behind: its steps with their dense output, its modes, and its events with both limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain.engine.buffers import Array
+
+
+@dataclass(frozen=True)
+class Event:
+    """One law that changed at one instant; ``old`` and ``new`` are its mode before and after, ``kind`` what it is."""
+
+    time: float
+    name: str
+    kind: str
+    old: float
+    new: float
+
+
+@dataclass(frozen=True)
+class Instant:
+    """All that happened at one instant: unknowns and held values of both sides. ``extra`` are (name, kind) of impacts and resets."""
+
+    time: float
+    left: Array
+    right: Array
+    held_left: Array
+    held_right: Array
+    extra: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """The accepted steps of one run.
+
+    Step i starts at ``times[i]`` with ``dense[i]`` (5 columns of y = (x, z) in powers of (t - times[i]) / sizes[i]) and lasts until the
+    next one starts; ``held[mode_of_step[i]]`` are its held values. ``notes`` says what is not unique in the result.
+    """
+
+    times: Array
+    sizes: Array
+    dense: NDArray[np.float64]
+    held: NDArray[np.float64]
+    mode_of_step: NDArray[np.int64]
+    end: float
+    final: Array
+    final_held: Array
+    states: int
+    instants: tuple[Instant, ...]
+    laws: tuple[tuple[int, str, str], ...]
+    statistics: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def start(self) -> float:
+        """Time of the first step."""
+        return float(self.times[0]) if len(self.times) else self.end
+
+    @property
+    def events(self) -> list[Event]:
+        """What switched when, in time order; events of one instant in the order of the laws."""
+        found: list[Event] = []
+        for instant in self.instants:
+            for index, name, kind in self.laws:
+                old, new = float(instant.held_left[index]), float(instant.held_right[index])
+                if old != new:
+                    found.append(Event(instant.time, name, kind, old, new))
+            found += [Event(instant.time, name, kind, np.nan, np.nan) for name, kind in instant.extra]
+        return found
+
+    def at(
+        self, times: ArrayLike, with_events: bool = True
+    ) -> tuple[Array, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Times, states, algebraic unknowns and held values (one row per time).
+
+        With events, the instants of all events are added, each twice: its left limit, then its right one. Without, a requested time at
+        which an event happens gives the right limit. Times beyond what was reached are left out.
+        """
+        asked = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        ordered = bool((asked[1:] >= asked[:-1]).all())
+        if asked.size and ((asked[0] < self.start or asked[-1] > self.end) if ordered else True):
+            asked = asked[(asked >= self.start) & (asked <= self.end)]
+        if not (with_events and self.instants):
+            y, held = self._evaluate(asked)
+            return asked, y[:, : self.states], y[:, self.states :], held
+        merged, places = self._merged(asked if ordered else np.sort(asked))
+        y, held = self._evaluate(merged)
+        y[places] = np.array([side for i in self.instants for side in (i.left, i.right)])[:, : y.shape[1]]
+        held[places] = np.array([side for i in self.instants for side in (i.held_left, i.held_right)])
+        return merged, y[:, : self.states], y[:, self.states :], held
+
+    def _evaluate(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        if not len(self.times):
+            return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
+        step = self.times.searchsorted(times, side="right") - 1
+        q = (times - self.times.take(step)) / self.sizes.take(step)
+        powers = np.empty((len(times), 1, 5))
+        powers[:, 0, 0] = 1.0
+        for k in range(1, 5):
+            np.multiply(powers[:, 0, k - 1], q, out=powers[:, 0, k])
+        y = np.matmul(powers, self.dense.take(step, axis=0))[:, 0, :]
+        held = self.held.take(self.mode_of_step.take(step), axis=0)
+        last = times == self.end
+        if last.any():
+            y[last] = self.final
+            held[last] = self.final_held
+        return y, held
+
+    def _merged(self, times: Array) -> tuple[Array, NDArray[np.int64]]:
+        """The ascending times with the instants of all events twice, and the places of those."""
+        when = np.array([instant.time for instant in self.instants])
+        asked_too = when.take(when.searchsorted(times), mode="clip") == times
+        if asked_too.any():
+            times = times[~asked_too]
+        both = np.repeat(when, 2)
+        places = times.searchsorted(both) + np.arange(len(both))
+        merged = np.empty(len(times) + len(both))
+        others = np.ones(len(merged), dtype=bool)
+        others[places] = False
+        merged[places] = both
+        merged[others] = times
+        return merged, places
+
+
+class Recorder:
+    """Collects the steps of a running simulation at the cost of a few list appends per step."""
+
+    def __init__(self, unknowns: int, states: int, laws: tuple[tuple[int, str, str], ...]) -> None:
+        self.unknowns, self.states, self.laws = unknowns, states, laws
+        self.times: list[float] = []
+        self.sizes: list[float] = []
+        self.rows: list[bytes] = []
+        self.held: list[Array] = []
+        self.held_from: list[int] = []
+        self.instants: list[Instant] = []
+
+    def enter(self, m: Array) -> None:
+        """The held values from the next step on."""
+        self.held.append(m.copy())
+        self.held_from.append(len(self.times))
+
+    def trajectory(self, end: float, final: Array, m: Array, statistics: dict[str, float]) -> Trajectory:
+        """Everything recorded so far."""
+        n = len(self.times)
+        dense = np.zeros((n, 5, self.unknowns))
+        if n and self.unknowns:
+            dense = np.frombuffer(b"".join(self.rows)).reshape(n, 5, -1)
+        lasting = np.diff(np.array([*self.held_from, n]))
+        return Trajectory(
+            times=np.array(self.times),
+            sizes=np.array(self.sizes),
+            dense=dense[:, :, : self.unknowns],
+            held=_rows(self.held),
+            mode_of_step=np.repeat(np.arange(len(self.held)), lasting),
+            end=end,
+            final=final[: self.unknowns].copy(),
+            final_held=m.copy(),
+            states=self.states,
+            instants=tuple(self.instants),
+            laws=self.laws,
+            statistics=statistics,
+        )
+
+
+def _rows(vectors: Sequence[Array]) -> NDArray[np.float64]:
+    return np.array(vectors) if vectors else np.zeros((0, 0))

@@ -1,0 +1,1 @@
+"""Power flow: paths, loops, circulation, the share of a variator, and their diagrams."""

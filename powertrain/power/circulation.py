@@ -1,0 +1,125 @@
+"""Directed flows split into cycles and paths.
+
+A flow on a directed graph is a sum of flows on cycles and on paths from its sources to its sinks. Where cycles share parts with each other
+or paths cross, the sum is not unique; the rule here is: cycles before paths, always the one whose weakest edge carries most, among
+these one with fewest edges. With a single loop the circulating flow is unique, whatever the rule: the least flow of its edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.matching import components
+from powertrain.engine.buffers import Array
+
+Edge = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Strand:
+    """A cycle or a path: the flow on it and its edges in their order."""
+
+    flow: float
+    edges: tuple[int, ...]
+
+
+def decompose(
+    edges: Sequence[Edge], flow: Array, sources: set[int], sinks: set[int], floor: float
+) -> tuple[list[Strand], list[Strand]]:
+    """Cycles and paths of a flow. ``flow`` is not negative; what is not above ``floor`` counts as nothing."""
+    left = np.array(flow, float)
+    cycles = _taken(left, floor, lambda: _widest_cycle(edges, left, floor))
+    paths = _taken(left, floor, lambda: _widest_path(edges, left, sources, sinks, floor))
+    return cycles, paths
+
+
+def loops(edges: Sequence[Edge], count: int) -> list[list[int]] | None:
+    """The cycles of a graph of ``count`` vertices, as edges, if no two of them share a vertex; None if some do."""
+    successors: list[list[int]] = [[] for _ in range(count)]
+    for tail, head in edges:
+        successors[tail].append(head)
+    group = np.zeros(count, int)
+    for i, members in enumerate(components(successors)):
+        group[members] = i
+    inner = [k for k, (tail, head) in enumerate(edges) if group[tail] == group[head]]
+    leaving: dict[int, int] = {}
+    for k in inner:
+        if edges[k][0] in leaving:
+            return None
+        leaving[edges[k][0]] = k
+    found: list[list[int]] = []
+    while leaving:
+        start = vertex = next(iter(leaving))
+        cycle: list[int] = []
+        while vertex in leaving:
+            cycle.append(leaving.pop(vertex))
+            vertex = edges[cycle[-1]][1]
+        assert vertex == start
+        found.append(cycle)
+    return found
+
+
+def _taken(left: Array, floor: float, search: Callable[[], list[int] | None]) -> list[Strand]:
+    """Takes one strand after the other off ``left``."""
+    found: list[Strand] = []
+    while (strand := search()) is not None:
+        amount = float(left[strand].min())
+        left[strand] -= amount
+        left[left <= floor] = 0.0
+        found.append(Strand(amount, tuple(strand)))
+    return found
+
+
+def _widest_cycle(edges: Sequence[Edge], left: Array, floor: float) -> list[int] | None:
+    """Adds edges, the strongest first, until one closes a cycle."""
+    added: list[int] = []
+    for k in _strongest_first(left, floor):
+        tail, head = edges[k]
+        way = _way(edges, added, {head}, {tail})
+        if way is not None:
+            return [*way, k]
+        added.append(k)
+    return None
+
+
+def _widest_path(
+    edges: Sequence[Edge], left: Array, sources: set[int], sinks: set[int], floor: float
+) -> list[int] | None:
+    added: list[int] = []
+    for k in _strongest_first(left, floor):
+        added.append(k)
+        way = _way(edges, added, sources, sinks)
+        if way:
+            return way
+    return None
+
+
+def _strongest_first(left: Array, floor: float) -> list[int]:
+    order: NDArray[np.intp] = np.argsort(-left, kind="stable")
+    return [int(k) for k in order if left[k] > floor]
+
+
+def _way(edges: Sequence[Edge], usable: Sequence[int], starts: set[int], ends: set[int]) -> list[int] | None:
+    """The edges of a shortest way over usable edges; [] where start and end are one, None where there is none."""
+    reached: dict[int, int | None] = dict.fromkeys(sorted(starts))
+    front = list(reached)
+    while front:
+        for vertex in front:
+            if vertex in ends:
+                way: list[int] = []
+                while (k := reached[vertex]) is not None:
+                    way.insert(0, k)
+                    vertex = edges[k][0]
+                return way
+        following: list[int] = []
+        for k in usable:
+            tail, head = edges[k]
+            if tail in front and head not in reached:
+                reached[head] = k
+                following.append(head)
+        front = following
+    return None

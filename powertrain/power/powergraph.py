@@ -1,0 +1,139 @@
+"""Which components stand at which connections: the graph on which power flows, found in the flat model of any topology."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.analysis.energy_terms import Part
+from powertrain.compiler.flatten import Face, Flat
+from powertrain.errors import ParameterError, suggestion
+from powertrain.signals import fits_pattern
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """A port at which a component of the graph stands at a node; the places of both in their lists."""
+
+    port: str
+    component: int
+    node: int
+
+
+@dataclass(frozen=True)
+class PowerGraph:
+    """Components, the connections (nodes) between them, and the terminals where they meet.
+
+    A composite is dissolved into its parts, unless it is taken as a whole. ``members`` are, for every component, the parts of the model
+    whose losses, sources and storages count as its own.
+    """
+
+    components: tuple[str, ...]
+    kinds: tuple[str, ...]
+    members: tuple[tuple[int, ...], ...]
+    nodes: tuple[str, ...]
+    terminals: tuple[Terminal, ...]
+
+    def component(self, name: str) -> int:
+        """The place of a component. ParameterError where the graph has none of that name."""
+        if name not in self.components:
+            known = ", ".join(self.components)
+            raise ParameterError(
+                f"the power flow has no component {name}{suggestion(name, self.components)} (components: {known})"
+            )
+        return self.components.index(name)
+
+    def at_node(self, node: int) -> list[int]:
+        """The places of the terminals that meet at a node."""
+        return [k for k, terminal in enumerate(self.terminals) if terminal.node == node]
+
+    def of_component(self, component: int) -> list[int]:
+        """The places of the terminals of a component."""
+        return [k for k, terminal in enumerate(self.terminals) if terminal.component == component]
+
+    @property
+    def membership(self) -> Matrix:
+        """One row per component, one column per part of the model: 1 where the part counts as the component's own."""
+        width = 1 + max((i for inside in self.members for i in inside), default=-1)
+        matrix = np.zeros((len(self.components), width))
+        for row, inside in zip(matrix, self.members, strict=True):
+            row[list(inside)] = 1.0
+        return matrix
+
+
+def power_graph(flat: Flat, parts: Sequence[Part], ports: Sequence[str], whole: str | Sequence[str] = ()) -> PowerGraph:
+    """The graph of a flat model. ``ports`` carry power; composites that fit a pattern of ``whole`` are not dissolved."""
+    patterns = [whole] if isinstance(whole, str) else list(whole)
+    for pattern in patterns:
+        if not any(part.path and fits_pattern(part.path, pattern) for part in parts):
+            raise ParameterError(f"whole: no component fits {pattern}{suggestion(pattern, [p.path for p in parts])}")
+    shown = [_shown(part.path, patterns) for part in parts]
+    joined, inward = _joined(flat.nodes, {path for path in shown if any(fits_pattern(path, p) for p in patterns)})
+    owner_of = {ports[k]: i for i, part in enumerate(parts) for k in part.ports}
+    ends: dict[Face, list[tuple[str, str]]] = {}
+    for name in ports:
+        path = parts[owner_of[name]].path
+        if _shown(path, patterns) != path or (name, True) in inward:
+            continue
+        root = joined.get((name, False))
+        if root is not None:
+            ends.setdefault(root, []).append((name, path))
+    ends = {root: there for root, there in ends.items() if len(there) > 1}
+    standing = {path for there in ends.values() for _, path in there}
+    components = [p for p in dict.fromkeys(shown) if p in standing]
+    kinds = {part.path: part.kind for part in parts}
+    place = {path: i for i, path in enumerate(components)}
+    faces_of: dict[Face, list[str]] = {}
+    for (name, _), root in joined.items():
+        faces_of.setdefault(root, []).append(name)
+    terminals = [Terminal(name, place[path], n) for n, there in enumerate(ends.values()) for name, path in there]
+    return PowerGraph(
+        tuple(components),
+        tuple(kinds[path] for path in components),
+        tuple(tuple(i for i, path in enumerate(shown) if path == c) for c in components),
+        tuple(min(faces_of[root], key=lambda name: (name.count("."), (name, True) not in inward)) for root in ends),
+        tuple(terminals),
+    )
+
+
+def _shown(path: str, patterns: Sequence[str]) -> str:
+    """The outermost composite that is taken as a whole and contains a component, or the component itself."""
+    names = path.split(".")
+    for i in range(1, len(names)):
+        outer = ".".join(names[:i])
+        if any(fits_pattern(outer, pattern) for pattern in patterns):
+            return outer
+    return path
+
+
+def _joined(nodes: Sequence[Sequence[Face]], closed: set[str]) -> tuple[dict[Face, Face], set[Face]]:
+    """For every face the one that stands for its node, both faces of a dissolved composite's port in one node; and the faces inside."""
+    parent: dict[Face, Face] = {}
+
+    def find(face: Face) -> Face:
+        while parent.setdefault(face, face) != face:
+            parent[face] = parent[parent[face]]
+            face = parent[face]
+        return face
+
+    inward: set[Face] = set()
+    for faces in nodes:
+        hidden = [any(owner == c or owner.startswith(f"{c}.") for c in closed) for owner in map(_inside_of, faces)]
+        seen = [face for face, gone in zip(faces, hidden, strict=True) if not gone]
+        for face in seen:
+            parent[find(face)] = find(seen[0])
+            if face[1]:
+                inward.add(face)
+                parent[find((face[0], False))] = find(face)
+    return {face: find(face) for face in list(parent)}, inward
+
+
+def _inside_of(face: Face) -> str:
+    """The composite inside of which a face is seen."""
+    owner = face[0].rpartition(".")[0]
+    return owner if face[1] else owner.rpartition(".")[0]

@@ -1,0 +1,94 @@
+"""The share of a variator in the power flow: the cases of Yu & Beachley's Fig. 8, and the lossless share from the kinematics alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import casadi as ca
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.component import Component, Variable
+from powertrain.connectors import Connector
+from powertrain.errors import ParameterError, suggestion
+from powertrain.laws import der
+from powertrain.power.circulation import Edge
+from powertrain.recorder import reading
+from powertrain.signals import signals_of
+from powertrain.symbols import Symbol, column, free_symbols, key
+
+VARIATOR_CASES = ("idle", "split", "series", "positive recirculation", "negative recirculation")
+IDLE, SPLIT, SERIES, POSITIVE, NEGATIVE = range(5)
+_MOST_IMPLICIT = 10
+
+
+def goes_beside(v: int, edges: Sequence[Edge]) -> bool:
+    """Whether power gets from the source (vertex -1) to the sink (-2) beside the vertex ``v``, or to no sink at all."""
+    return _reaches([e for e in edges if v not in e]) or not _reaches(edges)
+
+
+def _reaches(edges: Sequence[Edge]) -> bool:
+    """Whether the sink can be reached from the source."""
+    reached, front = {-1}, [-1]
+    while front:
+        tail = front.pop()
+        for head in [h for t, h in edges if t == tail and h not in reached]:
+            reached.add(head)
+            front.append(head)
+    return -2 in reached
+
+
+def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> Symbol:
+    """The lossless share d ln tau/d ln V by differentiation of the model: tau is the second shaft's speed over the first's, V the ratio.
+
+    By virtual work this is the power that goes through the variator from its input to its output (V = output speed over input speed),
+    over the power that enters at the first shaft, if nothing is lost. The speeds may depend on V and on a common factor only.
+    """
+    signals = signals_of(compiled)
+    V = signals.pick(ratio).expression
+    dae = compiled.dae
+    first, second = signals.resolve([port_motion(compiled, name) for name in shafts])
+    tau = second / first
+    symbols = [s for s in free_symbols(V) if key(s) != key(dae.t)]
+    if not symbols:
+        raise ParameterError(f"the ratio {ratio} does not change: it is no input, state or parameter of the model")
+    s = column(symbols)
+    change = ca.jacobian(tau, s)
+    if dae.z.numel() and ca.jacobian_sparsity(tau, dae.z).nnz():
+        if dae.z.numel() > _MOST_IMPLICIT:
+            raise ParameterError("the speeds depend on too many implicit unknowns to be differentiated here")
+        inner = ca.solve(ca.densify(ca.jacobian(dae.residual, dae.z)), ca.densify(ca.jacobian(dae.residual, s)))
+        change = change - ca.mtimes(ca.jacobian(tau, dae.z), inner)
+    slope = ca.jacobian(V, s)
+    share: Symbol = ca.dot(ca.densify(change), ca.densify(slope)) / ca.sumsqr(ca.densify(slope)) * V / tau
+    return share
+
+
+def port_motion(compiled: Compiled, name: str) -> Symbol:
+    """The speed of a port, an expression of the model's variables. ParameterError where there is no such port."""
+    port = named_port(compiled, name)
+    potential, _ = pair(port)
+    if potential is None:
+        raise ParameterError(f"{name} has no speed")
+    flat = signals_of(compiled).flat
+    with reading(replace(flat.recorder, path=name, text=None, switches=[], schedules=[], guards=[])):
+        return der(potential)
+
+
+def named_port(compiled: Compiled, name: str) -> Connector:
+    """The port of a path."""
+    ports: dict[str, Component] = {
+        c._path: c for c in signals_of(compiled).flat.components if isinstance(c, Connector) and c._path
+    }
+    found = ports.get(name)
+    if not isinstance(found, Connector):
+        raise ParameterError(f"the model has no port {name}{suggestion(name, ports)}")
+    return found
+
+
+def pair(port: Connector) -> tuple[Symbol | None, Symbol | None]:
+    """The one potential and the one flow of a port, None where it has several."""
+    quantities = [(q.flow, port._symbols[n]) for n, q in port._fields.items() if isinstance(q, Variable)]
+    potentials = [s for flow, s in quantities if not flow]
+    flows = [s for flow, s in quantities if flow]
+    return (potentials[0], flows[0]) if len(potentials) == len(flows) == 1 else (None, None)

@@ -1,0 +1,1 @@
+"""Operating points on grids: where nothing accelerates, with all modes found together."""

@@ -1,0 +1,154 @@
+"""The grid of a map: its axes, its dimensions, and the points in an order and in pieces that suit the computer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError
+from powertrain.steadystate.lanes import Rows
+
+PAD = 4096
+"""Points that may be written beyond the end of a piece."""
+_PIECE = 1 << 20
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The values of one name, over its own dimensions."""
+
+    name: str
+    dims: tuple[str, ...]
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Axes that span the dimensions ``dims``, whose sizes are ``shape``."""
+
+    axes: tuple[Axis, ...]
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return prod(self.shape)
+
+    def ordered(self, dims: Sequence[str]) -> Grid:
+        """The same grid with its dimensions in another order, the first one slowest."""
+        sizes = dict(zip(self.dims, self.shape, strict=True))
+        return Grid(self.axes, tuple(dims), tuple(sizes[d] for d in dims))
+
+    def sample(self, most: int) -> tuple[tuple[int, ...], Rows]:
+        """A coarse grid of about ``most`` points: its shape, and its points."""
+        each = max(2, int(most ** (1.0 / max(len(self.shape), 1))))
+        picks = [np.unique(np.linspace(0, n - 1, min(n, each)).round().astype(int)) for n in self.shape]
+        shape = tuple(p.size for p in picks)
+        rows = [
+            self._spread(a)[np.ix_(*[p if n > 1 else [0] for p, n in zip(picks, self._spread(a).shape, strict=True)])]
+            for a in self.axes
+        ]
+        return shape, np.array([np.broadcast_to(r, shape).ravel() for r in rows]).reshape(len(rows), prod(shape))
+
+    def identity(self) -> tuple[object, ...]:
+        """What tells grids apart as far as their course is concerned."""
+        return (
+            self.dims,
+            self.shape,
+            *((a.name, a.dims, a.values.tobytes() if a.values.size <= PAD else a.values.size) for a in self.axes),
+        )
+
+    def rows(self, fast: int) -> NDArray[np.float64]:
+        """The values of all axes but one along all dimensions but the last, one column per point."""
+        outer = self.shape[:-1]
+        others = [np.broadcast_to(self._spread(a)[..., 0], outer).ravel() for i, a in enumerate(self.axes) if i != fast]
+        return np.array(others).reshape(len(others), prod(outer))
+
+    def at(self, places: NDArray[np.intp]) -> Rows:
+        """The points with some numbers."""
+        index = np.unravel_index(places, self.shape) if self.shape else ()
+        rows = []
+        for axis in self.axes:
+            spread = self._spread(axis)
+            rows.append(
+                spread[tuple(i if n > 1 else np.zeros_like(i) for i, n in zip(index, spread.shape, strict=True))]
+            )
+        return np.array([np.broadcast_to(r, places.shape) for r in rows]).reshape(len(rows), places.size)
+
+    def pieces(self) -> Iterator[tuple[int, int, list[Array]]]:
+        """(first point, number of points, values of every axis): consecutive pieces, each padded with its last point."""
+        inner = len(self.shape)
+        while inner and prod(self.shape[inner - 1 :]) <= _PIECE:
+            inner -= 1
+        block = prod(self.shape[inner:])
+        step = max(1, _PIECE // max(block, 1))
+        first = 0
+        for outer in np.ndindex(*self.shape[: max(inner - 1, 0)]):
+            length = self.shape[inner - 1] if inner else 1
+            for low in range(0, length, step):
+                high = min(low + step, length)
+                shape = ((high - low,) if inner else ()) + self.shape[inner:]
+                yield first, prod(shape), [self._part(a, outer, low, high, inner, shape) for a in self.axes]
+                first += prod(shape)
+
+    def _part(
+        self, axis: Axis, outer: tuple[int, ...], low: int, high: int, inner: int, shape: tuple[int, ...]
+    ) -> Array:
+        spread = self._spread(axis)
+        index: list[Any] = [k if spread.shape[i] > 1 else 0 for i, k in enumerate(outer)]
+        if inner:
+            index.append(slice(low, high) if spread.shape[inner - 1] > 1 else slice(None))
+        part = np.empty(prod(shape) + PAD)
+        part[: prod(shape)].reshape(shape)[...] = spread[tuple(index)]
+        part[prod(shape) :] = part[prod(shape) - 1]
+        return part
+
+    def _spread(self, axis: Axis) -> NDArray[np.float64]:
+        """The values with a dimension of one where the axis has none."""
+        order = sorted(axis.dims, key=self.dims.index)
+        values = axis.values.transpose([axis.dims.index(d) for d in order])
+        return values.reshape([n if d in axis.dims else 1 for d, n in zip(self.dims, self.shape, strict=True)])
+
+
+def make_grid(given: Mapping[str, Any]) -> Grid:
+    """A grid of numbers (the same everywhere), sequences (a dimension each, named by the last part of the name) and DataArrays."""
+    if not isinstance(given, Mapping):
+        raise ParameterError(f"grid is a mapping of names to values, not a {type(given).__name__}")
+    last = [n.rpartition(".")[2] for n in given]
+    axes: list[Axis] = []
+    sizes: dict[str, int] = {}
+    for name, short in zip(given, last, strict=True):
+        value = given[name]
+        values = _values(name, value)
+        if hasattr(value, "dims"):
+            dims = tuple(str(d) for d in value.dims)
+        elif values.ndim > 1:
+            raise ParameterError(
+                f"grid: {name} has {values.ndim} dimensions; give a number, a sequence, or a DataArray that names them"
+            )
+        else:
+            dims = ((short if last.count(short) == 1 else name),) * values.ndim
+        for d, n in zip(dims, values.shape, strict=True):
+            if sizes.setdefault(d, n) != n:
+                raise ParameterError(f"grid: {name} has {n} values along {d}, others have {sizes[d]}")
+        axes.append(Axis(name, dims, values))
+    return Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
+
+
+def _values(name: str, value: Any) -> NDArray[np.float64]:
+    try:
+        values = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise ParameterError(f"grid: the values of {name} are no numbers: {value!r}") from None
+    if np.isnan(values).any():
+        raise ParameterError(f"grid: {name} contains a value that is no number (nan)")
+    if not values.size:
+        raise ParameterError(f"grid: {name} has no values")
+    return values

@@ -1,0 +1,135 @@
+"""What the laws allow at a steady state: for every law its modes, and for every mode a margin that is not negative where it holds.
+
+Modes follow the rules of the simulation, with one difference: at a steady state nothing accelerates, so a law at rest is stuck as long as
+its torque lies within the bounds. Where the motion is prescribed that torque is not determined: the law is at rest, and any torque
+between the bounds will do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import Contact, Friction, Switch
+from powertrain.compiler.matching import components
+from powertrain.engine.indicators import EPS, relation, torque_margins
+from powertrain.engine.modes import ZONE
+from powertrain.steadystate.equilibrium import Equilibrium, Law
+from powertrain.steadystate.lanes import dependence
+from powertrain.symbols import Symbol
+
+FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
+_SLACK = 1e-9
+INFINITE = 1e12
+"""An input or parameter that would have to be larger counts as infinite."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A law with the modes it may take; ``rest`` is not negative where no mode holds because the law rests under a prescribed motion."""
+
+    law: Law
+    modes: tuple[float, ...]
+    margins: tuple[Symbol, ...]
+    rest: Symbol | None = None
+
+    def margin(self, mode: float) -> Symbol:
+        """Not negative where ``mode`` holds."""
+        return self.margins[self.modes.index(mode)]
+
+
+def choices(problem: Equilibrium) -> list[Choice]:
+    """The choice of every law of a steady problem."""
+    return [_choice(law, moved) for law, moved in zip(problem.laws, _moved_by_unknowns(problem), strict=True)]
+
+
+def order(found: Sequence[Choice], modes: Sequence[Symbol]) -> list[tuple[list[int], bool]]:
+    """The laws in groups that depend on earlier groups only, and whether the modes of a group depend on each other."""
+    graph = [[int(j) for j in row.nonzero()[0]] for row in needs(found, modes)]
+    return [(sorted(group), len(group) > 1 or group[0] in graph[group[0]]) for group in components(graph)]
+
+
+def needs(found: Sequence[Choice], modes: Sequence[Symbol]) -> NDArray[np.bool_]:
+    """``needs[i, j]``: whether what holds of law i depends on mode j."""
+    rows = [dependence([*c.margins, *([] if c.rest is None else [c.rest])], modes).any(axis=0) for c in found]
+    return np.array(rows, bool).reshape(len(found), len(modes))
+
+
+def _moved_by_unknowns(problem: Equilibrium) -> list[bool]:
+    speeds = [
+        law.w if isinstance(law, Friction) else law.gap if isinstance(law, Contact) else Symbol(0)
+        for law in problem.laws
+    ]
+    return [bool(row.any()) for row in dependence(speeds, problem.u)] if problem.u else [False] * len(speeds)
+
+
+def _choice(law: Law, moved: bool) -> Choice:
+    if isinstance(law, Switch):
+        return Choice(law, (1.0, 0.0), (relation(Symbol(1), law.g), relation(Symbol(0), law.g)))
+    if isinstance(law, Contact):
+        closed = law.force + EPS if moved else ca.fmin(law.force + EPS, ZONE - ca.fabs(law.gap))
+        return Choice(law, (1.0, 0.0), (closed, law.gap + EPS))
+    modes = (FORWARD, BACKWARD) if law.prescribed else (STUCK, FORWARD, BACKWARD)
+    if law.may_free:
+        modes = (*modes, FREE)
+    margins = tuple(_friction_margin(law, mode) for mode in modes)
+    rests = ZONE - ca.fabs(law.w)
+    if law.may_free:
+        rests = ca.fmin(rests, law.upper - law.lower - EPS)
+    return Choice(law, modes, margins, rests if law.prescribed else None)
+
+
+def _friction_margin(law: Friction, mode: float) -> Symbol:
+    rests = ZONE - ca.fabs(law.w)
+    if mode == FREE:
+        return EPS - (law.upper - law.lower)
+    if mode == STUCK:
+        held = ca.fmin(*torque_margins(law))
+        return held if law.algebraic else ca.fmin(held, rests)
+    bound = law.upper if mode == FORWARD else law.lower
+    if bound.is_constant() and not math.isfinite(float(bound)):
+        return Symbol(-1)
+    away = mode * law.w - ZONE
+    if law.algebraic:
+        away = mode * law.w + EPS
+    elif not law.prescribed:
+        away = ca.fmax(away, ca.fmin(rests, mode * law.rate + _SLACK))
+    return away
+
+
+def breakaway(law: Friction) -> Symbol:
+    """Positive where a stuck torque is above its upper limit, negative where it is below its lower one."""
+    below, above = torque_margins(law)
+    return ca.if_else(above < 0, Symbol(1), ca.if_else(below < 0, Symbol(-1), Symbol(0)))
+
+
+def bounded(problem: Equilibrium) -> list[Symbol]:
+    """Not negative where what was found is finite."""
+    return [margin for e in problem.solved for margin in (INFINITE - e, INFINITE + e)]
+
+
+def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
+    """What is zero while a law is stuck or a contact is closed: its number, and its speed or gap."""
+    rows = []
+    for k, (law, moved) in enumerate(zip(problem.laws, _moved_by_unknowns(problem), strict=True)):
+        if moved and isinstance(law, Friction) and not law.prescribed and not law.algebraic:
+            rows.append((k, law.w))
+        elif moved and isinstance(law, Contact):
+            rows.append((k, law.gap))
+    return rows
+
+
+def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:
+    """Expressions with some modes given, so that what they decide is decided."""
+    symbols = ca.symvar(ca.vertcat(*expressions)) if expressions else []
+    function = ca.Function(
+        "powertrain_given", [ca.vertcat(*symbols)] if symbols else [Symbol(0, 1)], [ca.densify(e) for e in expressions]
+    )
+    given = {modes[k].element_hash(): Symbol(v) for k, v in values.items()}
+    column = ca.vertcat(*[given.get(s.element_hash(), s) for s in symbols]) if symbols else Symbol(0, 1)
+    return list(function.call([column]))

@@ -1,0 +1,133 @@
+"""The results of a map as an ``xarray.Dataset``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.steadystate.axes import Axis, Grid
+from powertrain.steadystate.equilibrium import Equilibrium
+from powertrain.steadystate.operating import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
+from powertrain.steadystate.sheet import MOST_LAWS, Sheet
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STATUS = {
+    OK: "ok",
+    STUCK_POINT: "stuck",
+    SEVERAL: "several_solutions",
+    NONE: "no_solution",
+    IMMOVABLE: "cannot_move",
+    OUTSIDE: "outside_range",
+    DIVERGED: "no_convergence",
+    UNDEFINED: "undefined_value",
+}
+_PROBLEMS = {
+    STUCK_POINT: "friction rests under a prescribed motion, its torque is not determined, the interval is given",
+    SEVERAL: "several solutions (the laws hold each other in more than one way, or nothing determines an unknown)",
+    NONE: "no consistent combination of modes; the laws lock themselves, or nothing balances what is prescribed",
+    IMMOVABLE: "cannot move: a speed or ratio is infinite",
+    OUTSIDE: "a quantity is outside its range",
+    DIVERGED: "the search for the unknowns did not converge; give guesses, or look whether an equilibrium exists",
+    UNDEFINED: "a signal has no value there, such as an efficiency at zero power",
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A variable of the result."""
+
+    name: str
+    unit: str
+    doc: str
+
+
+def dataset(
+    compiled: Compiled, problem: Equilibrium, quantities: list[Quantity], grid: Grid, ordered: Grid, sheet: Sheet
+) -> xr.Dataset:
+    """Variables over the dimensions of ``grid``; ``sheet`` holds them in the order of ``ordered``."""
+    import xarray as xr
+
+    turn = [ordered.dims.index(d) for d in grid.dims]
+
+    def shaped(flat: NDArray[Any]) -> NDArray[Any]:
+        return flat[: grid.size].reshape(ordered.shape).transpose(turn)
+
+    data: dict[str, Any] = {}
+    intervals = sheet.intervals or ()
+    coords = {_coordinate(axis): _axis(compiled, axis) for axis in grid.axes}
+    for k, q in enumerate(quantities):
+        if q.name in coords:
+            continue
+        attributes = {"units": q.unit, "long_name": q.doc or q.name}
+        data[q.name] = (grid.dims, shaped(sheet.rows[k]), attributes)
+        for end, rows, text in zip(("low", "high"), intervals, ("least", "greatest"), strict=False):
+            said = {**attributes, "long_name": f"{attributes['long_name']}, {text} possible value"}
+            data[f"{q.name}_{end}"] = (grid.dims, shaped(rows[k]), said)
+    data["status"] = (grid.dims, shaped(sheet.status), _flags())
+    named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
+    if sheet.blame is not None:
+        data["status_laws"] = (grid.dims, shaped(sheet.blame), _law_flags([n for n, _ in named]))
+    return xr.Dataset(data, coords=coords, attrs={"problems": _problems(sheet, grid.size, named)})
+
+
+def _coordinate(axis: Axis) -> str:
+    """The name of an axis in the result: that of its dimension, if this is its own."""
+    own = axis.dims == (axis.name.rpartition(".")[2],)
+    return axis.dims[0] if own else axis.name
+
+
+def _axis(compiled: Compiled, axis: Axis) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]]:
+    unit, doc = _described(compiled, axis.name)
+    return axis.dims, axis.values, {"units": unit, "long_name": doc or axis.name, "signal": axis.name}
+
+
+def _law_flags(names: list[str]) -> dict[str, Any]:
+    masks = np.array([1 << k for k in range(min(len(names), MOST_LAWS))], np.int64)
+    meanings = " ".join(n.replace(" ", "_") for n in names[:MOST_LAWS])
+    return {"units": "1", "long_name": "Laws that the status is about", "flag_masks": masks, "flag_meanings": meanings}
+
+
+def _problems(sheet: Sheet, size: int, named: list[tuple[str, str]]) -> str:
+    """What is wrong at how many points, in words."""
+    status, lines = sheet.status[:size], []
+    for code, text in _PROBLEMS.items() if status.any() else ():
+        hit = status == code
+        if not hit.any():
+            continue
+        said = f"{int(hit.sum())} of {size} points: {text}"
+        if sheet.blame is not None:
+            bits = int(np.bitwise_or.reduce(sheet.blame[:size][hit]))
+            laws = [f"{n} ({w})" for k, (n, w) in enumerate(named) if k < MOST_LAWS and bits >> k & 1]
+            said += f": {', '.join(laws[:6])}" if laws else ""
+        lines.append(said)
+    return "\n".join(lines)
+
+
+def _flags() -> dict[str, Any]:
+    named = " ".join(STATUS.values())
+    return {
+        "units": "1",
+        "long_name": "Status of the operating point",
+        "flag_values": np.array(list(STATUS), np.int8),
+        "flag_meanings": named,
+    }
+
+
+def _described(compiled: Compiled, name: str) -> tuple[str, str]:
+    """Unit and meaning of an input, a parameter or a variable."""
+    if name in compiled.inputs:
+        return compiled.inputs[name].unit, compiled.inputs[name].doc
+    if name in compiled.parameters:
+        return compiled.parameters[name].unit, compiled.parameters[name].doc
+    return compiled.signals[name].unit, compiled.signals[name].doc
+
+
+def rate_unit(unit: str) -> str:
+    """The unit of a rate: 'rad/s' -> 'rad/s2', 'rad' -> 'rad/s'."""
+    return f"{unit[:-2]}/s2" if unit.endswith("/s") else f"{unit}/s"

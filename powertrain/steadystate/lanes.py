@@ -1,0 +1,131 @@
+"""One scalar expression tape evaluated at many points: every instruction works on a thousand points before the next one begins.
+
+CasADi's virtual machine spends most of its time on finding the next instruction. The tape of a scalar function is therefore replayed on
+columns of ``lanes`` points, which keeps the interpreter busy with arithmetic and the operands in the processor's cache.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.engine.buffers import Array, view, zeros
+from powertrain.symbols import Symbol, column
+
+Rows = NDArray[np.float64]
+"""One row per quantity, one column per point."""
+
+
+_DEPTH = 20
+
+
+class Tape:
+    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all."""
+
+    def __init__(
+        self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int
+    ) -> None:
+        self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
+        scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
+        self.function = lifted(scalar, len(varying), lanes)
+        buffer: tuple[Any, Any] = self.function.buffer()
+        self._buffer, self._call = buffer
+        self._common = zeros(common.numel())
+        self._buffer.set_arg(self.inputs, view(self._common))
+        self._kept: tuple[object, ...] = ()
+
+    def set_common(self, values: Array) -> None:
+        """The values that are the same for all points."""
+        self._common[: values.size] = values
+
+    def into(self, arguments: Sequence[Array], first: int, results: Sequence[Array]) -> None:
+        """Evaluates the points ``first`` to ``first + lanes`` of contiguous arrays straight into the same places of ``results``."""
+        last = first + self.lanes
+        views = [view(a[first:last]) for a in arguments] + [view(r[first:last]) for r in results]
+        self._kept = tuple(views)
+        buffer, n = self._buffer, self.inputs
+        for i, each in enumerate(views[:n]):
+            buffer.set_arg(i, each)
+        for i, each in enumerate(views[n:]):
+            buffer.set_res(i, each)
+        self._call()
+
+    def __call__(self, rows: Rows) -> Rows:
+        """One row per output for one row per varying scalar."""
+        count, lanes = rows.shape[1], self.lanes
+        result = np.empty((self.outputs, count))
+        whole = count // lanes * lanes
+        arguments = [np.ascontiguousarray(row) for row in rows]
+        for first in range(0, whole, lanes):
+            self.into(arguments, first, list(result))
+        if whole < count:
+            padded = np.empty((self.inputs, lanes))
+            padded[:, : count - whole] = rows[:, whole:]
+            padded[:, count - whole :] = rows[:, -1:]
+            rest = np.empty((self.outputs, lanes))
+            self.into(list(padded), 0, list(rest))
+            result[:, whole:] = rest[:, : count - whole]
+        return result
+
+
+def lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
+    """The same function of columns of ``lanes`` values for its first inputs; the other inputs are the same for all lanes."""
+    operations = [scalar.instruction_id(k) for k in range(scalar.n_instructions())]
+    if ca.OP_CALL in operations:
+        return scalar.map(f"{scalar.name()}_map", "serial", lanes, list(range(varying, scalar.n_in())), [])
+    arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
+    others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
+    scalars = [ca.vertsplit(o) if o.numel() else [] for o in others]
+    work: dict[int, ca.MX] = {}
+    results: dict[int, ca.MX] = {}
+    for k, operation in enumerate(operations):
+        inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
+        if operation == ca.OP_CONST:
+            work[outputs[0]] = ca.MX(scalar.instruction_constant(k))
+        elif operation == ca.OP_INPUT:
+            i, j = inputs
+            work[outputs[0]] = arguments[i] if i < varying else scalars[i - varying][j]
+        elif operation == ca.OP_OUTPUT:
+            results[outputs[0]] = work[inputs[0]]
+        elif len(inputs) == 1:
+            work[outputs[0]] = ca.MX.unary(operation, work[inputs[0]])
+        else:
+            work[outputs[0]] = ca.MX.binary(operation, work[inputs[0]], work[inputs[1]])
+    wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
+    return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
+
+
+def _filled(value: ca.MX, lanes: int) -> ca.MX:
+    value = ca.densify(value)
+    return value if value.numel() == lanes else ca.repmat(value, lanes, 1)
+
+
+def all_hold(margins: Sequence[Symbol]) -> Symbol:
+    """One where no margin is negative (nor nan), else zero."""
+    result = Symbol(1)
+    for margin in margins:
+        result = result * (margin >= 0)
+    return result
+
+
+def different(expressions: Sequence[Symbol]) -> list[Symbol]:
+    """The expressions without repetitions and without constants that are not negative."""
+    kept: list[Symbol] = []
+    for expression in expressions:
+        trivial = expression.is_constant() and float(expression) >= 0.0
+        if not trivial and not any(ca.is_equal(expression, other, _DEPTH) for other in kept):
+            kept.append(expression)
+    return kept
+
+
+def dependence(expressions: Sequence[Symbol], symbols: Sequence[Symbol]) -> NDArray[np.bool_]:
+    """``found[i, j]``: whether expression i contains symbol j."""
+    found = np.zeros((len(expressions), len(symbols)), dtype=bool)
+    if expressions and symbols:
+        pattern = ca.jacobian_sparsity(column(list(expressions)), column(list(symbols)))
+        found[pattern.row(), pattern.get_col()] = True
+    return found

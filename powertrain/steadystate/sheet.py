@@ -1,0 +1,116 @@
+"""What was found at the points of a map: values, status, the laws it is about, and intervals where values are not unique."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.engine.buffers import Array
+from powertrain.steadystate.axes import PAD
+from powertrain.steadystate.lanes import Rows
+from powertrain.steadystate.operating import NONE, OK, OUTSIDE, STUCK_POINT, UNDEFINED, Points, Solver
+
+MOST_LAWS = 62
+"""Laws that have a bit of their own in the results."""
+
+
+class Sheet:
+    """The results of all points, flat, in the order of the walk; with room for what is written beyond the end."""
+
+    def __init__(self, solver: Solver, count: int, size: int) -> None:
+        self.solver, self.count, self.size = solver, count, size
+        self.rows = [np.empty(size + PAD) for _ in range(self.count)]
+        self.status = np.zeros(size, np.int8)
+        self.blame: NDArray[np.int64] | None = None
+        self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
+
+    def solve(self, grid: Rows, first: int, exhaustive: bool = False) -> Array | None:
+        """Solves consecutive points; returns the modes of the last good one."""
+        return self.solve_at(grid, first + np.arange(grid.shape[1]), exhaustive)
+
+    def solve_at(self, grid: Rows, places: NDArray[np.intp], exhaustive: bool = False) -> Array | None:
+        """Solves some points and writes them."""
+        points = self.solver.solve(grid, exhaustive=exhaustive)
+        values, left = self.solver.values(grid, points)
+        status = points.status
+        resting = (status == OK) & points.rest.any(axis=0)
+        if resting.any():
+            where = np.flatnonzero(resting)
+            low, high, solved = self._both_ends(grid[:, where], points, where, exhaustive)
+            status[where] = np.where(solved, STUCK_POINT, NONE)
+            points.blame[:, where] = points.rest[:, where]
+            inside = solved & ~left[:, where].any(axis=0)
+            self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
+        outside = ((status == OK) | (status == STUCK_POINT)) & left.any(axis=0)
+        status[outside] = OUTSIDE
+        undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
+        status[undefined] = UNDEFINED
+        values[:, (status != OK) & ~undefined] = np.nan
+        values[:, undefined] = np.where(np.isfinite(values[:, undefined]), values[:, undefined], np.nan)
+        for row, found in zip(self.rows, values, strict=True):
+            row[places] = found
+        self.status[places] = status
+        self._note(places, np.vstack([points.blame, left & outside]), status)
+        good = np.flatnonzero(status == OK)
+        return points.modes[:, good[-1]].copy() if good.size else None
+
+    def _both_ends(
+        self, grid: Rows, points: Points, where: NDArray[np.intp], exhaustive: bool
+    ) -> tuple[Rows, Rows, NDArray[np.bool_]]:
+        """Least and greatest values over the ends of the bounds of the laws at rest, and whether all ends can be."""
+        laws = np.flatnonzero(points.rest[:, where].any(axis=1))
+        low = np.full((self.count, where.size), np.inf)
+        high, solved = -low, np.ones(where.size, bool)
+        for ends in product((1.0, -1.0), repeat=min(len(laws), 8)):
+            side = np.ones((points.modes.shape[0], where.size))
+            side[laws[:8]] = np.array(ends)[:, None]
+            end = self.solver.solve(grid, side, exhaustive)
+            values, _ = self.solver.values(grid, end)
+            solved &= end.status == OK
+            low, high = np.minimum(low, values), np.maximum(high, values)
+        return low, high, solved
+
+    def _note(self, places: NDArray[np.intp], blame: NDArray[np.bool_], status: NDArray[np.int8]) -> None:
+        hit = (status != OK) & (status != UNDEFINED) & blame.any(axis=0)
+        if not hit.any():
+            return
+        if self.blame is None:
+            self.blame = np.zeros(self.size, np.int64)
+        weights = np.array([1 << k if k < MOST_LAWS else 0 for k in range(len(blame))], np.int64)
+        self.blame[places[hit]] = weights @ blame[:, hit]
+
+    def apart(self, size: int) -> Sheet:
+        """An empty sheet of the same signals."""
+        return Sheet(self.solver, self.count, size)
+
+    def put(self, first: int, part: Sheet) -> None:
+        """Takes over a part of the points."""
+        last = first + part.size
+        for row, values in zip(self.rows, part.rows, strict=True):
+            row[first:last] = values[: part.size]
+        self.status[first:last] = part.status
+        if part.blame is not None:
+            if self.blame is None:
+                self.blame = np.zeros(self.size, np.int64)
+            self.blame[first:last] = part.blame
+        self._ends += [(places + first, low, high) for places, low, high in part._ends]
+
+    @property
+    def intervals(self) -> tuple[list[Array], list[Array]] | None:
+        """Least and greatest values at all points, where some point is stuck."""
+        if not self._ends:
+            return None
+        both = ([r[: self.size].copy() for r in self.rows], [r[: self.size].copy() for r in self.rows])
+        for places, low, high in self._ends:
+            for rows, values in zip(both, (low, high), strict=True):
+                for row, value in zip(rows, values, strict=True):
+                    row[places] = value
+        return both
+
+
+def block(values: Sequence[Array], low: int, high: int) -> Rows:
+    """Some points of padded axes, one row per axis."""
+    return np.array([v[low:high] for v in values]).reshape(len(values), high - low)

@@ -1,0 +1,216 @@
+"""Steady operating points of a model on grids of inputs, parameters and prescribed variables.
+
+They are solved from the same compiled equations that are simulated, with the modes of all friction laws, switches and contacts
+found together at every point.
+"""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.component import Component
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError, suggestion
+from powertrain.plant import Plant
+from powertrain.signals import Picked, Signals, signals_of
+from powertrain.steadystate.axes import Grid, make_grid
+from powertrain.steadystate.dataset import Quantity, dataset, rate_unit
+from powertrain.steadystate.equilibrium import Asked, formulate, state_of
+from powertrain.steadystate.steady_map import SteadyMap
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+What: TypeAlias = "str | Callable[[Any], Any]"
+_KEPT = 16
+
+
+def steady(
+    plant: Plant[Any] | Component,
+    grid: Mapping[str, ArrayLike],
+    *,
+    outputs: str | Iterable[What] | Mapping[str, What] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Mapping[str, float] | None = None,
+    free: Sequence[str] | None = None,
+    guesses: Mapping[str, float] | None = None,
+    time: float = 0.0,
+    exhaustive: bool = False,
+    progress: bool | None = None,
+) -> xr.Dataset:
+    """Operating points of a model at which nothing accelerates.
+
+    ``grid``: values by name, for inputs, parameters, or variables of the model. A sequence spans a dimension, named by the last part of
+    the name; a number holds everywhere; a ``DataArray`` names its own dimensions. ``outputs``: names, patterns or selectors of the
+    signals wanted, or a mapping of new names to them; by default all that have a steady value. ``parameters``, ``inputs``: other values
+    that hold everywhere. ``free``: inputs or parameters to be found, one for each prescribed variable; by default the inputs without a
+    value where there are as many. A prescribed state for which nothing is found is *held*: its own balance is left open, and
+    ``der(name)`` says how it would change. ``guesses``: where the search for unknowns begins. ``exhaustive``: try all combinations of
+    modes also where unknowns are implicit. ``progress``: a bar; by default for work that takes more than two seconds.
+
+    The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. Where the status is ``stuck``, friction
+    rests under a prescribed motion, whose torque equilibrium does not determine: ``<name>_low`` and ``<name>_high`` are then the values
+    at both ends of the law's bounds. Values at points that are not ``ok`` are nan; ``undefined_value`` concerns the signals that are
+    nan there only, such as an efficiency at zero power. ``status_laws`` are the laws that the status is about.
+
+    Raises ParameterError where names or values are wrong, or the conditions do not determine the state.
+    """
+    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    spanned = make_grid(grid)
+    wanted = _wanted(signals_of(plant.compiled), outputs)
+    asked = _asked(plant, spanned, wanted, inputs or {}, free)
+    _check_values(plant, spanned, guesses or {})
+    common = _common(plant, parameters, inputs or {})
+    map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
+    ordered, sheet = map_.run(spanned, common, exhaustive, progress)
+    found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet)
+    return found.assign_attrs(model=type(plant.model).__name__, powertrain_version=_version())
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """A signal wanted under a name; ``asked`` by that name, so that it must have a value."""
+
+    name: str
+    picked: Picked
+    asked: bool
+
+
+def _wanted(signals: Signals, outputs: Any) -> list[_Wanted]:
+    """Every wanted signal."""
+    if outputs is None:
+        return [_Wanted(n, signals.pick(n), False) for n in signals.names]
+    if isinstance(outputs, Mapping):
+        return [_Wanted(str(n), signals.pick(what), True) for n, what in outputs.items()]
+    listed = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
+    found: dict[str, _Wanted] = {}
+    for what in listed:
+        if isinstance(what, str) and what not in signals.parameters:
+            found |= {n: _Wanted(n, signals.pick(n), n == what) for n in signals.matching(what)}
+        else:
+            picked = signals.pick(what)
+            name = picked.name or picked.label
+            found[name] = _Wanted(name, picked, True)
+    return list(found.values())
+
+
+def _asked(
+    plant: Plant[Any], grid: Grid, wanted: list[_Wanted], inputs: Mapping[str, float], free: Sequence[str] | None
+) -> Asked:
+    """Sorts the names of the grid, and decides what is to be found."""
+    compiled = plant.compiled
+    names = [a.name for a in grid.axes]
+    for n in names:
+        if n not in compiled.inputs and n not in compiled.parameters and n not in compiled.signals:
+            known = [*compiled.inputs, *compiled.parameters, *compiled.signals]
+            raise ParameterError(f"grid: the model has no input, parameter or variable {n}{suggestion(n, known)}")
+    prescribed = [n for n in names if n not in compiled.inputs and n not in compiled.parameters]
+    loose = [n for n in compiled.inputs if n not in names and n not in inputs]
+    for n in inputs:
+        if n not in compiled.inputs:
+            raise ParameterError(f"the model has no input {n}{suggestion(n, compiled.inputs)}")
+    states = [n for n in prescribed if state_of(compiled, n) >= 0]
+    if free is None:
+        free = loose if len(loose) == len(prescribed) else []
+    for n in free:
+        if n not in compiled.inputs and n not in compiled.parameters:
+            raise ParameterError(
+                f"free: the model has no input or parameter {n}{suggestion(n, [*compiled.inputs, *compiled.parameters])}"
+            )
+        if n in names or n in inputs:
+            raise ParameterError(f"free: {n} has a value already, so that it cannot be found")
+    missing = len(prescribed) - len(free)
+    held = states if len(states) == missing else []
+    if missing != len(held):
+        raise ParameterError(_miscounted(prescribed, list(free), loose, states))
+    return Asked(
+        tuple(names),
+        tuple(prescribed),
+        tuple(held),
+        tuple(free),
+        tuple(w.picked.expression for w in wanted),
+    )
+
+
+def _miscounted(prescribed: list[str], free: list[str], loose: list[str], states: list[str]) -> str:
+    said = f"steady: the grid prescribes {_count(prescribed, 'variable')}, and {_count(free, 'input or parameter')} to be found"
+    hint = (
+        f"inputs without a value: {', '.join(loose)}"
+        if loose
+        else "all inputs have a value; a parameter can be found too"
+    )
+    more = f"; {', '.join(states)} could be held" if states else ""
+    return f"{said}. Name as many as are prescribed with free=[...] ({hint}{more})"
+
+
+def _count(names: list[str], what: str) -> str:
+    """'2 variables (a, b)', '1 variable (a)', 'no variable'."""
+    if not names:
+        return f"no {what}"
+    return f"{len(names)} {what}{'s' * (len(names) != 1)} ({', '.join(names)})"
+
+
+def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float]) -> None:
+    for axis in grid.axes:
+        constant = plant.compiled.parameters.get(axis.name)
+        if constant is not None and axis.name not in plant.compiled.inputs:
+            for value in np.unique(axis.values):
+                constant.check(float(value), axis.name)
+    for name in guesses:
+        if name not in plant.compiled.signals and name not in plant.compiled.parameters:
+            raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, plant.compiled.signals)}")
+
+
+def _common(plant: Plant[Any], parameters: Mapping[str, float] | None, inputs: Mapping[str, float]) -> Array:
+    values = {n: u.guess for n, u in plant.compiled.inputs.items()} | {n: float(v) for n, v in inputs.items()}
+    return np.concatenate([plant.parameter_vector(parameters), np.array(list(values.values()), float)])
+
+
+def _version() -> str:
+    from powertrain import __version__
+
+    return __version__
+
+
+_local = threading.local()
+
+
+def _map(
+    plant: Plant[Any], asked: Asked, wanted: list[_Wanted], time: float, guesses: dict[str, float], common: Array
+) -> SteadyMap:
+    """The prepared map, kept for the next call with the same names."""
+    kept: weakref.WeakKeyDictionary[Plant[Any], dict[Any, SteadyMap]] = _local.__dict__.setdefault(
+        "maps", weakref.WeakKeyDictionary()
+    )
+    maps = kept.setdefault(plant, {})
+    texts = tuple((w.name, w.asked, w.picked.name or str(w.picked.expression)) for w in wanted)
+    names = (asked.axes, asked.held, asked.free)
+    identity = (*names, texts, time, tuple(guesses.items()))
+    values = common[: len(plant.compiled.parameters)]
+    if identity not in maps or not maps[identity].valid(values):
+        if len(maps) >= _KEPT:
+            maps.clear()
+        maps[identity] = _prepared(plant, asked, wanted, time, guesses, values)
+    return maps[identity]
+
+
+def _prepared(
+    plant: Plant[Any], asked: Asked, wanted: list[_Wanted], time: float, guesses: dict[str, float], parameters: Array
+) -> SteadyMap:
+    signals = plant.compiled.signals
+    problem = formulate(plant.compiled, asked, time, guesses, parameters)
+    for w, lost in zip(wanted, problem.turning, strict=True):
+        if lost and w.asked:
+            raise ParameterError(f"outputs: {w.name} depends on an angle that merely turns, so it has no steady value")
+    kept = [k for k, lost in enumerate(problem.turning) if not lost]
+    problem.outputs = [problem.outputs[k] for k in kept]
+    quantities = [Quantity(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in kept)]
+    quantities += [Quantity(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held]
+    return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters))

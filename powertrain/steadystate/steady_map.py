@@ -1,0 +1,142 @@
+"""One question about a plant, prepared once: what is given, found and wanted. Solves any grid of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.engine.buffers import Array
+from powertrain.steadystate.axes import PAD, Grid
+from powertrain.steadystate.dataset import Quantity
+from powertrain.steadystate.equilibrium import Equilibrium
+from powertrain.steadystate.lanes import Rows
+from powertrain.steadystate.operating import OK, Solver
+from powertrain.steadystate.progress import Bar
+from powertrain.steadystate.rows import RowMap, find_cuts
+from powertrain.steadystate.sheet import Sheet, block
+from powertrain.steadystate.walk import Walker
+
+_FAST = 2048
+_SLOW_BLOCK = 8192
+_SHORT_ROW = 64
+
+
+class SteadyMap:
+    """One question about a plant: what is given, found and wanted. Solves any grid of it."""
+
+    def __init__(
+        self, problem: Equilibrium, quantities: list[Quantity], parameters: Array, given: frozenset[str]
+    ) -> None:
+        self._given = given
+        self.problem, self.quantities, self._parameters = problem, quantities, parameters
+        self.solver = Solver(problem)
+        self.walker = None if problem.u else Walker(problem, self.solver)
+        self._rows_map = RowMap(self.walker) if self.walker is not None else None
+        self._orders: dict[Any, list[str]] = {}
+        self._cuts: dict[Any, list[int] | None] = {}
+
+    def valid(self, parameters: Array) -> bool:
+        """Whether the problem is formulated rightly for these parameters too."""
+        return not self.problem.together or np.array_equal(parameters, self._parameters)
+
+    def run(self, grid: Grid, common: Array, exhaustive: bool, progress: bool | None) -> tuple[Grid, Sheet]:
+        """Solves all points of a grid: the grid with its dimensions in the order of the results, and these."""
+        self.solver.set_common(common)
+        fast = self.walker is not None and grid.size >= _FAST
+        ordered = self._slowest_first(grid) if fast else grid
+        sheet = Sheet(self.solver, len(self.quantities), ordered.size)
+        bar = Bar(progress, grid.size)
+        if fast and self.walker is not None:
+            self.walker.set_common(common)
+            finite = self._by_rows(self.walker, sheet, ordered, common, bar)
+            if finite is None:
+                for first, count, values in ordered.pieces():
+                    self._walk(self.walker, sheet, first, count, values, bar)
+            if not finite:
+                self._look_again(sheet, ordered)
+        else:
+            for first, count, values in ordered.pieces():
+                for low in range(0, count, _SLOW_BLOCK):
+                    high = min(low + _SLOW_BLOCK, count)
+                    sheet.solve(block(values, low, high), first + low, exhaustive)
+                    bar.reach(first + high)
+        bar.close()
+        return ordered, sheet
+
+    def _slowest_first(self, grid: Grid) -> Grid:
+        """The grid with those dimensions first along which modes change most."""
+        identity = grid.identity()
+        if identity not in self._orders:
+            shape, rows = grid.sample(512)
+            modes = self.solver.solve(rows).modes.reshape(-1, *shape)
+            changes = [
+                float((np.diff(modes, axis=i + 1) != 0).any(axis=0).mean() if n > 1 else 0.0) * n
+                for i, n in enumerate(shape)
+            ]
+            # Torques are affine in inputs, not in most parameters.
+            curved = [any(d in a.dims and a.name in self._given for a in grid.axes) for d in grid.dims]
+            best = sorted(range(len(shape)), key=lambda i: (-changes[i], grid.shape[i] >= _SHORT_ROW, not curved[i], i))
+            self._orders = {identity: [grid.dims[i] for i in best]}
+            self._cuts.clear()
+        return grid.ordered(self._orders[identity])
+
+    def _by_rows(self, walker: Walker, sheet: Sheet, grid: Grid, common: Array, bar: Bar) -> bool | None:
+        """Fills the map by rows along the last dimension, if only one axis changes along it; whether all is known to be finite."""
+        last = [i for i, a in enumerate(grid.axes) if grid.dims[-1] in a.dims]
+        if len(last) != 1 or grid.axes[last[0]].dims != (grid.dims[-1],) or grid.shape[-1] < _SHORT_ROW:
+            return None
+        fast, x = last[0], np.ascontiguousarray(grid.axes[last[0]].values)
+        slow = grid.rows(fast)
+
+        def points(rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Rows:
+            values = np.insert(slow[:, rows], fast, x[columns], axis=0)
+            found = self.solver.solve(values)
+            for k in np.flatnonzero(found.status == OK)[:: max(1, rows.size // 64)]:
+                walker.enter(found.modes[:, k])
+            return found.modes
+
+        identity = grid.identity()
+        if identity not in self._cuts:
+            self._cuts[identity] = find_cuts(slow.shape[1], x.size, points)
+        cuts = self._cuts[identity]
+        if cuts is None:
+            return None
+
+        def rest(row: int, first: int, end: int) -> None:
+            count = end - first
+            values = [np.full(count + PAD, v) for v in np.insert(slow[:, row], fast, 0.0)]
+            values[fast][:count], values[fast][count:] = x[first:end], x[end - 1]
+            start = row * x.size + first
+            part = sheet.apart(count)
+            self._walk(walker, part, 0, count, values, None)
+            sheet.put(start, part)
+
+        assert self._rows_map is not None
+        return self._rows_map.fill(fast, x, slow, cuts, common, sheet.rows, rest, bar.reach)
+
+    def _walk(self, walker: Walker, sheet: Sheet, first: int, count: int, values: list[Array], bar: Bar | None) -> None:
+        results = [row[first:] for row in sheet.rows]
+
+        def careful(low: int, high: int) -> Array | None:
+            return sheet.solve(block(values, low, high), first + low)
+
+        walker.walk(
+            count, values, results, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i))
+        )
+
+    def _look_again(self, sheet: Sheet, grid: Grid) -> None:
+        """Points with values that are not finite are solved one by one, which says why."""
+        suspects: NDArray[np.bool_] | None = None
+        for row in sheet.rows:
+            part = row[: grid.size]
+            if not math.isfinite(float(np.add.reduce(part))):
+                suspects = ~np.isfinite(part) if suspects is None else suspects | ~np.isfinite(part)
+        if suspects is None:
+            return
+        where = np.flatnonzero(suspects & (sheet.status == OK))
+        for low in range(0, where.size, _SLOW_BLOCK):
+            some = where[low : low + _SLOW_BLOCK]
+            sheet.solve_at(grid.at(some), some)
