@@ -29,14 +29,7 @@ class Plant(Generic[M]):
     """A model compiled to a hybrid DAE. Picklable (it is compiled anew where it is unpickled); may be used from several threads."""
 
     def __init__(self, model: M) -> None:
-        if not isinstance(model, Component):
-            said = (
-                f"the class {model.__name__}: give a value, {model.__name__}(...)"
-                if isinstance(model, type)
-                else repr(model)
-            )
-            raise ParameterError(f"a model is a component, not {said}")
-        self.model = model
+        self.model: M = _checked_model(model)
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
         self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
@@ -146,6 +139,15 @@ class Plant(Generic[M]):
         if engine.schedules:
             engine.schedules.enter(held, t)
         return held
+
+
+def _checked_model(model: Any) -> Any:
+    if isinstance(model, Component):
+        return model
+    said = (
+        f"the class {model.__name__}: give a value, {model.__name__}(...)" if isinstance(model, type) else repr(model)
+    )
+    raise ParameterError(f"a model is a component, not {said}")
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001

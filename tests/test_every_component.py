@@ -39,12 +39,9 @@ def concrete() -> list[type[pt.Component]]:
     found: dict[str, type[pt.Component]] = {}
     for module in pkgutil.walk_packages(library.__path__, "powertrain.components."):
         for name, kind in vars(importlib.import_module(module.name)).items():
-            ours = (
-                inspect.isclass(kind)
-                and issubclass(kind, pt.Component)
-                and kind.__module__.startswith(library.__name__)
-            )
-            if ours and kind.equations is not pt.Component.equations and not name.startswith("_"):
+            if not inspect.isclass(kind) or not issubclass(kind, pt.Component) or name.startswith("_"):
+                continue
+            if kind.__module__.startswith(library.__name__) and kind.equations is not pt.Component.equations:
                 found[f"{kind.__module__}.{kind.__name__}"] = kind
     return [found[name] for name in sorted(found)]
 

@@ -84,20 +84,22 @@ class Resolver:
 
     def _along(self, value: Symbol) -> Symbol:
         """d/dt of an expression in (t, x, z, m, p)."""
-        recorder = self.reduced.flat.recorder
         result = ca.jacobian(value, time)
         if self.x.numel():
-            rates = column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
-            result = result + ca.jacobian(value, self.x) @ rates
+            result = result + ca.jacobian(value, self.x) @ self._rates()
         z = self.z
         if any(key(s) in {key(u) for u in z} for s in free_symbols(value)):
             unknowns = column(z)
             residual = column(self.residuals())
             moved = ca.jacobian(residual, time)
             if self.x.numel():
-                moved = moved + ca.jacobian(residual, self.x) @ rates
+                moved = moved + ca.jacobian(residual, self.x) @ self._rates()
             result = result - ca.jacobian(value, unknowns) @ ca.solve(ca.jacobian(residual, unknowns), moved)
         return result
+
+    def _rates(self) -> Symbol:
+        recorder = self.reduced.flat.recorder
+        return column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
 
     def closed_laws(self) -> list[Torque]:
         """The laws in terms of (t, x, z, m, p); those that share a motion break loose by their joint interval."""

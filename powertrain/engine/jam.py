@@ -78,7 +78,10 @@ def undetermined_note(laws: Sequence[Friction], t: float) -> str:
     """Stuck laws that lock the same motion: the motion is unique, their torques are not."""
     if len(laws) == 1:
         return f"from t = {t:.9g} s: {_names(laws)} is stuck where nothing can move anyway; its torque is not unique"
-    return f"from t = {t:.9g} s: {_names(laws)} are stuck and lock the same motion; the sum of their torques is unique, how they share it is not"
+    return (
+        f"from t = {t:.9g} s: {_names(laws)} are stuck and lock the same motion; the sum of their torques is unique, "
+        "how they share it is not"
+    )
 
 
 def _names(laws: Sequence[Friction]) -> str:

@@ -66,4 +66,4 @@ class Redundancy:
         left, sizes, _ = np.linalg.svd(rows, full_matrices=True)
         rank = int((sizes > _RANK).sum())
         involved = (np.abs(left[:, rank:]) > 1e-6).any(axis=1)
-        return [self._laws[k] for k, found in zip(stuck, involved, strict=True) if found]
+        return [self._laws[k] for k, found in zip(stuck, np.atleast_1d(involved).tolist(), strict=True) if found]

@@ -251,7 +251,7 @@ def test_a_guide_with_a_long_table() -> None:
     data = {"F_prop": 0.5, "F_Coulomb": 1.0, "F_Stribeck": 2.0, "fexp": 2.0, "v_max": 3.0}
     final = []
     for rows in (31, 3001):
-        table = tr.stribeck_table(**data, rows=rows)  # type: ignore[arg-type]
+        table = tr.stribeck_table(**data, rows=rows)
         parts = (tr.Mass(m=2), tr.SupportFriction(f_pos=table, peak=1.2), tr.Spring(c=10), tr.Mass(m=1))
         joints = "0.flange_b=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange_a"
         result = run(joined(*parts, joints=joints), 3.0, {"0.s": 0.0, "0.v": 2.5, "3.s": 0.0, "3.v": 0.0})

@@ -236,7 +236,8 @@ def test_relabelled_members(coupling: Coupling) -> None:
     for layout in TYPES.values():
         renamed: Any = layout.translate(swap)
         torques = []
-        for name, differential in ((layout, one), (renamed, other)):
+        pairs: list[tuple[Any, FundamentalDifferential]] = [(layout, one), (renamed, other)]
+        for name, differential in pairs:
             part = SplitPathTransmission(layout=name, coupling=coupling, differential=differential, cvu=UNIT)
             points = pt.steady(Stand(transmission=part), {"V": [0.45, 0.8, 1.25], "torque": [-20.0, 20.0]})
             torques.append(points["transmission.flange_a.tau"].values)
