@@ -31,6 +31,7 @@ def jam_message(
     """No consistent combination, several, or too many to try."""
     laws: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
     names = {law.index: law.name for law in laws}
+    sliding = {law.index for law in dae.frictions}
     parts = ", ".join(names[i] for i in involved)
     values = law_values(dae, memory, side)
     lines = [
@@ -39,9 +40,11 @@ def jam_message(
         if law.index in involved
     ]
     if modes:
-        options = " or ".join("(" + ", ".join(_mode(names[i], m[i]) for i in involved) + ")" for m in modes[:3])
-        problem = f"{len(modes)} combinations of modes are possible, with different accelerations: {options}"
-        advice = "The laws lock each other in more than one way; a little compliance or damping between them decides."
+        options = " or ".join(
+            "(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in involved) + ")" for m in modes[:3]
+        )
+        problem = f"{len(modes)} combinations of modes are possible, with different accelerations or torques: {options}"
+        advice = "The laws lock each other in more than one way (self-locking); a little compliance or damping between them decides."
     elif combinations > 20_000:
         problem = f"the modes are not found, and {combinations} combinations are too many to try"
         advice = "Separate some of the laws by a shaft stiffness."
@@ -53,8 +56,8 @@ def jam_message(
     return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
 
 
-def _mode(name: str, value: float) -> str:
-    return f"{name} {_MODES.get(float(value), f'{value:g}')}"
+def _mode(name: str, value: float, friction: bool) -> str:
+    return f"{name} {_MODES.get(float(value), f'{value:g}') if friction else 'on' if value else 'off'}"
 
 
 def undetermined_laws(dae: HybridDae, memory: Memory, side: int) -> list[Friction]:

@@ -15,6 +15,7 @@ from powertrain.engine.enumeration import enumerate_modes
 from powertrain.engine.jam import jam_message, undetermined_laws, undetermined_message
 from powertrain.engine.redundancy import Redundancy
 from powertrain.engine.steps import PREFIX
+from powertrain.engine.uniqueness import Uniqueness
 from powertrain.errors import SimulationError
 
 _PASSES = 20
@@ -39,6 +40,7 @@ class Resolver:
         self.extra: list[tuple[str, str]] = []
         self._unsolved: NotConsistent | None = None
         self.redundancy = Redundancy(dae, memory)
+        self.uniqueness = Uniqueness(dae, memory)
         self._tries = 0
 
     def resolve(self, side: int) -> None:
@@ -107,6 +109,16 @@ class Resolver:
         self._enumerate(side, varied, undetermined_message(laws, self.memory.time[0]))
         self.redundancy.add(laws)
         return True
+
+    def check_unique(self, side: int) -> None:
+        """Refuse modes beside which others are possible with other torques."""
+        others = self.uniqueness.others(side, lambda: self._try(side))
+        if self.uniqueness.pieces:
+            self._solve(side)
+            self._update[side].call()
+        if others:
+            modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
+            raise SimulationError(jam_message(self.dae, self.memory, side, modes, pieces, 2 ** len(pieces)))
 
     @property
     def notes(self) -> list[str]:

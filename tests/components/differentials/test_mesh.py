@@ -242,6 +242,8 @@ def test_self_locking_is_said() -> None:
         pt.PowertrainError, match=r"none of the 2 combinations of modes is consistent[^$]*[Ss]elf-locking"
     ):
         run(locking(1.02, 1.0), 1.0)
+    with pytest.raises(pt.InitializationError, match=r"2 combinations of modes are possible[^$]*self-locking"):
+        run(locking(1.02, -1.0), 1.0)
     points = pt.steady(locking(1.02, 1.0), {"parts[3].tau_constant": [1.0, -1.0]})
     assert list(points["status"].values) == [3, 2]
     free = pt.steady(locking(1.2, 1.0), {"parts[3].tau_constant": [1.0, -1.0]})
