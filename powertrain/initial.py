@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.hybrid import HybridDae
 from powertrain.engine.buffers import Bound, zeros
 from powertrain.engine.engine import Engine
 from powertrain.errors import InitializationError, ParameterError, suggestion
@@ -157,14 +158,24 @@ def _declared_conditions(compiled: Compiled) -> list[_Asked]:
     return [_signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
 
 
+def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:
+    """The algebraic equations, unless they depend on modes and no condition needs their unknowns: then both are found together, later."""
+    if not dae.z.numel():
+        return []
+    needed = bool(conditions) and any(ca.which_depends(column(conditions), dae.z, 1, True))
+    modal = bool(dae.m.numel()) and any(ca.which_depends(dae.residual, dae.m, 1, True))
+    return ca.vertsplit(dae.residual) if needed or not modal else []
+
+
 class _Plan:
     """The conditions for one set of given names, made independent at the point where they are solved, by Newton's method."""
 
     def __init__(self, compiled: Compiled, conditions: list[_Asked], given: int) -> None:
         self.compiled, self.conditions, self.given = compiled, conditions, given
         dae = compiled.dae
-        self.n, self.nz = dae.x.numel(), dae.z.numel()
-        residuals = ca.vertsplit(dae.residual) if self.nz else []
+        self.n, self.size = dae.x.numel(), dae.x.numel() + dae.z.numel()
+        residuals = _residuals_to_solve(dae, [c.expression for c in conditions])
+        self.nz = len(residuals)
         rows = column([*residuals, *(c.expression for c in conditions)])
         jacobian = ca.jacobian(rows, ca.vertcat(dae.x, dae.z))
         inputs = [dae.t, ca.vertcat(dae.x, dae.z), dae.m, dae.p]
@@ -177,7 +188,7 @@ class _Plan:
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
         self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
         self.guess = self._guess(
-            {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}, np.zeros(self.n + self.nz)
+            {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}, np.zeros(self.size)
         )
         self.declared = np.array([c.value for c in conditions[given:]])
         self.implied = np.array(
@@ -361,7 +372,7 @@ class _Choice:
 
     def __init__(self, plan: _Plan, chosen: list[int], owned: list[int]) -> None:
         self.chosen, self.owned = np.array(chosen, int), np.array(owned, int)
-        rows, unknowns = plan.nz + len(plan.conditions), plan.n + plan.nz
+        rows, unknowns = plan.nz + len(plan.conditions), plan.size
         row_place, column_place = np.full(rows, -1), np.full(unknowns, -1)
         row_place[self.chosen], column_place[self.owned] = np.arange(len(chosen)), np.arange(len(owned))
         i, k = row_place[plan.rows], column_place[plan.columns]

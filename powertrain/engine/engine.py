@@ -16,7 +16,7 @@ from powertrain.engine.compiled import compile_functions
 from powertrain.engine.consistent import Algebra, NotConsistent
 from powertrain.engine.indicators import Indicator, indicators
 from powertrain.engine.loop import Run
-from powertrain.engine.modes import timed
+from powertrain.engine.modes import ZONE, timed
 from powertrain.engine.packing import pack, unpack
 from powertrain.engine.pivots import match_rows
 from powertrain.engine.projection import project
@@ -59,6 +59,7 @@ class Engine:
         self._steps: dict[str, tuple[Callable[[], None], Callable[[], None]]] = {}
         self._kept: list[Bound] = []
         self._ready = False
+        self._speeds: ca.Function | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         return {"dae": pack(self.dae), "method": self.method, "compile": self.compile}
@@ -180,14 +181,34 @@ class Engine:
             memory.m[when.index] = float(value) > 0.0
 
     def _solve_start(self, t: float) -> None:
+        """The algebraic unknowns where the pivots are chosen; with laws whose modes are not known yet there may be no solution."""
         assert self.algebra is not None
+        guess = self.memory.y[0].copy()
         try:
             self.algebra.solve(0)
         except NotConsistent as error:
-            raise InitializationError(f"at t = {t:.9g} s {error}") from None
+            if not (self.dae.frictions or self.dae.switches or self.dae.contacts):
+                raise InitializationError(f"at t = {t:.9g} s {error}") from None
+            self.memory.y[0][:] = guess
+
+    def _guess_modes(self) -> None:
+        """Laws that move slide: with implicit unknowns the equations need not have a solution for other modes."""
+        dae, memory = self.dae, self.memory
+        if self._speeds is None:
+            speeds = ca.densify(ca.vertcat(*[law.w for law in dae.frictions]))
+            self._speeds = ca.Function("powertrain_speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], [speeds])
+        n, nz, y = dae.x.numel(), dae.z.numel(), memory.y[0]
+        values = self._speeds(
+            memory.time[0], y[:n], y[n : n + nz], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
+        )
+        for law, w in zip(dae.frictions, np.array(values, float).ravel().tolist(), strict=True):
+            if not law.algebraic and memory.m[law.index] == 0.0 and abs(w) > ZONE:
+                memory.m[law.index] = 1.0 if w > 0.0 else -1.0
 
     def _settle(self, t: float) -> int:
         """Resolve the modes of a start on side 0 of the buffers."""
+        if self.algebra is not None and self.dae.frictions:
+            self._guess_modes()
         self.memory.jumped[0] = 1.0
         self.memory.fire.fill(0.0)
         self.resolver.forget()
