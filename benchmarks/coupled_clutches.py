@@ -20,6 +20,7 @@ from benchmarks.by_hand import simulate_by_hand
 from benchmarks.timing import Call, Row, at_least, at_most, duration, measure
 from powertrain.components.blocks import Sine, Step
 from powertrain.components.rotational import Clutch, Inertia, Torque
+from powertrain.engine.engine import Engine
 
 STOP = 1.5
 GRID = np.linspace(0.0, STOP, 1501)
@@ -67,6 +68,14 @@ def simulate(plant: pt.Plant[CoupledClutches], **options: Any) -> list[Array]:
     """What is timed for powertrain: one run of the compiled model and its states at the 1,501 instants (and both sides of events)."""
     result = plant.simulate(STOP, times=GRID, **options)
     return [result[name] for name in plant.compiled.states]
+
+
+def engine_alone(plant: pt.Plant[CoupledClutches], compiled: bool) -> Callable[[], Any]:
+    """What a run costs without initialisation, checks and a result: the engine and its outputs at the 1,501 instants."""
+    engine = Engine(plant.compiled.dae, compile=compiled)
+    x, _, m, _ = plant.initialize()
+    p = plant.parameter_vector()
+    return lambda: engine.run(x, p, m, stop=STOP).at(GRID)
 
 
 def speeds(result: pt.Result[CoupledClutches]) -> Array:
@@ -123,9 +132,11 @@ def run(rounds: int = 31, variants: int = 200) -> list[Row]:
     plant = pt.compile(CoupledClutches())
     reference = speeds(plant.simulate(STOP, times=GRID, rtol=1e-11, atol=1e-13))
     calls: dict[str, Call] = {"ours": lambda: simulate(plant), "scipy": simulate_by_hand}
+    calls["engine"] = engine_alone(plant, compiled=False)
     reason = native.no_compiler()
     if not reason:
         calls |= {
+            "compiled engine": engine_alone(plant, compiled=True),
             "compiled": lambda: simulate(plant, compile=True),
             "C": floor(checks=True),
             "C, step ends": floor(checks=False),
@@ -143,6 +154,8 @@ def run(rounds: int = 31, variants: int = 200) -> list[Row]:
         rows.append(Row(NAME, "the whole run in hand-written C, same method", said))
         rows.append(at_most(NAME, "no compiler against C", times.ratio("ours", "C"), 15))
         rows.append(at_most(NAME, "compiled steps against C", times.ratio("compiled", "C"), 7))
+        rows.append(at_most(NAME, "the engine alone, no compiler against C", times.ratio("engine", "C"), 15))
+        rows.append(at_most(NAME, "the engine alone, compiled steps against C", times.ratio("compiled engine", "C"), 7))
         strict = [f"{times.ratio(name, 'C, step ends'):.3g} x" for name in ("ours", "compiled")]
         rows.append(Row(NAME, "the same two against C without checks inside steps", ", ".join(strict)))
     rows.append(Row(NAME, "hand-written for solve_ivp, BDF", duration(times.median("scipy"))))

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import build_time, chain, coupled_clutches, driveline, sweep
+from benchmarks import build_time, chain, coupled_clutches, driveline, steady_map, sweep
 from benchmarks.native import no_compiler
 from benchmarks.timing import Row, table
 
@@ -26,6 +26,7 @@ FULL: dict[str, Runner] = {
     "chain": chain.run,
     "build_time": build_time.run,
     "sweep": sweep.run,
+    "steady_map": steady_map.run,
 }
 QUICK: dict[str, Runner] = {
     "coupled_clutches": partial(coupled_clutches.run, rounds=5, variants=10),
