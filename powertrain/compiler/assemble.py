@@ -177,7 +177,6 @@ def _assemble(
         ),
         guards=tuple(_guard(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
-        positions=tuple(order == 0 and _has_acceleration(reduced, b) for b, order in states),
     )
     dae = _with_impacts(dae, resolver, torques)
     return Compiled(
@@ -271,12 +270,6 @@ def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:
     if slope.is_zero() or any(key(s) == key(time) for s in free_symbols(slope)):
         return None
     return -ca.substitute(g, time, 0) / slope
-
-
-def _has_acceleration(reduced: Reduced, base: int) -> bool:
-    derivatives = reduced.flat.recorder.derivatives
-    speed = derivatives.get(base)
-    return speed is not None and key(speed) in derivatives
 
 
 def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:

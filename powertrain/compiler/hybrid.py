@@ -112,8 +112,7 @@ class HybridDae:
 
     ``shared`` are groups of friction laws on the same motion (index in m: sign of the motion against the group's): stuck together, they
     share a torque of which only the sum is determined. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
-    accelerations to the contact forces. ``positions`` tells which states are positions of second-order motions. ``residual_places`` are
-    the lines of text behind the residuals.
+    accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals.
     """
 
     t: ca.SX
@@ -133,7 +132,6 @@ class HybridDae:
     guards: tuple[Guard, ...] = ()
     shared: tuple[dict[int, float], ...] = ()
     residual_places: tuple[str, ...] = ()
-    positions: tuple[bool, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
 

@@ -44,7 +44,6 @@ class SparseStep:
         samples = ca.SX.sym("samples", model.indicators, 4)
         function = ca.Function(PREFIX + "survey", [ca.vec(samples)], [ca.vertcat(*survey(ca.horzsplit(samples)))])
         self._survey = Bound(function, [self._samples], [self._found])
-        self._largest = model.largest
         diagonal = ca.Sparsity.diag(self._n)
         jacobian = ca.jacobian(rates, model.y)
         pattern = jacobian.sparsity() + diagonal
@@ -90,8 +89,7 @@ class SparseStep:
     def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:
         """Error norm, dense output and indicators."""
         memory, n = self._memory, self._n
-        size = np.minimum(np.maximum(np.abs(y), np.abs(end)), self._largest)
-        scale = memory.tolerance[1] + memory.tolerance[0] * size
+        scale = memory.tolerance[1] + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
         norm = float(np.sqrt(np.mean((stages[7] / scale) ** 2)))
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)

@@ -6,17 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
-import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.engine import dopri5, rodas5p
-from powertrain.engine.buffers import CHECKS, Array
+from powertrain.engine.buffers import CHECKS
 from powertrain.engine.indicators import indicators
 from powertrain.engine.modes import mode_pass, snapped, timed
 from powertrain.engine.sparse_lu import factorize
 from powertrain.engine.step import Step, on_polynomial
 from powertrain.engine.survey import least, survey
-from powertrain.engine.weights import largest_sizes
 
 PREFIX = "powertrain_"
 
@@ -34,7 +32,6 @@ class Common:
     both: Callable[[ca.SX, ca.SX], tuple[ca.SX, ca.SX]]
     rows: Sequence[int] | None
     indicators: int
-    largest: Array
 
 
 def common(dae: HybridDae, rows: Sequence[int] | None = None) -> Common:
@@ -60,7 +57,6 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None) -> Common:
         both=lambda t, u: (call(t, u)[0], call(t, u)[1]),
         rows=rows,
         indicators=found.numel(),
-        largest=largest_sizes(dae),
     )
 
 
@@ -92,10 +88,7 @@ def rosenbrock_step(model: Common) -> ca.Function:
 
 def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Function:
     t, h = model.time[0], model.time[1]
-    size = ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
-    for i in np.flatnonzero(np.isfinite(model.largest)).tolist():
-        size[i] = ca.fmin(size[i], model.largest[i])
-    scale = model.tolerance[1] + model.tolerance[0] * size
+    scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     norm = ca.sqrt(ca.sumsqr(taken.error / scale) / max(model.y.numel(), 1))
     samples = [model.both(t + q * h, on_polynomial(taken.dense, q))[1] for q in CHECKS]
     samples.append(model.both(t + h, taken.end)[1])
