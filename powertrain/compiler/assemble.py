@@ -209,6 +209,7 @@ def _friction(t: Torque, opened: Torque, resolver: Resolver, layout: dict[int, i
     assert isinstance(given, FrictionLaw)
     return Friction(
         t.mode.name(), str(t.place), layout[key(t.mode)], t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
+        unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
         algebraic=t.algebraic,
         prescribed=not any(ca.which_depends(opened.rate, t.symbol, 1, False)),
         may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), resolver.symbols, 1, False)),

@@ -56,15 +56,6 @@ class PowerGraph:
         """The places of the terminals of a component."""
         return [k for k, terminal in enumerate(self.terminals) if terminal.component == component]
 
-    @property
-    def membership(self) -> Matrix:
-        """One row per component, one column per part of the model: 1 where the part counts as the component's own."""
-        width = 1 + max((i for inside in self.members for i in inside), default=-1)
-        matrix = np.zeros((len(self.components), width))
-        for row, inside in zip(matrix, self.members, strict=True):
-            row[list(inside)] = 1.0
-        return matrix
-
 
 def power_graph(flat: Flat, parts: Sequence[Part], ports: Sequence[str], whole: str | Sequence[str] = ()) -> PowerGraph:
     """The graph of a flat model. ``ports`` carry power; composites that fit a pattern of ``whole`` are not dissolved."""

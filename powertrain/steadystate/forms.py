@@ -14,6 +14,10 @@ import casadi as ca
 from powertrain.symbols import Symbol
 
 
+class CallsOthersError(Exception):
+    """The expressions call other functions, such as interpolated maps, and are no plain forms of x."""
+
+
 @dataclass(frozen=True)
 class Form:
     """a + b x, where None is zero; or any other expression ``curve`` of x."""
@@ -56,7 +60,7 @@ class _Replay:
             operation = scalar.instruction_id(k)
             inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
             if operation == ca.OP_CALL:
-                raise NotImplementedError
+                raise CallsOthersError
             if operation == ca.OP_CONST:
                 value = scalar.instruction_constant(k)
                 work[outputs[0]] = Form(Symbol(value)) if value else Form()
@@ -113,7 +117,7 @@ def row_forms(
 ) -> RowForms:
     """Expressions of x and of the other ``symbols`` along a row whose least and greatest x are ``ends``.
 
-    ``margins`` must not be negative anywhere; of each group in ``rivals`` some margin must be negative everywhere. NotImplementedError
+    ``margins`` must not be negative anywhere; of each group in ``rivals`` some margin must be negative everywhere. CallsOthersError
     where the expressions call other functions.
     """
     flat = [*margins, *(m for rival in rivals for m in rival)]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from powertrain.engine.buffers import Array, Bound, zeros
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.forms import Form, RowForms, row_forms
+from powertrain.steadystate.forms import CallsOthersError, Form, RowForms, row_forms
 from powertrain.steadystate.lanes import Rows, Tape, lifted
 from powertrain.steadystate.walk import Key, Walker
 from powertrain.symbols import Symbol
@@ -168,7 +168,7 @@ class RowMap:
             try:
                 self._forms[key, fast] = row_forms(x, ends, others, wanted, margins, rivals)
                 self._ends[key, fast] = ends
-            except NotImplementedError:
+            except CallsOthersError:
                 self._forms[key, fast] = None
         forms = self._forms[key, fast]
         if forms is None:
