@@ -1,0 +1,1 @@
+"""Vehicle bodies: mass, resistances, axle loads, the paths of wheels in a bend."""

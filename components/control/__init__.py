@@ -1,0 +1,1 @@
+"""Drivers, gear schedules and the control of variable ratios."""

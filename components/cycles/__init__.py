@@ -1,0 +1,1 @@
+"""Drive cycles: speed over time or distance."""

@@ -1,0 +1,1 @@
+"""Electric machines, batteries and the direct-current bus between them."""

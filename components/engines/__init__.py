@@ -1,0 +1,1 @@
+"""Combustion engines: torque from a map or a Willans line, with their fuel."""

@@ -1,0 +1,1 @@
+"""Gearless differentials: circular-arc cam, spherical cam and spatial linkage."""

@@ -1,0 +1,1 @@
+"""The circular-arc cam differential (Provatidis 2023)."""

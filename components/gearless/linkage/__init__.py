@@ -1,0 +1,1 @@
+"""The spatial linkage differential RRSCSRR (Madhavan 1996)."""

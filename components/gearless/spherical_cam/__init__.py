@@ -1,0 +1,1 @@
+"""The spherical cam differential (Chaudhary, Angeles and Morozov 2014)."""

@@ -1,0 +1,1 @@
+"""Wheels and tyres: rigid rolling, slip with relaxation, Magic Formula."""

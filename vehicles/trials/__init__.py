@@ -1,0 +1,1 @@
+"""What vehicles are measured by: cycles, consumption, acceleration, maps of whole drivelines."""
