@@ -1,1 +1,8 @@
 """Drivers, gear schedules and the control of variable ratios."""
+
+from __future__ import annotations
+
+from powertrain.components.control.driver import Driver
+from powertrain.components.control.operating_line import OperatingLineControl
+
+__all__ = ["Driver", "OperatingLineControl"]

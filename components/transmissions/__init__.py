@@ -12,6 +12,7 @@ from powertrain.components.transmissions.layout import (
     relative_ratio,
     unit_ratio,
 )
+from powertrain.components.transmissions.ratio import UnitRatio
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Layout",
     "SplitPathTransmission",
     "SwitchedSplitPathTransmission",
+    "UnitRatio",
     "members",
     "overall_ratio",
     "relative_ratio",

@@ -1,0 +1,53 @@
+"""A driver who follows a speed."""
+
+from __future__ import annotations
+
+from powertrain import (
+    Component,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Variable,
+    der,
+    parameter,
+    signal_input,
+    signal_output,
+    switch,
+    variable,
+)
+
+
+class Driver(Component):
+    """Follows a speed with the pedals: a proportional-integral controller that knows the acceleration to come.
+
+    u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) + (held - u)/T_t,  held = u within [-1, 1]
+    accelerator = max(held, 0),  brake = max(-held, 0)
+
+    While a pedal is at its stop the integral x follows it (anti-windup by back-calculation). k_a is the part of the pedal that the
+    vehicle needs for 1 m/s2, so about mass over greatest force. ``v_ref`` and ``a_ref`` are what ``CycleSpeed`` gives.
+    """
+
+    k_p: Parameter = parameter("s/m", "Pedal for a speed that is 1 m/s too low", default=0.5, min=0)
+    k_i: Parameter = parameter("1/m", "Rate of the pedal for a speed that is 1 m/s too low", default=0.1, min=0)
+    k_a: Parameter = parameter("s2/m", "Pedal for an acceleration of 1 m/s2", default=0.3, min=0)
+    T_t: Parameter = parameter("s", "Time in which the integral follows a pedal at its stop", default=1.0, above=0)
+    v_ref: Input = signal_input("m/s", "Speed to drive")
+    a_ref: Input = signal_input("m/s2", "Acceleration to come", default=0.0)
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    accelerator: Output = signal_output("1", "Accelerator pedal, 0 to 1")
+    brake: Output = signal_output("1", "Brake pedal, 0 to 1")
+    error: Variable = variable("m/s", "How much the vehicle is too slow")
+    u: Variable = variable("1", "Demand before the stops of the pedals")
+    x: Variable = variable("1", "Integral part of the demand")
+
+    def equations(self) -> Equations:
+        """A controller between two stops."""
+        yield self.error == self.v_ref.value - self.v.value
+        yield self.u == self.k_a * self.a_ref.value + self.k_p * self.error + self.x
+        low = switch(self.u < -1, -1.0, self.u, continuous=True)
+        held = switch(self.u > 1, 1.0, low, continuous=True)
+        yield der(self.x) == self.k_i * self.error + (held - self.u) / self.T_t
+        driving = self.u > 0
+        yield self.accelerator.value == switch(driving, held, 0.0, continuous=True)
+        yield self.brake.value == switch(driving, 0.0, -held, continuous=True)

@@ -1,0 +1,33 @@
+"""The speed of a drive cycle as a signal."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, Output, ParameterError, schedule, signal_output
+from powertrain.components.cycles.cycle import DriveCycle
+
+AT_REST = DriveCycle("rest", ((0.0, 0.0), (1.0, 0.0)))
+
+
+class CycleSpeed(Component):
+    """The speed that a drive cycle asks for now, and the acceleration that it asks for after ``preview`` seconds.
+
+    v_ref = v(t),  a_ref = (v(t + preview) - v(t))/preview
+
+    A driver sees what comes: the preview is how far. Errors: ParameterError where the preview is not positive.
+    """
+
+    cycle: DriveCycle = AT_REST
+    preview: float = 1.0
+    v_ref: Output = signal_output("m/s", "Speed that the cycle asks for")
+    a_ref: Output = signal_output("m/s2", "Mean acceleration that the cycle asks for during the preview")
+
+    def equations(self) -> Equations:
+        """The cycle twice: now and later."""
+        if not self.preview > 0:
+            raise ParameterError(
+                f"{self._path or 'CycleSpeed'}: a preview of {self.preview:g} s shows nothing; give one > 0 s"
+            )
+        times, speeds = self.cycle.times, self.cycle.speeds
+        now, later = schedule(times, speeds), schedule(times - self.preview, speeds)
+        yield self.v_ref.value == now
+        yield self.a_ref.value == (later - now) / self.preview

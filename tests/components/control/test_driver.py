@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.control import Driver
+from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.translational import Force, Mass, SpeedSensor
+
+
+class Pushed(pt.Component):
+    """A mass of 1,000 kg that both pedals push with at most 3,000 N."""
+
+    cycle: CycleSpeed
+    driver: Driver = Driver(k_p=1.0, k_i=0.2, k_a=1 / 3, T_t=0.5)
+    force: Force = Force()
+    mass: Mass = Mass(m=1000)
+    sensor: SpeedSensor = SpeedSensor()
+    load: pt.Input = pt.signal_input("N", "What pulls it back", default=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.cycle.v_ref, self.driver.v_ref)
+        yield pt.connect(self.cycle.a_ref, self.driver.a_ref)
+        yield pt.connect(self.force.flange, self.mass.flange_a)
+        yield pt.connect(self.mass.flange_b, self.sensor.flange)
+        yield pt.connect(self.sensor.v, self.driver.v)
+        pedals = self.driver.accelerator.value - self.driver.brake.value
+        yield self.force.f.value == 3000 * pedals - self.load.value
+
+
+def pushed(*rows: tuple[float, float]) -> Pushed:
+    return Pushed(cycle=CycleSpeed(cycle=DriveCycle("test", rows), preview=0.01))
+
+
+def test_ramp_is_followed_by_what_the_driver_knows() -> None:
+    """k_a = m/F: the acceleration to come needs no error, whatever the controller's gains, up to the preview of 0.01 s."""
+    result = pt.simulate(pushed((0, 0), (5, 0), (15, 20), (20, 20), (30, 0), (31, 0)), stop=31, points=3101)
+    assert np.abs(result["driver.error"]).max() < 2 * 0.01 + 1e-3
+    assert np.all(result["driver.accelerator"] * result["driver.brake"] == 0)
+
+
+def test_constant_load_leaves_no_error() -> None:
+    result = pt.simulate(pushed((0, 10), (1, 10)), stop=60, inputs={"load": 600.0}, starts={"mass.v": 10.0})
+    assert result["driver.error"][-1] == pytest.approx(0, abs=1e-5)
+    assert result["driver.accelerator"][-1] == pytest.approx(0.2, abs=1e-5)
+
+
+def test_pedal_at_its_stop_does_not_wind_up() -> None:
+    """4 m/s2 are asked for 10 s and 3 are there: once the mass has caught up it overshoots by little, not by 10 s of integral."""
+    result = pt.simulate(pushed((0, 0), (10, 40), (60, 40)), stop=60, points=6001)
+    assert result["driver.accelerator"].max() == 1
+    assert result["mass.v"][1000] == pytest.approx(30, abs=0.1)
+    assert result["mass.v"].max() < 40.5
+    assert result["mass.v"][-1] == pytest.approx(40, abs=1e-3)  # slowest root -0.22 1/s
+
+
+def test_mirrored_ramp_gives_the_other_pedal() -> None:
+    up = pt.simulate(pushed((0, 0), (2, 0), (6, 8), (9, 8)), stop=9, points=901)
+    down = pt.simulate(pushed((0, 8), (2, 8), (6, 0), (9, 0)), stop=9, points=901, starts={"mass.v": 8.0})
+    assert down["driver.brake"] == pytest.approx(up["driver.accelerator"], abs=1e-5)

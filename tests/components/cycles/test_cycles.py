@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.cycles import CYCLES, CycleSpeed, DriveCycle
+
+# Duration in s, distance in km and top speed in km/h as the regulations state them.
+STATED = {
+    "hwfet": (765, 16.51, 96.4),
+    "nedc": (1180, 11.01, 120.0),
+    "udds": (1369, 11.99, 91.3),
+    "wltc": (1800, 23.27, 131.3),
+}
+
+
+@pytest.mark.parametrize("name", CYCLES)
+def test_legislated_cycles(name: str) -> None:
+    cycle = DriveCycle.named(name)
+    duration, distance, top = STATED[name]
+    assert cycle.duration == duration
+    assert round(cycle.distance / 1e3, 2) == distance
+    assert round(cycle.top_speed * 3.6, 1) == top
+    assert cycle.speeds[0] == cycle.speeds[-1] == 0
+
+
+def test_checksum_of_the_wltc() -> None:
+    assert round(float(DriveCycle.named("wltc").speeds.sum()) * 3.6, 1) == 83758.6
+
+
+def test_distance_cycle_has_constant_acceleration_between_rows() -> None:
+    cycle = DriveCycle.from_distance("lap", [0, 50, 150, 200], [0, 10, 10, 0], stops=[3, 5])
+    assert cycle.distance == pytest.approx(200, rel=1e-14)
+    assert cycle.times == pytest.approx([0, 3, 13, 23, 33, 38])
+    with pytest.raises(pt.ParameterError, match=r"from 0 m at 0 m/s to 10 m at 0 m/s cannot be driven"):
+        DriveCycle.from_distance("lap", [0, 10], [0, 0])
+    with pytest.raises(pt.ParameterError, match=r"1 stops are given, but the speed is zero at 2 rows"):
+        DriveCycle.from_distance("lap", [0, 50, 200], [0, 10, 0], stops=[1])
+
+
+def test_files(tmp_path: Path) -> None:
+    file = tmp_path / "town.csv"
+    file.write_text("# a town\ntime_s,speed_km_h\n0,0\n10,36\n20,0\n", encoding="utf-8")
+    town = DriveCycle.from_csv(file)
+    assert (town.name, town.distance) == ("town", pytest.approx(100))
+    for text, said in {
+        "t,v\n0,0\n": "the header is 't,v'",
+        "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a time and a speed",
+        "time_s,speed_m_s\n0,0\n1,1\n1,2\n": "row 3 is at 1 s, after 1 s",
+        "time_s,speed_m_s\n0,0\n1,-1\n": "row 2 asks for -1 m/s",
+        "time_s,speed_m_s\n0,0\n1,nan\n": "both must be finite",
+        "time_s,speed_m_s\n0,0\n": "1 rows are none",
+    }.items():
+        file.write_text(text, encoding="utf-8")
+        with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(")):
+            DriveCycle.from_csv(file)
+    with pytest.raises(pt.ParameterError, match="no drive cycle 'ftp'; there are hwfet, nedc, udds, wltc"):
+        DriveCycle.named("ftp")
+
+
+def test_part_starts_at_zero() -> None:
+    part = DriveCycle.named("wltc").part(11.5, 20)
+    assert part.times[0] == 0
+    assert part.duration == 8.5
+    whole = DriveCycle.named("wltc")
+    assert np.interp(3.0, part.times, part.speeds) == pytest.approx(np.interp(14.5, whole.times, whole.speeds))
+
+
+def test_signal_shows_the_cycle_and_what_comes() -> None:
+    ramp = DriveCycle("ramp", ((0, 0), (10, 0), (20, 20), (30, 20)))
+    result = pt.simulate(CycleSpeed(cycle=ramp, preview=2.0), stop=30, times=np.linspace(0, 30, 301))
+    t = result.time
+    assert result["v_ref"] == pytest.approx(np.interp(t, ramp.times, ramp.speeds), abs=1e-12)
+    later = np.interp(t + 2, ramp.times, ramp.speeds)
+    assert result["a_ref"] == pytest.approx((later - result["v_ref"]) / 2, abs=1e-12)
+    with pytest.raises(pt.ParameterError, match=r"preview of 0 s"):
+        pt.compile(CycleSpeed(preview=0.0))
+    assert math.isclose(ramp.distance, 300)
