@@ -1,1 +1,7 @@
-"""Vehicle bodies: mass, resistances, axle loads, the paths of wheels in a bend."""
+"""Bodies of vehicles: mass, drag, slope, loads of the axles, and the paths of the wheels in a bend."""
+
+from __future__ import annotations
+
+from powertrain.components.body.body import AirStream, Chassis, VehicleBody, Wind
+
+__all__ = ["AirStream", "Chassis", "VehicleBody", "Wind"]

@@ -1,0 +1,61 @@
+"""What the wheels have in common: a hub, a road under them, a load, and the resistance of rolling."""
+
+from __future__ import annotations
+
+from powertrain import (
+    Equations,
+    Input,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    port,
+    signal_input,
+    variable,
+    within,
+)
+from powertrain.components.rotational import Flange as Hub
+from powertrain.components.rotational.interfaces import Lossy
+from powertrain.components.translational import Flange as Road
+
+
+class Wheel(Lossy):
+    """Partial: a wheel between its hub and the road, with inertia and rolling resistance.
+
+    J der(w) = hub.tau - radius f - tau_roll,  w = der(hub.phi),  v = der(road.s),  f = -road.f,  fn = load_nominal + load
+    w > 0: tau_roll = Cr radius fn;  w < 0: tau_roll = -Cr radius fn;  w = 0: |tau_roll| <= Cr radius fn
+
+    ``road`` moves with the vehicle; f is what the road pushes the vehicle forward with.
+    The load is what a body or an axle sends; a wheel without one stands under ``load_nominal``. The mass of the wheel counts in the body.
+    A load below zero ends the simulation: no wheel is followed in the air.
+    """
+
+    hub: Hub = port(Hub)
+    road: Road = port(Road)
+    load: Input = signal_input("N", "Load on the wheel beside load_nominal", default=0.0)
+    radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0)
+    J: Parameter = parameter("kg.m2", "Moment of inertia", default=1.0, min=0)
+    Cr: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
+    load_nominal: Parameter = parameter("N", "Load on the wheel without the signal", default=0.0, min=0)
+    w: Variable = variable("rad/s", "Speed of the wheel")
+    v: Variable = variable("m/s", "Speed over the road")
+    f: Variable = variable("N", "Force of the road on the wheel, positive forward")
+    fn: Variable = variable("N", "Load on the wheel")
+    tau_roll: Variable = variable("N.m", "Torque of rolling resistance")
+
+    def _roll(self) -> Equations:
+        yield self.w == der(self.hub.phi)
+        yield self.v == der(self.road.s)
+        yield self.f == -self.road.f
+        yield self.fn == self.load_nominal + self.load.value
+        yield self.J * der(self.w) == self.hub.tau - self.radius * self.f - self.tau_roll
+        limit = self.Cr * self.radius * self.fn
+        yield friction(self.w, self.tau_roll, -limit, limit, name="rolling")
+        within(self.fn, 0, float("inf"), name="load of the wheel", unit="N")
+        yield from self._dissipate()
+
+    def energy(self) -> Symbol:
+        """Kinetic energy J w^2/2."""
+        return self.J * self.w**2 / 2

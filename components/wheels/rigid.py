@@ -1,0 +1,24 @@
+"""Wheels that do not slip."""
+
+from __future__ import annotations
+
+from powertrain import Equations, Symbol
+from powertrain.components.wheels.interfaces import Wheel
+
+
+class RigidWheel(Wheel):
+    """A wheel, or the wheels of an axle as one, that rolls without slip.
+
+    radius hub.phi = road.s, and what holds for every wheel
+
+    The road gives whatever force that takes: look at f/fn for the friction coefficient that it needs.
+    """
+
+    def equations(self) -> Equations:
+        """Path = radius times angle."""
+        yield from self._roll()
+        yield self.radius * self.hub.phi == self.road.s
+
+    def loss(self) -> Symbol:
+        """Rolling resistance times speed."""
+        return self.tau_roll * self.w
