@@ -31,6 +31,8 @@ ONE_SIDED = {
     "Freewheel": "locks in one direction",
     "OneWayClutch": "locks in one direction",
     "ElastoGap": "pushes and does not pull",
+    "Chassis": "on a slope",
+    "VehicleBody": "on a slope, in the wind",
 }
 
 

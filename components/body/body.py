@@ -99,7 +99,7 @@ class Chassis(_Body, Lossy):
         yield der(self.height) == slope * cosine * self.speed
         against = self.speed - self.air.v
         yield self.drag == self.Cd * self.A * self.rho / 2 * against * ca.fabs(against)
-        yield self.air.f == self.drag
+        yield self.air.f == -self.drag
         yield self.v.value == self.speed
         yield self.s.value == self.path
         yield self.front_load.value == weight * self.front_share - self.h / self.wheelbase * push
