@@ -1,1 +1,8 @@
 """Combustion engines: torque from a map or a Willans line, with their fuel."""
+
+from __future__ import annotations
+
+from powertrain.components.engines.interfaces import Engine
+from powertrain.components.engines.willans import WillansEngine
+
+__all__ = ["Engine", "WillansEngine"]

@@ -1,0 +1,152 @@
+"""What engines have in common: crank, throttle, fuel, idle control, rev limit, starter, and their operating points as numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain import (
+    Component,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    port,
+    signal_input,
+    signal_output,
+    variable,
+)
+from powertrain.components.rotational.interfaces import Flange
+
+
+class Engine(Component):
+    """Partial: a combustion engine with its inertia, which burns fuel to keep its crank turning.
+
+    J der(w) = tau + crank.tau,  tau = firing + starter - drag,  w = der(crank.phi)
+    w > 0: drag = motoring(w);  w < 0: drag = -motoring(-w);  w = 0: |drag| <= motoring(0)
+    fuel_rate heating_value = fuel power(w, firing),  der(fuel) = fuel_rate,  power = tau w
+
+    The firing torque is what combustion gives beside the motoring drag, zero with closed throttle: in overrun no fuel flows. Its throttle
+    is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and
+    started = w/w_fire within 0..1;  starter = on (1 - started) tau_starter
+    limited = (w_limit - w)/band_limit within 0..1: the rev limiter
+    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up
+
+    With ``on`` = 0 the engine burns nothing and comes to rest by its drag, which then holds it; back at 1 the starter turns it.
+    A boundary: it supplies the chemical power of its fuel and the starter's power; its loss is what the crank does not get of them.
+    """
+
+    boundary: ClassVar[bool] = True
+    crank: Flange = port(Flange)
+    throttle: Input = signal_input("1", "Throttle, 0 to 1")
+    on: Input = signal_input("1", "1: runs, 0: is stopped", default=1.0)
+    speed: Output = signal_output("rad/s", "Speed of the crank")
+    J: Parameter = parameter("kg.m2", "Moment of inertia with the flywheel", default=0.15, min=0)
+    heating_value: Parameter = parameter("J/kg", "Lower heating value of the fuel", default=43e6, above=0)
+    fuel_density: Parameter = parameter("kg/m3", "Density of the fuel", default=745.0, above=0)
+    co2_per_fuel: Parameter = parameter("kg/kg", "Carbon dioxide from a kilogram of fuel", default=3.17, min=0)
+    w_idle: Parameter = parameter("rad/s", "Idle speed", default=85.0, min=0)
+    k_idle: Parameter = parameter("s/rad", "Throttle for a speed 1 rad/s below idle", default=0.02, min=0)
+    T_idle: Parameter = parameter("s", "Integral time of the idle controller", default=0.5, above=0)
+    w_limit: Parameter = parameter("rad/s", "Speed from which nothing fires", default=680.0, above=0)
+    band_limit: Parameter = parameter(
+        "rad/s", "Range of speed below it in which the limiter acts", default=10.0, above=0
+    )
+    w_fire: Parameter = parameter("rad/s", "Speed from which it fires fully", default=40.0, above=0)
+    tau_starter: Parameter = parameter("N.m", "Torque of the starter at rest", default=60.0, min=0)
+    w: Variable = variable("rad/s", "Speed of the crank", prefer=True)
+    tau: Variable = variable("N.m", "Torque of the engine before its inertia")
+    firing: Variable = variable("N.m", "Torque of combustion")
+    drag: Variable = variable("N.m", "Torque of friction and pumping")
+    x: Variable = variable("1", "Integral part of the idle controller")
+    power: Variable = variable("W", "Power of the engine before its inertia")
+    fuel_rate: Variable = variable("kg/s", "Fuel flow")
+    fuel: Variable = variable("kg", "Fuel burnt", start=0.0)
+
+    def _motoring(self, w: Symbol) -> Symbol:
+        """Torque that turns the engine without fuel at a speed >= 0."""
+        raise NotImplementedError
+
+    def _full_load(self, w: Symbol) -> Symbol:
+        """Torque with an open throttle."""
+        raise NotImplementedError
+
+    def _firing(self, w: Symbol, u: Symbol) -> Symbol:
+        """Torque of combustion with throttle u."""
+        return u * (self._full_load(w) + self._motoring(w))
+
+    def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
+        """Chemical power of the fuel for a torque of combustion."""
+        raise NotImplementedError
+
+    def _run(self) -> Equations:
+        w, on = self.w, _held(self.on.value)
+        yield self.w == der(self.crank.phi)
+        yield self.speed.value == self.w
+        yield self.J * der(self.w) == self.tau + self.crank.tau
+        yield self.tau == self.firing + self._starter() - self.drag
+        idle = _held(self.x + self.k_idle * (self.w_idle - w))
+        yield der(self.x) == (on * idle - self.x) / self.T_idle
+        u = on * self._started() * _held((self.w_limit - w) / self.band_limit)
+        yield self.firing == self._firing(w, u * ca.fmin(_held(self.throttle.value) + idle, 1))
+        limit = self._motoring(ca.fabs(w))
+        yield friction(w, self.drag, -limit, limit)
+        yield self.power == self.tau * w
+        yield self.fuel_rate == self._fuel_power(w, self.firing) / self.heating_value
+        yield der(self.fuel) == self.fuel_rate
+
+    def _started(self) -> Symbol:
+        return _held(self.w / self.w_fire)
+
+    def _starter(self) -> Symbol:
+        return _held(self.on.value) * (1 - self._started()) * self.tau_starter
+
+    def energy(self) -> Symbol:
+        """Kinetic energy J w^2/2."""
+        return self.J * self.w**2 / 2
+
+    def loss(self) -> Symbol:
+        """Heat of combustion that does no work, and the work against drag."""
+        return self.fuel_rate * self.heating_value - self.firing * self.w + self.drag * self.w
+
+    def full_load(self, w: ArrayLike) -> Any:
+        """Torque [N.m] with an open throttle at speeds w [rad/s]."""
+        return _numbers(self._full_load, w)
+
+    def motoring(self, w: ArrayLike) -> Any:
+        """Torque [N.m] >= 0 that turns the engine without fuel at speeds w [rad/s]."""
+        return _numbers(self._motoring, w)
+
+    def fuel_flow(self, w: ArrayLike, tau: ArrayLike) -> Any:
+        """Fuel flow [kg/s] at steady operating points: speeds w [rad/s], torques tau [N.m] (below the motoring line: none)."""
+
+        def law(w: Symbol, tau: Symbol) -> Symbol:
+            return self._fuel_power(w, ca.fmax(tau + self._motoring(w), 0)) / self.heating_value
+
+        return _numbers(law, w, tau)
+
+    def bsfc(self, w: ArrayLike, tau: ArrayLike) -> Any:
+        """Brake specific fuel consumption [kg/J], fuel flow over power; infinite where no power is given. Times 3.6e9 it is in g/kWh."""
+        flow, power = self.fuel_flow(w, tau), np.multiply(w, tau)
+        return np.where(power > 0, flow / np.where(power > 0, power, 1), np.inf)[()]
+
+
+def _held(value: Symbol) -> Symbol:
+    return ca.fmin(ca.fmax(value, 0), 1)
+
+
+def _numbers(law: Callable[..., Symbol], *values: ArrayLike) -> Any:
+    """A law of symbols at numbers, broadcast."""
+    symbols = [ca.SX.sym("argument") for _ in values]
+    full = np.broadcast_arrays(*(np.asarray(v, float) for v in values))
+    function = ca.Function("law", symbols, [law(*symbols)])
+    return np.asarray(function(*(f.reshape(1, -1) for f in full)), float).reshape(full[0].shape)[()]

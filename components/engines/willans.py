@@ -1,0 +1,58 @@
+"""An engine by its Willans line and the numbers of a data sheet."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parameter
+from powertrain.components.engines.interfaces import Engine
+
+
+class WillansEngine(Engine):
+    """An engine whose fuel power rises in a straight line with its torque.
+
+    fuel power = (tau + motoring) w/e,  motoring = tau_0 + tau_2 w^2,  tau = u (full load + motoring) - motoring
+
+    In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. The
+    full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at w_tau, a
+    cubic from there to the largest power P_max at w_P, where it has the slope of a largest power:
+    full load(w_P) = P_max/w_P, slope -P_max/w_P^2, held at tau_max where that would exceed it; or ``curve``, a map from speed [rad/s] to torque [N.m].
+
+    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are made up for a
+    gasoline engine of 1.6 l, not measured. Errors: ParameterError for a curve with other axes.
+    """
+
+    e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
+    tau_0: Parameter = parameter("N.m", "Motoring torque at rest", default=18.0, min=0)
+    tau_2: Parameter = parameter("N.m.s2/rad2", "Rise of the motoring torque with speed squared", default=4e-5, min=0)
+    tau_max: Parameter = parameter("N.m", "Largest torque", default=150.0, above=0)
+    w_tau: Parameter = parameter("rad/s", "Speed of the largest torque", default=420.0, above=0)
+    P_max: Parameter = parameter("W", "Largest power", default=82e3, above=0)
+    w_P: Parameter = parameter("rad/s", "Speed of the largest power", default=600.0, above=0)
+    tau_low: Parameter = parameter("N.m", "Full-load torque at w_low", default=105.0, min=0)
+    w_low: Parameter = parameter("rad/s", "A low speed", default=100.0, min=0)
+    curve: Map | None = None
+
+    def equations(self) -> Equations:
+        """What holds for every engine, with these laws."""
+        if self.curve is not None and [a.unit for a in self.curve.axes] != ["rad/s"]:
+            said = ", ".join(f"{a.name} [{a.unit}]" for a in self.curve.axes)
+            raise ParameterError(f"{self._path}.curve is over {said}; it must be over one speed in rad/s")
+        yield from self._run()
+
+    def _motoring(self, w: Symbol) -> Symbol:
+        return self.tau_0 + self.tau_2 * w**2
+
+    def _full_load(self, w: Symbol) -> Symbol:
+        if self.curve is not None:
+            return self.curve(w)
+        span, torque = self.w_P - self.w_tau, self.P_max / self.w_P
+        slope, drop = -torque / self.w_P * span, torque - self.tau_max
+        slow = ca.fmin(w - self.w_tau, 0) / (self.w_tau - self.w_low)
+        fast = ca.fmax(w - self.w_tau, 0) / span
+        rise = (self.tau_low - self.tau_max) * slow**2
+        fall = (3 * drop - slope) * fast**2 + (slope - 2 * drop) * fast**3
+        return ca.fmax(self.tau_max + rise + ca.fmin(fall, 0), 0)
+
+    def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
+        return firing * w / self.e
