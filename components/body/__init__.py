@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from powertrain.components.body.body import AirStream, Chassis, VehicleBody, Wind
+from powertrain.components.body.path import AxlePath, RoadProfile
 
-__all__ = ["AirStream", "Chassis", "VehicleBody", "Wind"]
+__all__ = ["AirStream", "AxlePath", "Chassis", "RoadProfile", "VehicleBody", "Wind"]

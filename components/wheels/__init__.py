@@ -1,8 +1,11 @@
-"""Wheels and tyres: rigid rolling, slip with relaxation, Magic Formula."""
+"""Wheels and tyres: rigid rolling, slip with relaxation, Magic Formula; and their brakes."""
 
 from __future__ import annotations
 
+from powertrain.components.wheels.brake import WheelBrake
 from powertrain.components.wheels.interfaces import Wheel
+from powertrain.components.wheels.magic_formula import MagicFormulaWheel
 from powertrain.components.wheels.rigid import RigidWheel
+from powertrain.components.wheels.slip import SlippingWheel, SlipWheel
 
-__all__ = ["RigidWheel", "Wheel"]
+__all__ = ["MagicFormulaWheel", "RigidWheel", "SlipWheel", "SlippingWheel", "Wheel", "WheelBrake"]

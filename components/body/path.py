@@ -1,0 +1,75 @@
+"""The paths of the wheels in a bend, and the slope along a road."""
+
+from __future__ import annotations
+
+from powertrain import (
+    Component,
+    Equations,
+    Input,
+    Map,
+    Output,
+    Parameter,
+    ParameterError,
+    Variable,
+    der,
+    parameter,
+    port,
+    signal_input,
+    signal_output,
+    variable,
+)
+from powertrain.components.body.body import G_N
+from powertrain.components.translational import Flange
+
+
+class AxlePath(Component):
+    """An axle in a bend: its two wheels run on circles whose radii differ by the track.
+
+    v_left = (1 - curvature track/2) v,  v_right = (1 + curvature track/2) v
+    axle.f + (1 - curvature track/2) left.f + (1 + curvature track/2) right.f = 0
+    left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = load/g curvature v^2 h/track
+
+    Positive curvature bends to the left. The forces follow from the power that goes through. ``h`` is the height at which the axle's part
+    of the mass is turned over: 0 shares the load equally. Wheels that do not slip follow a curvature that changes smoothly in time only.
+    Source: A. Madhavan, 1996, App. A: 88 rad/s in the middle, radius 7 m, track 1.4 m: 96.8 rad/s and 79.2 rad/s.
+    """
+
+    track: Parameter = parameter("m", "Distance of the wheels", default=1.5, above=0)
+    h: Parameter = parameter("m", "Height of the mass for the transfer of load in a bend", default=0.0, min=0)
+    axle: Flange = port(Flange)
+    left: Flange = port(Flange)
+    right: Flange = port(Flange)
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
+    load: Input = signal_input("N", "Load on the axle", default=0.0)
+    left_load: Output = signal_output("N", "Load on the left wheel")
+    right_load: Output = signal_output("N", "Load on the right wheel")
+    v: Variable = variable("m/s", "Speed of the middle of the axle")
+
+    def equations(self) -> Equations:
+        """Kinematics of a rigid body on a circle, power, and moments about the road."""
+        lead = self.curvature.value * self.track / 2
+        yield self.v == der(self.axle.s)
+        yield der(self.left.s) == (1 - lead) * self.v
+        yield der(self.right.s) == (1 + lead) * self.v
+        yield self.axle.f + (1 - lead) * self.left.f + (1 + lead) * self.right.f == 0
+        transfer = self.load.value / G_N * self.curvature.value * self.v**2 * self.h / self.track
+        yield self.left_load.value == self.load.value / 2 - transfer
+        yield self.right_load.value == self.load.value / 2 + transfer
+
+
+class RoadProfile(Component):
+    """The slope of a road along its length: grade = profile(s).
+
+    ``profile`` is a map of one argument, the path in m, to tan(alpha). ``from_heights`` makes one from heights.
+    """
+
+    profile: Map = Map.constant(0.0, x="s", x_unit="m", name="grade")
+    s: Input = signal_input("m", "Path of the vehicle")
+    grade: Output = signal_output("1", "Slope of the road, tan(alpha), positive uphill")
+
+    def equations(self) -> Equations:
+        """The map."""
+        if len(self.profile.axes) != 1:
+            names = ", ".join(axis.name for axis in self.profile.axes)
+            raise ParameterError(f"{self._path}.profile takes one argument, the path s; this map takes {names}")
+        yield self.grade.value == self.profile(self.s.value)

@@ -1,0 +1,37 @@
+"""Brakes of wheels."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+
+
+class WheelBrake(TwoFlangesAndSupport, Lossy):
+    """A friction brake on the shaft of a wheel (or of an axle) that is applied by a demand from 0 to 1.
+
+    w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau
+    w > 0: tau = tau_max demand;  w < 0: tau = -tau_max demand;  w = 0: |tau| <= tau_max demand
+
+    A demand below 0 counts as 0, one above 1 as 1. At rest the brake holds.
+    """
+
+    tau_max: Parameter = parameter("N.m", "Brake torque at full demand", default=3000.0, min=0)
+    demand: Input = signal_input("1", "Brake demand from 0 to 1", default=0.0)
+    w: Variable = variable("rad/s", "Speed of the shaft against the support")
+    tau: Variable = variable("N.m", "Friction torque")
+
+    def equations(self) -> Equations:
+        """A shaft that is pressed to its support."""
+        yield from self._balance()
+        yield self.flange_b.phi == self.flange_a.phi
+        yield self.w == der(self.flange_a.phi - self.support.phi)
+        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        limit = self.tau_max * ca.fmin(ca.fmax(self.demand.value, 0), 1)
+        yield friction(self.w, self.tau, -limit, limit)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction torque times speed."""
+        return self.tau * self.w

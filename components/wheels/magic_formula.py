@@ -1,0 +1,87 @@
+"""The Magic Formula tyre along the road, in a form that also stands still."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain.components.wheels.slip import SlippingWheel
+
+NEWTON_STEPS = 8
+"""Steps from below towards the root of a concave function: enough for 1e-9 where pEx1 <= 0.97."""
+SMALL = 1e-6
+"""Part of the peak force below which force and slip are proportional."""
+
+
+def shape(x: Symbol, E: Symbol) -> Symbol:
+    """The argument of the formula's arctangent: x - E (x - atan x)."""
+    return x - E * (x - ca.atan(x))
+
+
+def inverse_shape(t: Symbol, E: Symbol) -> Symbol:
+    """The x with x - E (x - atan x) = t for t >= 0, by a fixed number of Newton steps."""
+    x = ca.fmax(t, t / (1 - E) - math.pi / 2 * E / (1 - E))
+    for _ in range(NEWTON_STEPS):
+        x = x + (t - shape(x, E)) / (1 - E + E / (1 + x**2))
+    return x
+
+
+class MagicFormulaWheel(SlippingWheel):
+    """A wheel with a tyre after the Magic Formula: force over slip rises to a peak and falls beyond it.
+
+    steady: f = D sin(C atan(B kappa - E (B kappa - atan(B kappa)))),  kappa = v_slip/|v|
+    C = pCx1,  E = pEx1,  D = mu (pDx1 + pDx2 dfz) Fz,  B C D = K = (pKx1 + pKx2 dfz) exp(pKx3 dfz) Fz,  dfz = Fz/Fz0 - 1
+
+    Up to the peak the tyre creeps with the slip that the formula's rising branch gives for its force: v_creep = |v| kappa(f). It slides
+    where f reaches the limit of friction, the formula at the slip kappa_c, no less than its peak:
+    sigma_c der(kappa_c) = |v_creep + v_slide| - |v| kappa_c
+    The tyre's spring c makes the force follow slip over the relaxation length K/c. The load follows the wheel's in the time T:
+    T der(Fz) = fn - Fz. Deflection is stored energy, c u^2/2; the secant of the rising branch is taken at the spring's force, so
+    that no loss is negative in transients; the load does no work.
+
+    Sources: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4 (names, formula without shifts), ch. 7 (carcass spring and
+    contact patch). The defaults are plain values of a car tyre's order, not a measured tyre.
+    """
+
+    pCx1: Parameter = parameter("1", "Shape factor C", default=1.65, above=1, max=3)
+    pDx1: Parameter = parameter("1", "Friction coefficient at Fz0", default=1.0, above=0)
+    pDx2: Parameter = parameter("1", "Change of the friction coefficient with dfz", default=0.0)
+    pEx1: Parameter = parameter("1", "Curvature factor E", default=-0.5, min=-20, max=0.97)
+    pKx1: Parameter = parameter("1", "Slip stiffness over load at Fz0", default=20.0, above=0)
+    pKx2: Parameter = parameter("1", "Change of the slip stiffness over load with dfz", default=0.0)
+    pKx3: Parameter = parameter("1", "Exponent of the slip stiffness with dfz", default=0.0)
+    Fz0: Parameter = parameter("N", "Load that the factors are for", default=4000.0, above=0)
+    c: Parameter = parameter("N/m", "Stiffness of the tyre along the road", default=2.5e5, above=0)
+    sigma_c: Parameter = parameter("m", "Relaxation length of the contact in sliding", default=0.1, above=0)
+    T: Parameter = parameter("s", "Time in which the contact follows the load", default=0.02, above=0)
+    Fz: Variable = variable("N", "Load on the contact")
+    kappa_c: Variable = variable("1", "Slip of the contact, without sign", start=0.0)
+
+    def equations(self) -> Equations:
+        """Creep on the rising branch, sliding on the other."""
+        load = ca.fmax(self.Fz, SMALL * self.Fz0)
+        dfz = load / self.Fz0 - 1
+        stiffness = ca.fmax(self.pKx1 + self.pKx2 * dfz, SMALL) * ca.exp(self.pKx3 * dfz) * load
+        peak = self.mu * ca.fmax(self.pDx1 + self.pDx2 * dfz, SMALL) * load
+        part = ca.fmin(ca.fmax(ca.fabs(self.c * self.u) / peak, SMALL), 1 - SMALL)
+        x = inverse_shape(ca.tan(ca.asin(part) / self.pCx1), self.pEx1)
+        B = stiffness / (self.pCx1 * peak)
+        angle = self.pCx1 * ca.atan(shape(B * self.kappa_c, self.pEx1))
+        limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
+        yield from self._slip(self.c, x / (B * part * peak), limit)
+        yield self.sigma_c * der(self.kappa_c) == ca.fabs(self.v_creep + self.v_slide) - ca.fabs(self.v) * self.kappa_c
+        yield self.T * der(self.Fz) == self.fn - self.Fz
+
+    def initial(self) -> Equations:
+        """The contact bears the wheel's load."""
+        yield self.Fz == self.fn
+
+    def energy(self) -> Symbol:
+        """Kinetic energy and the tyre's deflection."""
+        return self.J * self.w**2 / 2 + self.c * self.u**2 / 2
+
+    def loss(self) -> Symbol:
+        """Rolling, damping, creep and sliding."""
+        return self._loss()

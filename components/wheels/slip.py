@@ -1,0 +1,67 @@
+"""Tyres whose force grows with slip: what all of them have in common, and the linear one."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, variable
+from powertrain.components.wheels.interfaces import Wheel
+
+
+class SlippingWheel(Wheel):
+    """Partial: a wheel on a tyre, whose slip speed is shared by three things in a row that carry the same force f.
+
+    v_slip = radius w - v = der(u) + v_creep + v_slide
+    u: the tyre is a spring with a damper beside it;  v_creep = |v| f (slip per force): rubber that is under load leaves the contact
+    and unloaded rubber enters it;  v_slide: what is above the limit of friction slides
+
+    Nothing is divided by the speed. At standstill nothing creeps: the tyre is a spring that holds the vehicle, on a slope too.
+    The loss is the damper's, the tension of the rubber that leaves the contact, and friction; each of them is positive by itself.
+    """
+
+    mu: Parameter = parameter("1", "Factor on the friction coefficient", default=1.0, min=0)
+    d: Parameter = parameter("N.s/m", "Damping of the tyre along the road", default=1000.0, above=0)
+    u: Variable = variable("m", "Deflection of the tyre along the road", start=0.0)
+    v_slip: Variable = variable("m/s", "Slip speed, radius w - v", start=0.0)
+    v_creep: Variable = variable("m/s", "Part of the slip speed that rubber takes through the contact")
+    v_slide: Variable = variable("m/s", "Part of the slip speed above the limit of friction")
+
+    def _slip(self, stiffness: Symbol, slip_per_force: Symbol, limit: Symbol) -> Equations:
+        yield from self._roll()
+        yield self.v_slip == self.radius * self.w - self.v
+        yield der(self.u) == self.v_slip - self.v_creep - self.v_slide
+        yield self.f == stiffness * self.u + self.d * der(self.u)
+        yield self.v_creep == ca.fabs(self.v) * self.f * slip_per_force
+        yield friction(self.v_slide, self.f, -limit, limit, name="sliding")
+
+    def _loss(self) -> Symbol:
+        stretching = self.v_slip - self.v_creep - self.v_slide
+        return self.tau_roll * self.w + self.d * stretching**2 + self.f * (self.v_creep + self.v_slide)
+
+
+class SlipWheel(SlippingWheel):
+    """A wheel whose force is in proportion to slip up to the limit of friction, and follows over a relaxation length.
+
+    steady: f = C v_slip/|v|, at most mu fn;  else the deflection u relaxes over the path sigma (1 + d |v|/C):
+    f = C/sigma u + d der(u),  der(u) = v_slip - |v| f/C - v_slide
+    v_slide > 0: f = mu fn;  v_slide < 0: f = -mu fn;  v_slide = 0: |f| <= mu fn
+    Stored energy C/sigma u^2/2,  loss |v| f^2/C + f v_slide + d der(u)^2 + tau_roll w
+
+    With C to infinity at a fixed sigma it rolls as a rigid wheel does, up to the limit of friction.
+    Source of the relaxation: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 7 (sigma der(u) + |v| u = sigma v_slip).
+    """
+
+    C: Parameter = parameter("N", "Slip stiffness, force over slip", default=6e4, above=0)
+    sigma: Parameter = parameter("m", "Relaxation length", default=0.3, above=0)
+
+    def equations(self) -> Equations:
+        """Creep in proportion to the force."""
+        yield from self._slip(self.C / self.sigma, 1 / self.C, self.mu * self.fn)
+
+    def energy(self) -> Symbol:
+        """Kinetic energy and the tyre's deflection."""
+        return self.J * self.w**2 / 2 + self.C / self.sigma * self.u**2 / 2
+
+    def loss(self) -> Symbol:
+        """Rolling, damping, creep and sliding."""
+        return self._loss()
