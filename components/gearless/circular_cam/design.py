@@ -1,0 +1,114 @@
+"""The design of a circular-cam differential: two tracks out of phase, and the friction disks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain import ParameterError
+from powertrain.components.gearless.circular_cam.disk import FrictionDisk
+from powertrain.components.gearless.circular_cam.locking_law import (
+    Sharing,
+    check_sharing,
+    disk_coefficient,
+    groove_coefficient,
+    outer_share,
+)
+from powertrain.components.gearless.circular_cam.track import Array, Track
+
+
+@dataclass(frozen=True)
+class CircularCams:
+    """Two concentric tracks on each cam, half an arc out of phase, so that one is steepest where the other cannot transmit.
+
+    theta = 0 is where the outer rollers stand in the middle of their arcs (Fig. 15a). Rollers of both tracks share the grooves of the
+    cage; they are slices of spheres, and the slices of a groove turn side by side.
+
+    Errors: ParameterError where the inner track is not smaller, the numbers of arcs differ, or the tracks are not half an arc apart.
+    """
+
+    outer: Track
+    inner: Track
+    disk: FrictionDisk
+
+    def __post_init__(self) -> None:
+        outer, inner = self.outer, self.inner
+        if inner.D >= outer.D:
+            raise ParameterError(
+                f"CircularCams: the inner track's diameter {inner.D:g} m must be less than the outer track's {outer.D:g} m"
+            )
+        if inner.n != outer.n:
+            raise ParameterError(
+                f"CircularCams: the tracks have {outer.n} and {inner.n} arcs; both rollers of a groove need the same"
+            )
+        apart = (inner.phase - outer.phase) * outer.n / math.pi
+        if abs(apart % 2 - 1) > 1e-9:
+            raise ParameterError(
+                f"CircularCams: the inner track leads by {math.degrees(inner.phase - outer.phase):g} degrees; it must be half an arc, "
+                f"{180 / outer.n:g} degrees, so that at every phase one track can transmit"
+            )
+
+    @classmethod
+    def build(
+        cls,
+        *,
+        D_out: float,
+        D_in: float,
+        r_out: float,
+        r_in: float,
+        alpha_out: float,
+        alpha_in: float,
+        disk: FrictionDisk,
+        n: int = 4,
+    ) -> Self:
+        """From diameters and roller radii [m], greatest contact angles [rad], and the number of rollers per track."""
+        outer = Track(D_out, r_out, alpha_out, n)
+        return cls(outer, Track(D_in, r_in, alpha_in, n, math.pi / n), disk)
+
+    @property
+    def xi(self) -> float:
+        """Inner over outer track diameter, eqs. (19) and (44)."""
+        return self.inner.D / self.outer.D
+
+    def sines(self, theta: ArrayLike, sharing: Sharing = "elastic") -> tuple[Array, Array]:
+        """Sines of the contact angles of the outer and the inner track; for "averaged" sharing those of their mean angles."""
+        if sharing == "averaged":
+            ones = np.ones_like(np.asarray(theta, float))
+            return math.sin(self.outer.alpha_max / 2) * ones, math.sin(self.inner.alpha_max / 2) * ones
+        return np.sin(self.outer.alpha(theta)), np.sin(self.inner.alpha(theta))
+
+    def share(self, theta: ArrayLike, sharing: Sharing = "elastic", stiffness: float = 1.0) -> Array:
+        """lambda: the part of the cage's torque that the outer track carries."""
+        check_sharing(sharing)
+        return np.asarray(outer_share(sharing, *self.sines(theta, sharing), self.xi, stiffness), float)
+
+    def kappa(
+        self, theta: ArrayLike, sharing: Sharing = "elastic", *, stiffness: float = 1.0, mu_groove: float = 0.0
+    ) -> Array:
+        """Locking coefficient at the phase theta: (T_R - T_L)/T_C of halves that turn against each other; they lock where it is >= 1.
+
+        By the rigid rule it is infinite where one track's angle is zero.
+        """
+        check_sharing(sharing)
+        sines, friction = self.sines(theta, sharing), self.disk.mu * self.disk.D_R
+        with np.errstate(divide="ignore"):
+            disks = disk_coefficient(sharing, *sines, self.outer.D, self.inner.D, friction, stiffness=stiffness)
+        return np.asarray(disks + groove_coefficient(sharing, *sines, self.xi, mu_groove, stiffness=stiffness), float)
+
+
+TABLE_1 = CircularCams.build(
+    D_out=0.085,
+    D_in=0.050,
+    r_out=0.015,
+    r_in=0.012,
+    alpha_out=math.radians(15.0),
+    alpha_in=math.radians(27.25),
+    disk=FrictionDisk(d_out=0.095, d_in=0.045, mu=0.066),
+)
+"""The data of Table 1 of the paper."""
+TORQUE = 260.0
+"""Torque of the cage in Table 1 [N.m]."""

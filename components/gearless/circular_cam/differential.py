@@ -1,0 +1,179 @@
+"""The differential of two circular-arc cams, with rollers in the cage between them, as an acausal component."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Self
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    switch,
+    variable,
+)
+from powertrain.components.differentials.interfaces import Differential
+from powertrain.components.gearless.circular_cam.design import CircularCams
+from powertrain.components.gearless.circular_cam.disk import Wear, check_wear, friction_diameter
+from powertrain.components.gearless.circular_cam.locking_law import (
+    Sharing,
+    check_sharing,
+    disk_coefficient,
+    groove_coefficient,
+)
+from powertrain.components.gearless.circular_cam.track import check_number
+from powertrain.components.rotational.interfaces import Lossy
+
+FLOOR = 1e-3
+"""Sine of the contact angle at which the rigid rule stops growing; the infinite value at zero is no number to simulate with."""
+UPRIGHT = math.pi / 2
+
+
+class CircularCamDifferential(Differential, Lossy):
+    """The differential of two cam disks with circular-arc tracks, and rollers in grooves of the cage between them.
+
+    w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
+    w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit;  limit = kappa(theta) |crown.tau|/2
+
+    T_L = -left.tau and T_R = -right.tau go out to the half shafts: T_R - T_L = 2 tau. The rollers wedge the cams apart. Each cam turns
+    at theta' against the cage, left ahead and right back, and rubs with the friction torque kappa |crown.tau|/2 on its disk. With
+    lambda the outer track's share of the torque
+
+    kappa = mu D_R (lambda/(D_out tan(alpha_out)) + (1 - lambda)/(D_in tan(alpha_in))) + the part of the grooves
+
+    The torque-bias ratio is (1 + kappa)/(1 - kappa), the efficiency of the relative motion eta_0 = (1 - kappa)/(1 + kappa). The contact
+    angles go with the phase theta: with p the distance from the phase at which the outer track is level, from 0 to 1 over half an arc
+    (pi/n of theta), sin(alpha_out) = p sin(alpha_out max) and sin(alpha_in) = (1 - p) sin(alpha_in max). How kappa changes with the phase
+    depends on how the tracks share the load, see ``Sharing``; the rigid rule is bounded at a contact angle of 0.06 degrees.
+
+    Where kappa >= 1 it locks: halves at rest against each other stay so under any torque of the cage with one shaft free. What
+    releases them is a torque on the free shaft itself: (kappa - 1)/2 times the cage's torque where the other shaft is held (bench
+    experiment 1), or (kappa - 1)/(kappa + 1) times that of the first shaft, against it, where the cage is held (experiment 2).
+    While it slides with kappa > 1 the faster shaft is held back: T_L < 0 for T_C > 0, w_rel > 0. With inertias J alone at the three
+    shafts, T_C (4/J_crown + (1 - kappa)/J_fast + (1 + kappa)/J_slow) is given by the outer torques. Where the bracket is negative (a
+    light fast side, a heavy cage) there is no sliding motion, or two: the halves seize at once. A simulation stays stuck from rest
+    where that is possible, and ends with an error where halves that turn would have to seize within no time: put the compliance of
+    the shafts between the differential and what is heavy.
+
+    Without inertia: put inertias at its flanges. The data of Table 1 are the defaults. Source: C. Provatidis, Eng 4 (2023) 2309-2335.
+    Errors: ParameterError for contact angles outside (0, 90 degrees), an odd number of rollers, tracks or disks inside out, or an
+    unknown name of a rule. ``from_design`` also has the whole geometry checked.
+    """
+
+    D_out: Parameter = parameter("m", "Mean diameter of the outer track", default=0.085, above=0)
+    D_in: Parameter = parameter("m", "Mean diameter of the inner track", default=0.050, above=0)
+    alpha_out: Parameter = parameter(
+        "rad",
+        "Greatest contact angle of the outer track",
+        default=math.radians(15),
+        above=0,
+        max=UPRIGHT,
+        exclude=(UPRIGHT,),
+    )
+    alpha_in: Parameter = parameter(
+        "rad",
+        "Greatest contact angle of the inner track",
+        default=math.radians(27.25),
+        above=0,
+        max=UPRIGHT,
+        exclude=(UPRIGHT,),
+    )
+    d_out: Parameter = parameter("m", "Outer diameter of the friction disks", default=0.095, above=0)
+    d_in: Parameter = parameter("m", "Inner diameter of the friction disks", default=0.045, min=0)
+    mu: Parameter = parameter("1", "Coefficient of friction of the disks", default=0.066, min=0)
+    mu_groove: Parameter = parameter("1", "Coefficient of friction of the rollers in their grooves", default=0.0, min=0)
+    stiffness: Parameter = parameter(
+        "1", "Normal stiffness of an inner contact over that of an outer one, for elastic sharing", default=1.0, above=0
+    )
+    n: int = 4
+    sharing: Sharing = "elastic"
+    uniform: Wear = "pressure"
+    w_rel: Variable = variable("rad/s", "Speed of the left side against the right side", prefer=True)
+    theta: Variable = variable("rad", "Phase: angle of the left cam against the cage", prefer=True)
+    tau: Variable = variable("N.m", "Friction torque, half the difference of the sides' torques")
+    kappa: Variable = variable("1", "Locking coefficient")
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **given: Any) -> None:
+            super().__init__(**given)
+            _check(self)
+
+    def equations(self) -> Equations:
+        """Symmetric kinematics, and the friction that the load makes."""
+        yield self.left.phi + self.right.phi == 2 * self.crown.phi
+        yield 2 * self.theta == self.left.phi - self.right.phi
+        yield self.w_rel == 2 * der(self.theta)
+        yield self.left.tau == self.tau - self.crown.tau / 2
+        yield self.right.tau == -self.tau - self.crown.tau / 2
+        yield self.kappa == self._coefficient()
+        load = self.crown.tau
+        limit = self.kappa / 2 * switch(load >= 0, load, -load, continuous=True)
+        # While the branch of the switch is not yet that of the load, the bounds stand the wrong way round. Stuck halves do not break
+        # loose for that.
+        yield friction(self.w_rel, self.tau, -limit, limit, peak=ca.if_else(limit < 0, -1, 1))
+        yield from self._dissipate()
+
+    def _coefficient(self) -> Symbol:
+        """The locking coefficient at the phase theta, smooth on each side of the ends of half arcs."""
+        sharing, friction_force = self.sharing, self.mu * friction_diameter(self.d_out, self.d_in, self.uniform)
+        sines = self._mean_sines() if sharing == "averaged" else self._sines()
+        disks = disk_coefficient(
+            sharing, *sines, self.D_out, self.D_in, friction_force, stiffness=self.stiffness, floor=FLOOR
+        )
+        ratio = self.D_in / self.D_out
+        return Symbol(disks + groove_coefficient(sharing, *sines, ratio, self.mu_groove, stiffness=self.stiffness))
+
+    def _mean_sines(self) -> tuple[Symbol, Symbol]:
+        return ca.sin(self.alpha_out / 2), ca.sin(self.alpha_in / 2)
+
+    def _sines(self) -> tuple[Symbol, Symbol]:
+        """A triangular wave of theta; each flank goes on beyond its end."""
+        sine = ca.sin(self.n * self.theta)
+        rise = switch(sine >= 0, sine, -sine, continuous=True)
+        p = 0.5 + ca.atan2(-ca.cos(self.n * self.theta), rise) / math.pi
+        return p * ca.sin(self.alpha_out), (1 - p) * ca.sin(self.alpha_in)
+
+    def loss(self) -> Symbol:
+        """Friction torque times relative speed."""
+        return self.tau * self.w_rel
+
+    @classmethod
+    def from_design(
+        cls, cams: CircularCams, *, sharing: Sharing = "elastic", stiffness: float = 1.0, mu_groove: float = 0.0
+    ) -> Self:
+        """The component of a design, whose geometry has been checked."""
+        return cls(
+            D_out=cams.outer.D,
+            D_in=cams.inner.D,
+            alpha_out=cams.outer.alpha_max,
+            alpha_in=cams.inner.alpha_max,
+            d_out=cams.disk.d_out,
+            d_in=cams.disk.d_in,
+            mu=cams.disk.mu,
+            mu_groove=mu_groove,
+            stiffness=stiffness,
+            n=cams.outer.n,
+            sharing=sharing,
+            uniform=cams.disk.uniform,
+        )
+
+
+def _check(made: CircularCamDifferential) -> None:
+    """What holds between the parameters, and the rules' names."""
+    check_number(made.n)
+    check_sharing(made.sharing)
+    check_wear(made.uniform)
+    for small, large, what in (("D_in", "D_out", "inner track"), ("d_in", "d_out", "hole of the friction disk")):
+        low, high = made._values[small], made._values[large]
+        if low >= high:
+            raise ParameterError(
+                f"CircularCamDifferential: {small} = {low:g} m must be less than {large} = {high:g} m: the {what} lies inside"
+            )

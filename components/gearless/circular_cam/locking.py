@@ -1,0 +1,170 @@
+"""Whether a circular-cam differential locks, at which phases, and what it takes: eqs. (37)-(42), and every phase beside them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq, minimize_scalar
+
+from powertrain.components.gearless.circular_cam.design import CircularCams
+from powertrain.components.gearless.circular_cam.locking_law import Sharing
+from powertrain.components.gearless.circular_cam.track import Array, Track
+
+_SAMPLES = 721
+
+
+def bias_ratio(kappa: ArrayLike) -> Array:
+    """Torque of the slower over that of the faster half shaft while they turn against each other: (1 + kappa)/(1 - kappa).
+
+    Infinite from kappa = 1 on: then the faster side may get no torque at all.
+    """
+    k = np.asarray(kappa, float)
+    return np.asarray(np.where(k < 1, (1 + k) / np.where(k < 1, 1 - k, 1.0), np.inf))
+
+
+def latent_efficiency(kappa: ArrayLike) -> Array:
+    """eta_0 = (1 - kappa)/(1 + kappa): efficiency from one half to the other with the cage fixed; 0 where they lock."""
+    k = np.asarray(kappa, float)
+    return np.asarray(np.maximum(0.0, (1 - k) / (1 + k)))
+
+
+def optimal_outer_angle(alpha_m: float, xi: float) -> float:
+    """Eq. (41): the contact angle of the outer track at which small angles with the constant sum alpha_m press the disks least [rad]."""
+    return alpha_m / (1 + math.sqrt(xi))
+
+
+def critical_angle(D_R: float, D_out: float, xi: float, mu: float) -> float:
+    """Eq. (42): sum of both contact angles up to which they lock at the phase of eq. (41) [rad], for small angles and the rigid rule.
+
+    It says nothing about the phases where one track carries alone: ``single_track_limit`` is stricter.
+    """
+    return D_R / D_out * (1 + math.sqrt(xi)) ** 2 / (1 + xi**2) * mu
+
+
+def single_track_limit(D_R: float, D: float, mu: float) -> float:
+    """Contact angle up to which a track of diameter D locks by itself: tan(alpha) = mu D_R/D [rad]; eq. (A5) where D_R = D."""
+    return math.atan(mu * D_R / D)
+
+
+@dataclass(frozen=True)
+class Locking:
+    """The answer of ``locking``."""
+
+    every_phase: bool
+    """Whether it locks at every phase."""
+    never: bool
+    """Whether it locks at no phase."""
+    least: float
+    """Least kappa over all phases, those included at which one track carries alone."""
+    theta: float
+    """The phase of the least kappa [rad]."""
+    interior: float
+    """Least kappa over the phases at which both tracks carry: what eq. (37) and its minimum (42) look at."""
+    theta_interior: float
+    """The phase of the least interior kappa [rad]."""
+    outer_alone: float
+    """kappa where the outer track carries alone, at its greatest angle."""
+    inner_alone: float
+    """kappa where the inner track carries alone, at its greatest angle."""
+    mu_interior: float
+    """Coefficient of friction that locks it at all phases at which both tracks carry."""
+    mu_every_phase: float
+    """Coefficient of friction that locks it at every phase."""
+
+    def __str__(self) -> str:
+        answer = "at every phase" if self.every_phase else "at no phase" if self.never else "at some phases only"
+        return (
+            f"locks {answer}: least kappa {self.least:.3f} at theta = {math.degrees(self.theta):.1f} degrees "
+            f"(both tracks: {self.interior:.3f}, outer alone: {self.outer_alone:.3f}, inner alone: {self.inner_alone:.3f}); "
+            f"mu of {self.mu_every_phase:.4f} would lock it at every phase"
+        )
+
+
+def locking(cams: CircularCams, sharing: Sharing = "elastic", stiffness: float = 1.0) -> Locking:
+    """Does it lock at every phase? Without friction in the grooves.
+
+    By the rigid rule kappa grows without limit towards the phases at which one track's angle is zero; at these phases themselves the
+    other track carries alone, whatever the rule, and kappa is mu D_R/(D tan(alpha_max)) of that track.
+    """
+    half = math.pi / cams.outer.n
+    inset = 1e-6 * half
+    grid = np.linspace(inset, half - inset, _SAMPLES) - cams.outer.phase
+    values = cams.kappa(grid, sharing, stiffness=stiffness)
+    i = int(np.argmin(values))
+    low, high = grid[max(i - 1, 0)], grid[min(i + 1, grid.size - 1)]
+    found = minimize_scalar(
+        lambda angle: float(cams.kappa(angle, sharing, stiffness=stiffness)),
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-12},
+    )
+    interior, theta_interior = min((float(found.fun), float(found.x)), (float(values[i]), float(grid[i])))
+    alone = [cams.disk.mu * cams.disk.D_R / (track.D * math.tan(track.alpha_max)) for track in (cams.outer, cams.inner)]
+    phases = [(interior, theta_interior)]
+    if sharing != "averaged":
+        phases += [(alone[0], half - cams.outer.phase), (alone[1], 0.0 - cams.outer.phase)]
+    least, theta = min(phases)
+    greatest = max(float(values.max()), *(k for k, _ in phases))
+    mu = cams.disk.mu
+    return Locking(
+        every_phase=least >= 1,
+        never=greatest < 1,
+        least=least,
+        theta=theta,
+        interior=interior,
+        theta_interior=theta_interior,
+        outer_alone=alone[0],
+        inner_alone=alone[1],
+        mu_interior=mu / interior if interior else math.inf,
+        mu_every_phase=mu / least if least else math.inf,
+    )
+
+
+def similar(cams: CircularCams, alpha_m: float) -> CircularCams:
+    """The same differential with tracks of the same greatest contact angle alpha_m [rad], as eq. (38) supposes.
+
+    The rollers keep their radii. Errors: ParameterError where these tracks are none.
+    """
+    outer, inner = (replace(track, alpha_max=alpha_m) for track in (cams.outer, cams.inner))
+    return replace(cams, outer=outer, inner=inner)
+
+
+def with_friction(cams: CircularCams, mu: float) -> CircularCams:
+    """The same differential with another coefficient of friction of the disks."""
+    return replace(cams, disk=replace(cams.disk, mu=mu))
+
+
+def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interior: bool = False) -> float:
+    """Greatest angle alpha_m of similar tracks [rad] up to which they lock at every phase, by exact sines and tangents.
+
+    ``interior``: only at the phases where both tracks carry, the exact counterpart of eq. (42).
+    """
+
+    def excess(alpha_m: float) -> float:
+        found = locking(similar(cams, alpha_m), sharing)
+        return math.log(found.interior if interior else found.least)
+
+    if cams.disk.mu == 0:
+        return 0.0
+    steepest = min(_steepest(track) for track in (cams.outer, cams.inner))
+    if excess(steepest) >= 0:
+        return steepest
+    return float(brentq(excess, 1e-6, steepest, xtol=1e-12))
+
+
+def _steepest(track: Track) -> float:
+    """The contact angle at which R_m is but little greater than the roller's radius, or 89 degrees."""
+    ratio = math.pi * track.D / (2 * track.n * track.r)
+    return min(math.radians(89), 0.999 * math.asin(min(1.0, ratio)))
+
+
+def locking_map(
+    cams: CircularCams, alpha_m: ArrayLike, mu: ArrayLike, sharing: Sharing = "elastic", *, interior: bool = False
+) -> Array:
+    """Least kappa over the phases of similar tracks, one row per alpha_m [rad], one column per mu: they lock where it is >= 1."""
+    found = [locking(with_friction(similar(cams, float(a)), 1.0), sharing) for a in np.atleast_1d(alpha_m)]
+    per_mu = np.array([each.interior if interior else each.least for each in found])
+    return np.outer(per_mu, np.atleast_1d(np.asarray(mu, float)))

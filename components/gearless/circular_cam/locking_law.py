@@ -1,0 +1,79 @@
+"""The friction that the load itself makes in a circular-cam differential: share of the tracks, locking coefficient.
+
+All functions take numbers, arrays or symbols: sines of the contact angles, with which nothing need be inverted.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, get_args
+
+from powertrain import ParameterError
+
+Sharing = Literal["elastic", "rigid", "averaged"]
+"""How the tracks share the torque of the cage.
+
+- "rigid": eq. (19), circumferential forces in proportion to the diameters at every phase, lambda = 1/(1 + xi**2). A track whose contact
+  angle goes to zero would need an infinite normal force for its share, and the locking coefficient goes to infinity.
+- "elastic": normal contacts of equal stiffness, or of the ratio ``stiffness`` inner over outer. A small turn e of the cage against cams
+  that are held closes each contact of a track by e D/2 sin(alpha), so that F_n is in proportion to D sin(alpha) and the torque to
+  (D sin(alpha))**2. The share of a track goes smoothly to zero with its angle; forces and locking coefficient stay finite.
+- "averaged": the equivalent inclined plane of Fig. 13. Each track has half its greatest angle at every phase and its rigid share, so
+  that the locking coefficient is a constant.
+"""
+
+
+def check_sharing(sharing: str) -> None:
+    """Errors: ParameterError for an unknown name."""
+    if sharing not in get_args(Sharing):
+        raise ParameterError(f"sharing = {sharing!r} is not one of {', '.join(get_args(Sharing))}")
+
+
+def outer_share(sharing: Sharing, sin_out: Any, sin_in: Any, xi: Any, stiffness: Any = 1.0) -> Any:
+    """lambda: the part of the cage's torque that the outer track carries. ``xi``: inner over outer diameter."""
+    if sharing == "elastic":
+        return sin_out**2 / (sin_out**2 + stiffness * xi**2 * sin_in**2)
+    return 1 / (1 + xi**2) + 0 * (sin_out + sin_in)
+
+
+def disk_coefficient(
+    sharing: Sharing,
+    sin_out: Any,
+    sin_in: Any,
+    D_out: Any,
+    D_in: Any,
+    friction: Any,
+    *,
+    stiffness: Any = 1.0,
+    floor: float = 0.0,
+) -> Any:
+    """Locking coefficient of the friction disks, with ``friction`` = mu D_R.
+
+    kappa = mu D_R (lambda/(D_out tan(alpha_out)) + (1 - lambda)/(D_in tan(alpha_in)))
+
+    From eqs. (34) and (36): a track with the share lambda has n/2 active rollers with F_u = 4 lambda T/(n D), and presses each disk
+    with lambda T/(D tan(alpha)), whatever n. ``floor`` bounds the rigid rule: sin(alpha) is replaced by sqrt(sin(alpha)**2 + floor**2).
+    """
+    cos_out, cos_in = (1 - sin_out**2) ** 0.5, (1 - sin_in**2) ** 0.5
+    if sharing == "elastic":
+        pressed = D_out * sin_out * cos_out + stiffness * D_in * sin_in * cos_in
+        return friction * pressed / (D_out**2 * sin_out**2 + stiffness * D_in**2 * sin_in**2)
+    share = outer_share(sharing, sin_out, sin_in, D_in / D_out)
+    steep_out, steep_in = (sin_out**2 + floor**2) ** 0.5, (sin_in**2 + floor**2) ** 0.5
+    return friction * (share / D_out * cos_out / steep_out + (1 - share) / D_in * cos_in / steep_in)
+
+
+def groove_coefficient(
+    sharing: Sharing, sin_out: Any, sin_in: Any, xi: Any, mu_groove: Any, *, stiffness: Any = 1.0
+) -> Any:
+    """Locking coefficient of the grooves, which adds to that of the disks.
+
+    kappa = mu_g (lambda (1 + sin(alpha_out))/cos(alpha_out) + (1 - lambda) (1 + sin(alpha_in))/cos(alpha_in))
+
+    The cage presses an active roller with F_u, against a side that slides along it with omega r + V_b = V (1 + sin(alpha))/cos(alpha):
+    spin and climb add up where a roller is wedged, whichever way it moves. The power mu_g F_u (1 + sin(alpha))/cos(alpha) V of all
+    active rollers is what the half shafts' torques differ by times their speed. The friction is balanced at the roller by tractions at
+    its two contacts; with equal and opposite tractions the sum of the axial forces stays what it is without.
+    """
+    share = outer_share(sharing, sin_out, sin_in, xi, stiffness)
+    cos_out, cos_in = (1 - sin_out**2) ** 0.5, (1 - sin_in**2) ** 0.5
+    return mu_groove * (share * (1 + sin_out) / cos_out + (1 - share) * (1 + sin_in) / cos_in)

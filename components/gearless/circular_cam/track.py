@@ -1,0 +1,165 @@
+"""Circular-arc cam tracks: their geometry, and how a roller between two of them moves.
+
+C. Provatidis, Power transmission using circular elements bounded by given central angle in rolling contact, Eng 4 (2023) 2309-2335.
+
+The cylinder that carries a track is unrolled: x runs along the circumference in the sense of positive rotation, y along the axis of
+the differential, from the lower cam (right half shaft) to the upper cam (left half shaft). The cage stands still; theta is the angle
+of the upper cam against it, and the lower cam stands at -theta.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain import ParameterError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Track:
+    """A closed track of n equal circular arcs with curvature of alternating sign, on both cams, and its n rollers.
+
+    An arc is as long as the circumference allows: 2 R_m sin(alpha_max) = pi D/n. The rollers stand 2 pi/n apart. ``phase`` is the
+    angle theta by which this track is ahead: all rollers are in the middle of their arcs (contact angle 0) at theta = -phase.
+
+    Errors: ParameterError for an odd number of arcs (the curvature could not alternate around the circle), a contact angle outside
+    (0, 90 degrees), rollers that touch their neighbours, and arcs too sharp for the roller (R_m <= r: the convex cam would be undercut).
+    """
+
+    D: float
+    """Mean diameter of the track [m]."""
+    r: float
+    """Radius of the rollers [m]."""
+    alpha_max: float
+    """Greatest contact angle, at the ends of an arc: half its central angle [rad]."""
+    n: int = 4
+    """Number of arcs and of rollers."""
+    phase: float = 0.0
+    """Lead against theta [rad]."""
+
+    def __post_init__(self) -> None:
+        for name, value in (("D", self.D), ("r", self.r)):
+            if not (math.isfinite(value) and value > 0):
+                raise ParameterError(f"Track: {name} = {value:g} m must be positive and finite")
+        check_number(self.n)
+        if not 0 < self.alpha_max < math.pi / 2:
+            raise ParameterError(
+                f"Track: alpha_max = {math.degrees(self.alpha_max):g} degrees is outside (0, 90): a track without "
+                "inclination transmits no torque, and none is steeper than its own axis"
+            )
+        if not math.isfinite(self.phase):
+            raise ParameterError(f"Track: phase = {self.phase:g} rad must be finite")
+        spacing = self.D * math.sin(math.pi / self.n)
+        if 2 * self.r >= spacing:
+            raise ParameterError(
+                f"Track: rollers of radius r = {self.r:g} m touch each other: {self.n} of them on a diameter of {self.D:g} m are "
+                f"{spacing:.4g} m apart, so that r must be less than {spacing / 2:.4g} m"
+            )
+        if self.R_m <= self.r:
+            raise ParameterError(
+                f"Track: the roller's radius r = {self.r:g} m must be less than the arc's mean radius R_m = pi D/(2 n sin(alpha_max)) = "
+                f"{self.R_m:.4g} m: the convex cam of radius R_m - r would be undercut"
+            )
+
+    @property
+    def R_m(self) -> float:
+        """Mean radius of the arcs, on which the rollers' axes move against a cam [m]."""
+        return math.pi * self.D / (2 * self.n * math.sin(self.alpha_max))
+
+    @property
+    def lift(self) -> float:
+        """Stroke of a roller in its groove [m]: twice the height of an arc."""
+        return 2 * self.R_m * (1 - math.cos(self.alpha_max))
+
+    def arc(self, theta: ArrayLike) -> tuple[Array, Array]:
+        """Which arc of the upper cam roller 0 is on, counted backwards as theta grows, and where: u from -1 to 1 along the arc."""
+        turned = (np.asarray(theta, float) + self.phase) * self.n / (2 * np.pi)
+        k = np.round(turned)
+        return k, 2 * (turned - k)
+
+    def alpha(self, theta: ArrayLike) -> Array:
+        """Contact angle [rad], the same for all rollers: sin(alpha) = |u| sin(alpha_max)."""
+        return np.asarray(np.arcsin(np.abs(self.arc(theta)[1]) * math.sin(self.alpha_max)))
+
+    def sense(self, theta: ArrayLike, roller: ArrayLike = 0) -> Array:
+        """+1 where the arc bulges down at this roller (a valley, as in Fig. 3), -1 where it bulges up."""
+        return 1.0 - 2.0 * np.mod(self.arc(theta)[0] + np.asarray(roller), 2)
+
+    def active(self, theta: ArrayLike, roller: ArrayLike, drive: float = 1.0) -> NDArray[np.bool_]:
+        """Whether the roller is wedged by a torque of the sign of ``drive`` on the cage; none is where the contact angle is zero.
+
+        In a valley both contacts of a roller with delta > 0 lie ahead of its axis (Fig. 6) and push it back: the cage pushes ahead.
+        """
+        u = self.arc(theta)[1]
+        return np.asarray(self.sense(theta, roller) * np.where(np.abs(u) < 1e-9, 0.0, u) * np.sign(drive) > 0)
+
+    def axis(self, theta: ArrayLike, roller: ArrayLike = 0) -> Array:
+        """Height of the roller's axis over the mean height [m]: eq. (10), counted from where the arcs join, with reversed sign on hills.
+
+        The axis is radial and moves along the groove; against each cam it describes the arc of radius R_m.
+        """
+        cosine = np.cos(self.alpha(theta))
+        return self.sense(theta, roller) * self.R_m * (math.cos(self.alpha_max) - cosine)
+
+    def contacts(self, theta: ArrayLike, roller: ArrayLike = 0) -> tuple[Array, Array, Array]:
+        """Eqs. (11)-(13): x of both contact points against the groove's middle, y of the upper one A and of the lower one B [m].
+
+        The instantaneous pole of the roller, eq. (14), has the same x and lies at the height of the axis.
+        """
+        u, y = self.arc(theta)[1], self.axis(theta, roller)
+        x = self.sense(theta, roller) * self.r * u * math.sin(self.alpha_max)
+        height = self.r * np.cos(self.alpha(theta))
+        return x, y + height, y - height
+
+    def turned(self, theta: ArrayLike) -> Array:
+        """Angle by which each roller has turned in the cage since the middle of arc 0 [rad], clockwise as seen with y up.
+
+        It rolls with the speed omega = V/(r cos(alpha)), eqs. (3) and (6), V = dx/dt of the upper cam: always the same way, on valleys
+        and hills, and by 2 alpha_max R_m/r per arc.
+        """
+        k, u = self.arc(theta)
+        return self.R_m / self.r * (2 * k * self.alpha_max + np.arcsin(u * math.sin(self.alpha_max)))
+
+    def spin(self, theta: ArrayLike) -> Array:
+        """Speed of the rollers about their axes over speed of the upper cam, both against the cage: D/(2 r cos(alpha))."""
+        return self.D / (2 * self.r * np.cos(self.alpha(theta)))
+
+    def climb(self, theta: ArrayLike, roller: ArrayLike = 0) -> Array:
+        """Speed of the roller's axis along its groove over angular speed of the upper cam, eqs. (1) and (4): (D/2) tan(alpha) [m]."""
+        u = self.arc(theta)[1]
+        return self.sense(theta, roller) * np.sign(u) * self.D / 2 * np.tan(self.alpha(theta))
+
+    def pitch(self, x: ArrayLike) -> tuple[Array, Array]:
+        """The curve of the rollers' axes on the lower cam, around its circumference x [m]: height [m] and slope angle [rad].
+
+        The upper cam has the same curve mirrored in x: both are cut alike.
+        """
+        angle = 2 * np.asarray(x, float) / self.D
+        k, u = self.arc(angle)
+        sense = 1.0 - 2.0 * np.mod(k, 2)
+        slope = np.arcsin(u * math.sin(self.alpha_max))
+        return sense * self.R_m * (math.cos(self.alpha_max) - np.cos(slope)), sense * slope
+
+    def surface(self, x: ArrayLike, side: int) -> tuple[Array, Array]:
+        """The surface at distance r above (``side`` = 1) or below (-1) the pitch curve: its points (x, y) [m].
+
+        Its arcs have the radius R_m - r where they are convex, R_m + r where they are concave.
+        """
+        y, slope = self.pitch(x)
+        return np.asarray(x, float) - side * self.r * np.sin(slope), y + side * self.r * np.cos(slope)
+
+
+def check_number(n: int) -> None:
+    """Errors: ParameterError where n arcs cannot be closed to a track."""
+    if isinstance(n, bool) or not isinstance(n, int):
+        raise ParameterError(f"Track: n = {n!r} arcs: a number of arcs is an integer")
+    if n < 2 or n % 2:
+        raise ParameterError(
+            f"Track: n = {n} arcs: the curvature changes its sign from arc to arc, so that only an even number (2, 4, 6 ...) "
+            "closes around the circle"
+        )
