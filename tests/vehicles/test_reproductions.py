@@ -1,0 +1,82 @@
+"""The reproduced papers: every row agrees within the printed digits, every figure is drawn, the report is written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+import powertrain as pt
+from powertrain.vehicles.reproductions import PAPERS, Paper, Picture, Row, Table, Tally, paper, write_report
+from powertrain.vehicles.reproductions.report import markdown_table
+from powertrain.vehicles.reproductions.table import agree
+
+mpl.use("agg")
+TABLES = [(name, compute) for name in PAPERS for compute in paper(name).tables]
+CONTENTS = {"yu-beachley": (32, 2)}
+"""Rows that agree with the print, and with its correction."""
+
+
+@pytest.mark.parametrize(("name", "compute"), TABLES, ids=[f"{name}-{compute.__name__}" for name, compute in TABLES])
+def test_rows_agree(name: str, compute: Callable[[], Table]) -> None:
+    """Within the printed digits; the computed column is a number wherever a number is printed."""
+    table = compute()
+    assert table.rows
+    wrong = [row for row in table.rows if row.verdict == "DIFFERS"]
+    assert not wrong, markdown_table(wrong)
+    for row in table.rows:
+        assert row.quantity, row
+        assert row.source, row
+        assert row.reproducible or row.remark, row
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_report(name: str, tmp_path: Path) -> None:
+    """The page, with all pictures it shows; each row says how it stands."""
+    page = write_report(name, tmp_path / "new" / "folder", dpi=40)
+    text = page.read_text(encoding="utf-8")
+    shown = re.findall(r"\]\((.*?\.png)\)", text)
+    assert len(shown) == len(paper(name).pictures)
+    assert {path.name for path in page.parent.iterdir()} == {page.name, *shown}
+    assert all((page.parent / picture).stat().st_size > 2000 for picture in shown)
+    assert "differs" not in text
+    tally = Tally([compute() for compute in paper(name).tables]).counts
+    assert (tally["agrees"], tally["corrected"]) == CONTENTS[name]
+
+
+def test_agreement_by_printed_digits() -> None:
+    assert agree("-4.92", -4.9246)
+    assert not agree("-4.92", -4.926)
+    assert agree("1.40", 1.4060, within=1)
+    assert agree("200", 200.4)
+    assert agree("−0.59", -0.588)
+    assert agree("x", "x")
+    assert not agree("x", 1.0)
+
+
+def test_verdicts() -> None:
+    right = Row("a", "1", "p. 1", "1.66", 1.6296, right="1.630")
+    assert right.verdict == "corrected"
+    assert Row("a", "1", "p. 1", "1.66", 1.6296).verdict == "DIFFERS"
+    assert Row("a", "1", "p. 1", "16.62", 0.2, "cannot be an angle", reproducible=False).verdict == "not reproducible"
+    assert Row("a", "1", "Fig. 1", "", 0.2).verdict == "computed only"
+    assert "should be 1.630" in markdown_table([right])
+
+
+def test_a_wrong_name_is_answered() -> None:
+    with pytest.raises(pt.ParameterError, match="did you mean yu-beachley"):
+        paper("yu_beachly")
+
+
+def test_a_difference_is_shown(tmp_path: Path) -> None:
+    """A report does not hide what it finds."""
+    import matplotlib.pyplot as plt
+
+    table = Table("T", [Row("speed | of light", "m/s", "p. 1", "2.0", 3.0)])
+    about = Paper("p", "P", "c", "s", (lambda: table,), (Picture("one", "caption", plt.figure),))
+    text = write_report(about, tmp_path).read_text(encoding="utf-8")
+    assert "1 DIFFER" in text
+    assert r"| speed \| of light | m/s | p. 1 | 2.0 | 3.000 | **differs** |" in text
