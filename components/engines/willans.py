@@ -14,9 +14,9 @@ class WillansEngine(Engine):
     fuel power = (tau + motoring) w/e,  motoring = tau_0 + tau_2 w^2,  tau = u (full load + motoring) - motoring
 
     In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. The
-    full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at w_tau, a
-    cubic from there to the largest power P_max at w_P, where it has the slope of a largest power:
-    full load(w_P) = P_max/w_P, slope -P_max/w_P^2, held at tau_max where that would exceed it; or ``curve``, a map from speed [rad/s] to torque [N.m].
+    full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at w_tau, and
+    from there to the largest power P_max at w_P the cubic that has the slope of a largest power there, -P_max/w_P^2 (held at tau_max
+    where it would exceed that); or ``curve``, a map from speed [rad/s] to torque [N.m].
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are made up for a
     gasoline engine of 1.6 l, not measured. Errors: ParameterError for a curve with other axes.
