@@ -1,0 +1,121 @@
+"""Masses and moments of inertia of the links (Madhavan 1996, App. B and Table 5.1), and the inertia of the whole mechanism."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from powertrain import ParameterError
+from powertrain.components.gearless.linkage.kinematics import Linkage, Loop
+
+STEEL = 7900.0
+"""Density that App. B takes for steel [kg/m3]."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body of revolution: mass [kg], moments of inertia about its axis and across it, through its centre [kg.m2]."""
+
+    m: float
+    axial: float
+    transverse: float
+
+    def __post_init__(self) -> None:
+        """Checks the values."""
+        for name in "m", "axial", "transverse":
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                raise ParameterError(f"body: {name} = {value:g} must be zero or positive, and finite")
+
+
+def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, transverse: str = "rod") -> Body:
+    """A cylinder, solid (B.1)-(B.3) or hollow (B.4)-(B.6), with its length along its axis.
+
+    Axial m (r_2^2 + r_1^2)/2: (B.4) has a minus sign in print, which ``thesis_cage`` repeats. Transverse m L^2/12, that of a thin rod, as
+    the thesis has it; ``transverse="exact"`` adds m (r_2^2 + r_1^2)/4. Errors: ParameterError for lengths that are none.
+    """
+    if not (0 <= inner < radius and length > 0):
+        raise ParameterError(
+            f"cylinder: radius = {radius:g} m, inner = {inner:g} m, length = {length:g} m: 0 <= inner < radius and length > 0 are needed"
+        )
+    if transverse not in {"rod", "exact"}:
+        raise ParameterError(f'cylinder: transverse = {transverse!r} must be "rod" or "exact"')
+    squares = radius**2 + inner**2
+    thick = squares / 4 if transverse == "exact" else 0.0
+    return Body(mass, mass * squares / 2, mass * (length**2 / 12 + thick))
+
+
+def cylinder_mass(radius: float, length: float, *, inner: float = 0.0, density: float = STEEL) -> float:
+    """Mass [kg] of a cylinder."""
+    return density * float(np.pi) * (radius**2 - inner**2) * length
+
+
+@dataclass(frozen=True)
+class LinkMasses:
+    """What moves: cage, coupler (two of them), lever; and the moment of inertia of each output shaft about its axis [kg.m2].
+
+    ``coupler_centre``: distance of a coupler's centre from its R-pair over a; the thesis puts it in the middle of the cylinder.
+    """
+
+    cage: Body
+    coupler: Body
+    lever: Body
+    output: float = 0.0
+    coupler_centre: float = 0.5
+
+
+GRAM_CM2 = 1e-7
+TABLE_5_1 = LinkMasses(
+    cage=Body(4.4, 24200 * GRAM_CM2, 93866.67 * GRAM_CM2),
+    coupler=Body(0.23, 180 * GRAM_CM2, 690 * GRAM_CM2),
+    lever=Body(0.6, 468.75 * GRAM_CM2, 11250 * GRAM_CM2),
+)
+"""The thesis's data set as printed (I_yy of the cage, 93866.76 in print, is 93866.67 like I_zz). It leaves the outputs' values open."""
+
+CYLINDERS = {"cage": (0.06, 0.16, 0.05), "coupler": (0.0125, 0.06, 0.0), "lever": (0.0125, 0.15, 0.0)}
+"""Radius, length and inner radius [m] of the cylinders that Table 5.1 is the result of (the figures are missing, its numbers give them)."""
+
+OVERHANG = 0.03
+"""By how much coupler and lever are longer than the distance of their pairs in the thesis, both ends together [m]."""
+
+CORRECTED = replace(TABLE_5_1, cage=cylinder(4.4, 0.06, 0.16, inner=0.05))
+"""Table 5.1 with the right formula for a hollow cylinder: 134 200 g.cm2 for the cage about its axis."""
+
+
+def scaled(linkage: Linkage, radius: float = 0.0125, density: float = STEEL) -> LinkMasses:
+    """Masses of couplers and lever of other lengths, as the thesis makes them: steel cylinders, with the overhang of its own ones.
+
+    The cage is left as it is: at constant speed it does not matter.
+    """
+    coupler, lever = (
+        cylinder(cylinder_mass(radius, length, density=density), radius, length)
+        for length in (linkage.a + OVERHANG, 2 * linkage.b + OVERHANG)
+    )
+    return replace(CORRECTED, coupler=coupler, lever=lever)
+
+
+class Inertia(NamedTuple):
+    """Kinetic energy (J w^2 + M u^2)/2 of the whole, w the speed of the cage, u = d alpha/dt [kg.m2]."""
+
+    J: Any
+    M: Any
+
+
+def inertia(loop: Loop, a: Any, b: Any, d: Any, masses: LinkMasses) -> Inertia:
+    """Moments of inertia of the mechanism as functions of alpha, from the kinetic energies of cage, couplers, lever and outputs.
+
+    Coupler left, centre h = coupler_centre a from its R-pair, J_t = transverse + m h^2: it turns about its fixed point by (w + u) about
+    x and by d beta/dt across, 2 T = (J_t cos_beta^2 + axial sin_beta^2) (w + u)^2 + J_t (d beta/dt)^2. On the right w - u: in the sum
+    the products w u cancel. Lever: its centre moves by d S/dt along y and w S across, 2 T = m ((d S/dt)^2 + w^2 S^2) + transverse
+    (d theta/dt)^2 + w^2 (transverse sin(theta)^2 + axial cos(theta)^2). Outputs: J_o ((w + u)^2 + (w - u)^2). Cage: J_c w^2.
+    """
+    s, c, X, C, _, Q = loop
+    coupler, lever = masses.coupler, masses.lever
+    across = coupler.transverse + coupler.m * (masses.coupler_centre * a) ** 2
+    swing = 2 * (across + (coupler.axial - across) * X**2 + masses.output)
+    slide = lever.m * (a * c * C) ** 2
+    turned = lever.axial + (lever.transverse - lever.axial) * (a * s * C / b) ** 2
+    moving = Q**2 * ((2 * across * c**2 + lever.m * d**2) * s**2 + lever.transverse * c**2)
+    return Inertia(masses.cage.axial + swing + slide + turned, swing + moving)
