@@ -10,6 +10,8 @@ from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Swit
 
 EPS = 1e-10
 """Hysteresis of speeds, gaps and switches, and relative one of torques."""
+IMPLICIT_EPS = 1e-8
+"""The relative hysteresis of torques that hang on implicit unknowns, which are found by iteration."""
 
 
 @dataclass(frozen=True)
@@ -49,22 +51,28 @@ def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
     return g / (ca.fabs(ca.jacobian(g, dae.t)) + 1e-300)
 
 
-def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
+def torque_margins(friction: Friction, eps: float = EPS) -> tuple[ca.SX, ca.SX]:
     """Distances of a stuck torque from the lower and the upper limit, the hysteresis included."""
     high, low = friction.peak * friction.upper, friction.peak * friction.lower
-    return friction.torque - low + torque_eps(friction.lower), high + torque_eps(friction.upper) - friction.torque
+    below = friction.torque - low + eps * (1.0 + finite_size(friction.lower))
+    return below, high + eps * (1.0 + finite_size(friction.upper)) - friction.torque
 
 
-def torque_eps(bound: ca.SX) -> ca.SX:
-    """The hysteresis of a torque at its bound; infinite bounds have none of their own."""
+def torque_eps(dae: HybridDae, friction: Friction) -> float:
+    """The hysteresis of a law's torques in this model."""
+    return IMPLICIT_EPS if ca.depends_on(ca.vertcat(friction.upper, friction.lower), dae.z) else EPS
+
+
+def finite_size(bound: ca.SX) -> ca.SX:
+    """The size of a bound; 0 for an infinite one."""
     size = ca.fabs(bound)
-    return EPS * (1.0 + ca.if_else(size < 1e300, size, 0.0))
+    return ca.if_else(size < 1e300, size, 0.0)
 
 
 def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
     """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits."""
     mode = dae.m[friction.index]
-    below, above = torque_margins(friction)
+    below, above = torque_margins(friction, torque_eps(dae, friction))
     stuck = ca.SX(1.0) if friction.prescribed else ca.fmin(below, above)
     loose = ca.if_else(mode == 1, friction.w + EPS, ca.if_else(mode == -1, EPS - friction.w, 1.0))
     return ca.if_else(mode == 0, stuck, loose)

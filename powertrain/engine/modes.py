@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Switch, When
-from powertrain.engine.indicators import EPS, approaching, friction_free, in_time, relation, torque_margins
+from powertrain.engine.indicators import EPS, approaching, friction_free, in_time, relation, torque_eps, torque_margins
 
 ZONE = 2 * EPS
 """Speeds below this count as zero."""
@@ -74,7 +74,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
 def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
     """The next mode of one friction law."""
     mode, w, rate = dae.m[friction.index], friction.w, friction.rate
-    below, above = torque_margins(friction)
+    below, above = torque_margins(friction, torque_eps(dae, friction))
     sign = ca.if_else(w > 0, 1.0, -1.0)
     zone = ca.SX(1) if friction.algebraic else ca.fabs(w) <= ZONE
     if friction.prescribed:
