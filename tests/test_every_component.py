@@ -15,6 +15,7 @@ import powertrain.components as library
 from powertrain.component import Parameter, Port, Quantity, children
 from powertrain.components import rotational, translational
 from powertrain.components.blocks import Sine
+from powertrain.components.engines import MappedEngine
 
 # What a class needs beside numbers, and numbers that 1 does not serve.
 GIVEN: dict[str, dict[str, Any]] = {
@@ -24,6 +25,7 @@ GIVEN: dict[str, dict[str, Any]] = {
     },
     "QuadraticSpeedDependentTorque": {"tau_nominal": -1.0},
     "QuadraticSpeedDependentForce": {"f_nominal": -1.0},
+    "MappedEngine": {name: getattr(MappedEngine.gasoline(), name) for name in ("torque_map", "fuel_map")},
     "MassWithStopAndFriction": {"smax": 4.0, "smin": -4.0, "L": 1.0},
 }
 VALUES = {"ratio": 2.0, "ring_ratio": 3.0, "efficiency": 0.9, "fn_max": 20.0}

@@ -1,0 +1,174 @@
+"""An engine by two tables: torque over speed and throttle, fuel over speed and torque."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import casadi as ca
+import numpy as np
+
+from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter
+from powertrain.components.engines.interfaces import Engine
+
+SPEEDS = {"rad/s": 1.0, "rpm": math.pi / 30}
+RATES = {"kg/s": 1.0, "g/s": 1e-3}
+SPECIFIC = {"kg/J": 1.0, "g/kWh": 1 / 3.6e9}
+ROUND = 1e-9
+"""How far a table's edges may be from where they have to be."""
+
+
+class MappedEngine(Engine):
+    """An engine whose torque and fuel are measured, or computed, tables.
+
+    firing = torque_map(w, u) - torque_map(w, 0),  motoring(w) = -torque_map(w, 0),  full load(w) = torque_map(w, 1)
+    fuel_rate = fuel_map(w, firing - motoring), not below zero, times firing/cut_off within 0..1: without firing no fuel
+
+    ``torque_map`` [N.m] is over speed [rad/s] and throttle [1] from 0 (motored, not above zero) to 1. ``fuel_map`` is over speed and
+    torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its lowest
+    torque the fuel goes on in the straight line through its two lowest torques at each speed (a Willans line). What holds
+    outside of a table its axes say: refused, or held at the edge and counted. ``gasoline`` and ``diesel`` have synthetic
+    tables, see ``synthetic``; ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
+    """
+
+    torque_map: Map
+    fuel_map: Map
+    cut_off: Parameter = parameter("N.m", "Torque of combustion below which the fuel is cut off", default=2.0, above=0)
+
+    @classmethod
+    def from_csv(
+        cls,
+        torque: str | Path,
+        fuel: str | Path,
+        *,
+        outside: Literal["error", "clip"] = "clip",
+        method: Literal["linear", "smooth"] = "linear",
+        **parameters: Any,
+    ) -> Self:
+        """Tables from files such as ``speed [rpm], throttle [1], torque [N.m]`` and ``speed [rpm], torque [N.m], fuel [g/kWh]``.
+
+        Speeds are in rpm or rad/s. Beyond the speeds and torques of a table its edge holds and the steps are counted ("clip"), or the
+        simulation ends ("error"). Errors: ParameterError with the file, for columns and what ``pt.Map.from_csv`` refuses.
+        """
+        tables = []
+        for path, check in (torque, _torque_table), (fuel, _fuel_table):
+            tables.append(_in_rad_s(Map.from_csv(path, outside=outside, method=method)))
+            try:
+                check(tables[-1])
+            except ParameterError as error:
+                raise ParameterError(f"{path}: {error}") from None
+        return cls(torque_map=tables[0], fuel_map=tables[1], **parameters)
+
+    @classmethod
+    def gasoline(cls, **parameters: Any) -> Self:
+        """A synthetic gasoline engine of 1.6 l, 83 kW: it does not exist. Smooth tables, unless ``method`` says otherwise."""
+        return cls._packaged("gasoline_1600", parameters)
+
+    @classmethod
+    def diesel(cls, **parameters: Any) -> Self:
+        """A synthetic turbocharged diesel engine of 2.0 l, 97 kW: it does not exist."""
+        own = {"heating_value": 42.7e6, "fuel_density": 835.0, "co2_per_fuel": 3.16, "w_limit": 490.0, "J": 0.25}
+        return cls._packaged("diesel_2000", {**own, "tau_starter": 100.0, **parameters})
+
+    @classmethod
+    def _packaged(cls, name: str, parameters: Mapping[str, Any]) -> Self:
+        folder = files("powertrain.components").joinpath("engines", "data")
+        with as_file(folder / f"{name}_torque.csv") as torque, as_file(folder / f"{name}_fuel.csv") as fuel:
+            return cls.from_csv(torque, fuel, **{"method": "smooth", **parameters})
+
+    def equations(self) -> Equations:
+        """What holds for every engine, with these laws."""
+        try:
+            _torque_table(self.torque_map)
+            _fuel_table(self.fuel_map)
+        except ParameterError as error:
+            raise ParameterError(f"{self._path or type(self).__name__}: {error}") from None
+        yield from self._run()
+
+    def _motoring(self, w: Symbol) -> Symbol:
+        return -_along_speed(self.torque_map, 0)(self.torque_map.axes[0].clipped(w))
+
+    def _full_load(self, w: Symbol) -> Symbol:
+        return _along_speed(self.torque_map, -1)(self.torque_map.axes[0].clipped(w))
+
+    def _firing(self, w: Symbol, u: Symbol) -> Symbol:
+        return self.torque_map(w, u) + self._motoring(w)
+
+    def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
+        lowest = float(self.torque_map.values[:, 0].min())
+        rate = _rates(self.fuel_map, lowest)(w, firing - self._motoring(w))
+        burning = ca.fmin(ca.fmax(firing / self.cut_off, 0), 1)
+        return burning * ca.fmax(rate, 0) * self.heating_value
+
+
+@lru_cache(maxsize=64)
+def _along_speed(table: Map, k: int) -> Map:
+    """The torque at one throttle; its argument is held within the speeds already."""
+    axis = table.axes[0]
+    return Map(
+        (Axis(axis.name, axis.unit, axis.points, "linear"),), table.values[:, k], "N.m", table.name, table.method
+    )
+
+
+@lru_cache(maxsize=64)
+def _rates(table: Map, lowest: float) -> Map:
+    """The fuel flow in kg/s down to a torque below all that occur, in the straight line through the two lowest."""
+    w, tau = np.array(table.axes[0].points), np.array(table.axes[1].points)
+    values = table.values * {**RATES, **SPECIFIC}[table.unit]
+    if table.unit in SPECIFIC:
+        values = values * w[:, None] * tau
+    step = tau[1] - tau[0]
+    below = tau[0] - step * np.arange(max(math.ceil((tau[0] - lowest) / step), 0), 0, -1)
+    slope = (values[:, 1] - values[:, 0]) / step
+    lower = values[:, :1] + slope[:, None] * (below - tau[0])
+    axes = table.axes[0], Axis("torque", "N.m", np.concatenate([below, tau]), table.axes[1].outside)
+    return Map(axes, np.hstack([lower, values]), "kg/s", table.name, table.method)
+
+
+def _in_rad_s(table: Map) -> Map:
+    """The same table over a first axis in rad/s."""
+    axis = table.axes[0]
+    factor = SPEEDS.get(axis.unit, 1.0)
+    unit = "rad/s" if axis.unit in SPEEDS else axis.unit
+    first = Axis(axis.name, unit, np.array(axis.points) * factor, axis.outside)
+    return Map((first, *table.axes[1:]), table.values, table.unit, table.name, table.method)
+
+
+def _check(table: Map, what: str, axes: tuple[str, ...], units: Mapping[str, float]) -> None:
+    if tuple(a.unit for a in table.axes) != axes or table.unit not in units:
+        said = ", ".join(f"{a.name} [{a.unit}]" for a in table.axes)
+        raise ParameterError(
+            f"the {what} table gives {table.name} [{table.unit}] over {said}; it must give {what} "
+            f"[{'] or ['.join(units)}] over {' and '.join(f'[{unit}]' for unit in axes)}"
+        )
+    if min(len(a.points) for a in table.axes) < 2:
+        raise ParameterError(f"the {what} table needs at least two points on every axis")
+
+
+def _torque_table(table: Map) -> None:
+    _check(table, "torque", ("rad/s", "1"), {"N.m": 1.0})
+    throttle = table.axes[1]
+    if abs(throttle.low) > ROUND or abs(throttle.high - 1) > ROUND:
+        raise ParameterError(
+            f"the torque table has throttles from {throttle.low:g} to {throttle.high:g}; they must go from 0, motored, to 1, full load"
+        )
+    closed = table.values[:, 0]
+    if closed.max() > 0:
+        w = table.axes[0].points[int(closed.argmax())]
+        raise ParameterError(
+            f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine brakes"
+        )
+
+
+def _fuel_table(table: Map) -> None:
+    _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
+    if table.values.min() < 0:
+        raise ParameterError(f"the fuel table has {table.values.min():g} {table.unit}; fuel is not negative")
+    if table.unit in SPECIFIC and table.axes[1].low <= 0:
+        raise ParameterError(
+            f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"
+        )

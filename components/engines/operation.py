@@ -1,0 +1,86 @@
+"""How to run an engine: the operating points of least fuel over power."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain import Map, ParameterError
+from powertrain.components.engines.interfaces import Engine
+
+Array = NDArray[np.float64]
+GRID, ROUNDS = 201, 3
+"""Speeds tried at once, and how often the search goes on between the neighbours of the best."""
+ROUND = 1e-9
+"""Round-off at the largest power."""
+
+
+@dataclass(frozen=True, eq=False)
+class FuelLine:
+    """Speed [rad/s], torque [N.m] and fuel flow [kg/s] over increasing power [W]."""
+
+    power: Array
+    speed: Array
+    torque: Array
+    fuel_rate: Array
+
+    def speeds(self) -> Map:
+        """From power to speed, held at both ends: what a ratio control follows."""
+        return self._over_power(self.speed, "rad/s", "operating line")
+
+    def torques(self) -> Map:
+        """From power to torque, held at both ends."""
+        return self._over_power(self.torque, "N.m", "torque on the operating line")
+
+    def _over_power(self, values: Array, unit: str, name: str) -> Map:
+        return Map.curve(self.power, values, x="power", x_unit="W", unit=unit, name=name, outside="clip")
+
+
+def best_fuel_line(
+    engine: Engine,
+    power: ArrayLike | None = None,
+    *,
+    w_min: float | None = None,
+    w_max: float | None = None,
+    share: float = 1.0,
+    points: int = 30,
+) -> FuelLine:
+    """The speed, and with it the torque, at which the engine gives each power [W] with the least fuel.
+
+    Between the speeds ``w_min`` (else idle) and ``w_max`` (else where the rev limiter begins), with torques up to ``share`` of full
+    load: less than 1 leaves torque in hand. Without ``power``: as many ``points`` from zero to the largest power there is.
+    Errors: ParameterError for a power that the engine does not give within these limits, and for limits that leave nothing.
+    """
+    low = float(engine.w_idle) if w_min is None else w_min
+    high = float(engine.w_limit - engine.band_limit) if w_max is None else w_max
+    if not (0 < low < high and 0 < share <= 1):
+        raise ParameterError(
+            f"best_fuel_line: speeds {low:g}..{high:g} rad/s at {share:g} of full load leave no points"
+        )
+    grid = np.linspace(low, high, GRID)
+    top = float((grid * share * engine.full_load(grid)).max())
+    P = np.linspace(0, top, points) if power is None else np.atleast_1d(np.asarray(power, float))
+    outside = P[(P < 0) | (top * (1 + ROUND) < P)]
+    if outside.size:
+        raise ParameterError(
+            f"best_fuel_line: the engine gives 0 to {top:g} W between {low:g} and {high:g} rad/s, not {outside[0]:g} W"
+        )
+    w = _least_fuel(engine, P, low, high, share)
+    return FuelLine(P, w, P / w, np.asarray(engine.fuel_flow(w, P / w)))
+
+
+def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: float) -> Array:
+    """For each power the speed of least fuel, on a grid that is laid anew between the neighbours of the best."""
+    first, last = np.full(power.size, low), np.full(power.size, high)
+    best = first
+    for _ in range(ROUNDS):
+        w = np.linspace(first, last, GRID, axis=1)
+        tau = power[:, None] / w
+        possible = tau <= share * engine.full_load(w) * (1 + 2 * ROUND)
+        flow = np.where(possible, engine.fuel_flow(w, tau), np.inf)
+        best = np.take_along_axis(w, flow.argmin(axis=1)[:, None], axis=1)[:, 0]
+        step = (last - first) / (GRID - 1)
+        first, last = np.maximum(best - step, low), np.minimum(best + step, high)
+    return np.asarray(best)
