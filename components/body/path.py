@@ -31,7 +31,8 @@ class AxlePath(Component):
 
     Positive curvature bends to the left. The forces follow from the power that goes through. ``h`` is the height at which the axle's part
     of the mass is turned over: 0 shares the load equally. Wheels that do not slip follow a curvature that changes smoothly in time only.
-    Source: A. Madhavan, 1996, App. A: 88 rad/s in the middle, radius 7 m, track 1.4 m: 96.8 rad/s and 79.2 rad/s.
+    Source: B. Madhavan, M.S. thesis, University of Maryland 1996, App. A: with 88 rad/s in the middle, radius 7 m and track 1.4 m the
+    wheels turn at 96.8 rad/s and 79.2 rad/s.
     """
 
     track: Parameter = parameter("m", "Distance of the wheels", default=1.5, above=0)

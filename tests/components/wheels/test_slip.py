@@ -1,0 +1,113 @@
+"""Force over slip: the linear tyre and the Magic Formula against their closed forms, in steady rolling, relaxation and sliding."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from wheel_rigs import Drum, plain, tight
+
+from powertrain.components import rotational as rot
+from powertrain.components import translational as tr
+from powertrain.components.blocks import Constant
+from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
+
+
+def on_drum(wheel: Wheel, v: float, slip_speed: float, stop: float, load: float = 4000, **options: Any) -> Any:
+    """A wheel of radius 0.3 m whose slip speed is given."""
+    speeds = rot.ConstantSpeed(w_fixed=(v + slip_speed) / 0.3), tr.ConstantSpeed(v_fixed=v)
+    return tight(Drum(wheel=wheel, turning=speeds[0], rolling=speeds[1], load=Constant(k=load)), stop, **options)
+
+
+def steady(wheel: Wheel, v: float, kappa: float, load: float = 4000) -> float:
+    return float(on_drum(wheel, v, kappa * abs(v), 200 / abs(v), load)["wheel.f"][-1])
+
+
+def formula(tyre: dict[str, Any], kappa: float, load: float, mu: float = 1.0) -> float:
+    """The Magic Formula as it stands in the book."""
+    dfz = load / 4000 - 1
+    C, E = tyre["pCx1"], tyre["pEx1"]
+    D = mu * (tyre["pDx1"] + tyre["pDx2"] * dfz) * load
+    K = load * (tyre["pKx1"] + tyre["pKx2"] * dfz) * np.exp(tyre["pKx3"] * dfz)
+    x = K / (C * D) * kappa
+    return float(D * np.sin(C * np.arctan(x - E * (x - np.arctan(x)))))
+
+
+CREEPING = 1e-9
+"""Speed of a wheel that is all but locked, in m/s: what a given speed of zero needs is not determined by friction."""
+TYRES: list[dict[str, Any]] = [
+    {"pCx1": 1.65, "pDx1": 1.0, "pDx2": 0.0, "pEx1": -0.5, "pKx1": 20.0, "pKx2": 0.0, "pKx3": 0.0},
+    {"pCx1": 1.9, "pDx1": 0.9, "pDx2": -0.1, "pEx1": 0.97, "pKx1": 17.0, "pKx2": 3.0, "pKx3": -0.3},
+    {"pCx1": 1.3, "pDx1": 1.1, "pDx2": -0.05, "pEx1": -5.0, "pKx1": 25.0, "pKx2": -2.0, "pKx3": 0.2},
+]
+
+
+@pytest.mark.parametrize("v", [0.5, -15.0, 40.0])
+@pytest.mark.parametrize("kappa", [0.02, -0.05, 0.3])
+def test_linear_force_and_its_limit(v: float, kappa: float) -> None:
+    force = steady(SlipWheel(mu=0.8), v, kappa)
+    assert force == pytest.approx(np.clip(6e4 * kappa, -3200, 3200), rel=1e-7)
+
+
+def test_linear_tyre_relaxes_over_its_length() -> None:
+    """f = C kappa (1 - exp(-t/T)) but for the damper, with T = sigma/v + d sigma/C."""
+    v, kappa = 12.0, 0.01
+    result = on_drum(SlipWheel(), v, kappa * v, 0.2)
+    T = 0.3 / v + 1000 * 0.3 / 6e4
+    u = 0.3 * kappa * (1 - np.exp(-result.time / T))
+    np.testing.assert_allclose(result["wheel.u"], u, atol=1e-9)
+    f = 6e4 * kappa * (1 - np.exp(-result.time / T)) + 1000 * 0.3 * kappa / T * np.exp(-result.time / T)
+    np.testing.assert_allclose(result["wheel.f"], f, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("tyre", TYRES, ids=["plain", "sharp", "flat"])
+@pytest.mark.parametrize("kappa", [0.004, -0.04, 0.09, 0.2, -0.6, 2.0])
+def test_magic_formula_at_steady_slip(tyre: dict[str, Any], kappa: float) -> None:
+    """Below the peak, at it, beyond it, driving and braking, at two loads and on a slippery road."""
+    for load, mu in ((4000.0, 1.0), (2500.0, 0.4)):
+        force = steady(MagicFormulaWheel(**tyre, mu=mu), 10.0, kappa, load)
+        assert force == pytest.approx(formula(tyre, kappa, load, mu), rel=2e-6)
+
+
+def test_magic_formula_has_a_relaxation_length() -> None:
+    """For little slip it is K/c, and the force follows as that of a linear tyre."""
+    v, slip = 12.0, 1e-5
+    result = on_drum(MagicFormulaWheel(d=1.0), v, slip * v, 0.2, atol=1e-14)
+    steady_force = 20 * 4000 * slip
+    expected = steady_force * (1 - np.exp(-result.time * v / (20 * 4000 / 2.5e5)))
+    np.testing.assert_allclose(result["wheel.f"], expected, atol=2e-3 * steady_force)
+
+
+@pytest.mark.parametrize("wheel", [SlipWheel(mu=0.5), MagicFormulaWheel(mu=0.5)], ids=["linear", "magic"])
+def test_spinning_at_standstill_and_sliding_locked(wheel: Wheel) -> None:
+    """No speed over the road, or no speed of the wheel: the limit of friction, in the direction of slip."""
+    limit = 2000.0
+    for v, slip in ((0.0, 3.0), (0.0, -3.0), (10.0, CREEPING - 10), (-10.0, 10 - CREEPING)):
+        force = float(on_drum(wheel, v, slip, 20.0)["wheel.f"][-1])
+        assert np.sign(force) == np.sign(slip)
+        assert abs(force) == pytest.approx(limit, rel=1e-6) if isinstance(wheel, SlipWheel) else abs(force) < limit
+    if isinstance(wheel, MagicFormulaWheel):
+        locked = float(on_drum(wheel, 10.0, CREEPING - 10, 20.0)["wheel.f"][-1])
+        assert locked == pytest.approx(formula(TYRES[0], -1.0, 4000, 0.5), rel=1e-6)
+
+
+def test_loss_of_steady_slip_is_force_times_slip_speed() -> None:
+    for wheel in (SlipWheel(Cr=0), MagicFormulaWheel(Cr=0)):
+        for kappa in (0.03, 0.4):
+            result = on_drum(wheel, 10.0, kappa * 10, 20.0)
+            assert result["wheel.lossPower"][-1] == pytest.approx(result["wheel.f"][-1] * kappa * 10, rel=1e-6)
+
+
+def test_locked_brake_stops_by_friction() -> None:
+    """All wheels' friction known: the front rolls freely, the rear slides with mu and its load."""
+    result = tight(plain(SlipWheel(mu=0.6, Cr=0, J=0.001), demand=Constant(k=1.0)), 2.0, {"body.v": 20.0})
+    rear = 0.45 / (1 + 0.6 * 0.55 / 2.7)  # part of the weight, less what the braking takes off
+    early, late = (float(result.at(np.array([t]), "body.v")[0]) for t in (0.5, 1.5))
+    assert late - early == pytest.approx(-0.6 * rear * 9.80665, rel=1e-5)
+
+
+def test_a_smooth_road_gives_nothing() -> None:
+    result = tight(plain(SlipWheel(mu=0.0, Cr=0), torque=Constant(k=50)), 1.0)
+    assert result["body.v"][-1] == pytest.approx(0, abs=1e-12)
+    assert result["front.w"][-1] == pytest.approx(50, rel=1e-8)
