@@ -11,9 +11,10 @@ from scipy.optimize import brentq, minimize_scalar
 
 from powertrain.components.gearless.circular_cam.design import CircularCams
 from powertrain.components.gearless.circular_cam.locking_law import Sharing
-from powertrain.components.gearless.circular_cam.track import Array, Track
+from powertrain.components.gearless.circular_cam.track import Array
 
 _SAMPLES = 721
+_STEEPEST = math.radians(89)
 
 
 def bias_ratio(kappa: ArrayLike) -> Array:
@@ -149,16 +150,9 @@ def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interio
 
     if cams.disk.mu == 0:
         return 0.0
-    steepest = min(_steepest(track) for track in (cams.outer, cams.inner))
-    if excess(steepest) >= 0:
-        return steepest
-    return float(brentq(excess, 1e-6, steepest, xtol=1e-12))
-
-
-def _steepest(track: Track) -> float:
-    """The contact angle at which R_m is but little greater than the roller's radius, or 89 degrees."""
-    ratio = math.pi * track.D / (2 * track.n * track.r)
-    return min(math.radians(89), 0.999 * math.asin(min(1.0, ratio)))
+    if excess(_STEEPEST) >= 0:
+        return _STEEPEST
+    return float(brentq(excess, 1e-6, _STEEPEST, xtol=1e-12))
 
 
 def locking_map(

@@ -28,7 +28,8 @@ class Track:
     angle theta by which this track is ahead: all rollers are in the middle of their arcs (contact angle 0) at theta = -phase.
 
     Errors: ParameterError for an odd number of arcs (the curvature could not alternate around the circle), a contact angle outside
-    (0, 90 degrees), rollers that touch their neighbours, and arcs too sharp for the roller (R_m <= r: the convex cam would be undercut).
+    (0, 90 degrees), and rollers that touch their neighbours. Rollers that do not are small enough for every arc: r < R_m, so that the
+    convex surfaces of radius R_m - r are never undercut.
     """
 
     D: float
@@ -60,11 +61,6 @@ class Track:
                 f"Track: rollers of radius r = {self.r:g} m touch each other: {self.n} of them on a diameter of {self.D:g} m are "
                 f"{spacing:.4g} m apart, so that r must be less than {spacing / 2:.4g} m"
             )
-        if self.R_m <= self.r:
-            raise ParameterError(
-                f"Track: the roller's radius r = {self.r:g} m must be less than the arc's mean radius R_m = pi D/(2 n sin(alpha_max)) = "
-                f"{self.R_m:.4g} m: the convex cam of radius R_m - r would be undercut"
-            )
 
     @property
     def R_m(self) -> float:
@@ -88,7 +84,7 @@ class Track:
 
     def sense(self, theta: ArrayLike, roller: ArrayLike = 0) -> Array:
         """+1 where the arc bulges down at this roller (a valley, as in Fig. 3), -1 where it bulges up."""
-        return 1.0 - 2.0 * np.mod(self.arc(theta)[0] + np.asarray(roller), 2)
+        return np.asarray(1.0 - 2.0 * np.mod(self.arc(theta)[0] + np.asarray(roller), 2))
 
     def active(self, theta: ArrayLike, roller: ArrayLike, drive: float = 1.0) -> NDArray[np.bool_]:
         """Whether the roller is wedged by a torque of the sign of ``drive`` on the cage; none is where the contact angle is zero.
