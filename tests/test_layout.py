@@ -25,7 +25,7 @@ ORDER = [
     "compiler: matching linear sharing calls",
     "compiler: flatten alias index torques structure blocks resolver assemble",
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
-    "engine: survey step dopri5 rodas5p steps",
+    "engine: survey verdict step dopri5 rodas5p steps book",
     "engine: chatter schedules trajectory location projection consistent jam redundancy uniqueness enumeration resolve",
     "engine: sparse_step failure loop engine",
     "signals events export initial result plant",

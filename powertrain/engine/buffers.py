@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 CHECKS = (0.25, 0.5, 0.75)
 """Where inside a step the event indicators are looked at, besides its end."""
 INFO = 5
-"""Entries of ``Memory.info`` before the indicators' minima: error norm, smallest of all minima, stiffness, and the two of the survey."""
+"""Entries of ``Memory.info`` before the indicators' minima; see ``powertrain.engine.verdict``."""
 
 
 class Bound:
@@ -68,7 +68,7 @@ class Memory:
         self.slope = (zeros(unknowns), zeros(unknowns))
         self.m = zeros(held)
         self.p = zeros(dae.p.numel())
-        self.tolerance = zeros(2)
+        self.tolerance = zeros(3)
         self.info = zeros(INFO + len(CHECKS) + 1)
         self.outside = zeros(len(dae.guards))
         self.dense = zeros(5 * unknowns)
@@ -83,6 +83,7 @@ class Memory:
         self.closing = zeros(len(dae.contacts))
         self.fire = zeros(timed)
         self.jumped = zeros(2)
-        self.start = zeros(2)
+        self.start = zeros(3)
+        self.corner = zeros(3)
         self.instants = zeros(timed)
         self.jacobian = zeros(unknowns**2 if unknowns <= 100 else 0)

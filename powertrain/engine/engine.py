@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 
 from powertrain.compiler.hybrid import Guard, HybridDae
 from powertrain.engine import steps
+from powertrain.engine.book import book
 from powertrain.engine.buffers import Array, Bound, Memory
 from powertrain.engine.compiled import compile_functions
 from powertrain.engine.consistent import Algebra, NotConsistent
 from powertrain.engine.indicators import Indicator, indicators
+from powertrain.engine.location import Locator
 from powertrain.engine.loop import Run
 from powertrain.engine.modes import ZONE, timed
 from powertrain.engine.packing import pack, unpack
@@ -51,6 +53,7 @@ class Engine:
         self.indicators: tuple[Indicator, ...] = indicators(dae)
         self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
         self.timed = timed(dae)[1]
+        self.book = book(dae)
         self.schedules = Schedules(dae.schedules)
         self.memory = Memory(dae, len(self.indicators), len(self.timed))
         self.algebra = Algebra(dae, self.memory) if dae.z.numel() else None
@@ -168,7 +171,7 @@ class Engine:
     ) -> None:
         self._fill(t, x, z, m, p)
         memory = self.memory
-        memory.tolerance[:] = rtol, atol
+        memory.tolerance[:2] = rtol, atol
         if self.schedules:
             self.schedules.enter(memory.m, t)
         if self.algebra is not None and not self._ready:
@@ -278,6 +281,8 @@ class Engine:
         functions = {"fresh": steps.fresh(model), "locate": steps.locate(model), "update": steps.update(model)}
         if self.timed:
             functions["instants"] = steps.instants(self.dae)
+        if self.dae.schedules:
+            functions["corner"] = steps.corner(model)
         functions = self._finished(functions)
         m, p, tolerance = memory.m, memory.p, memory.tolerance
         self.fresh = [
@@ -288,11 +293,11 @@ class Engine:
             )
             for k in (0, 1)
         ]
-        self.locate = Bound(
-            functions["locate"],
+        located, at = (
             [memory.time, memory.fraction, memory.mask, memory.dense, m, p],
             [memory.at, memory.g, memory.worst],
         )
+        self.locator = Locator(Bound(functions["locate"], located, at), memory)
         results = [memory.held, memory.flags, memory.edges, memory.closing]
         update = [
             Bound(functions["update"], [memory.time, memory.y[k], m, p, memory.fire, memory.jumped], results)
@@ -302,6 +307,15 @@ class Engine:
             self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], [memory.jacobian])
         if self.timed:
             self.instants = Bound(functions["instants"], [m, p], [memory.instants])
+        if self.dae.schedules:
+            self.corner = [
+                Bound(
+                    functions["corner"],
+                    [memory.time, memory.y[k], m, p],
+                    [memory.y[1 - k], memory.slope[1 - k], memory.corner],
+                )
+                for k in (0, 1)
+            ]
         self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
         self._prescribed = [law for law in self.dae.frictions if law.prescribed]
         ends = [

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
+from powertrain.compiler.hybrid import Guard
 from powertrain.engine.buffers import view
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.consistent import NotConsistent
 from powertrain.engine.failure import guard_message, guard_violation, not_finite, underflow
-from powertrain.engine.location import locate_event
 from powertrain.engine.projection import project
-from powertrain.engine.survey import ROUGH
 from powertrain.engine.trajectory import Instant, Recorder, Trajectory
 from powertrain.errors import SimulationError
 
@@ -27,6 +24,10 @@ _STIFF = 3.25
 _STIFF_STEPS = 15
 _FINEST = 1e-5
 """Share of the simulated span below which steps are not halved to resolve indicators."""
+_CALM = 1e-4
+"""The least error norm that the step size control remembers."""
+_AT_REST = 1e-13
+"""A stuck law may keep this speed."""
 _HALVINGS = 8
 """How often a step is halved because the indicators are not resolved; then a kink is taken as it is."""
 
@@ -48,15 +49,11 @@ class Run:
         self.side, self.h, self.crossed = 0, 0.0, start
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
-        kinds = tuple((law.index, law.name, kind) for kind, laws in _laws(engine) for law in laws)
-        self.recorder = Recorder(engine.dae.x.numel() + engine.dae.z.numel(), engine.dae.x.numel(), kinds)
-        self.quiet = {s.index for s in self.dae.switches if s.continuous} | _schedule_entries(engine.dae)
+        self.book = engine.book
+        states = engine.dae.x.numel()
+        self.recorder = Recorder(states + engine.dae.z.numel(), states, self.book.kinds)
         self.chatter = Chatter(stop - start)
-        self.chattering = {
-            law.index: law for _, laws in _laws(engine) for law in laws if getattr(law, "time", None) is None
-        }
-        self.counted = [guard for guard in self.dae.guards if guard.action == "count"]
-        self.outside = np.zeros(len(self.counted))
+        self.outside = np.zeros(len(self.book.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
         self.method = engine.first_method(stop - start)
         self.numeric = False
@@ -66,7 +63,7 @@ class Run:
         self.steps = self.engine.stepper(self.method)
         try:
             self._restart()
-            self.recorder.enter(self.memory.m)
+            self.recorder.enter(self.memory.m.copy())
             self._check_guards()
             while self.t < self.stop:
                 self._next_stop()
@@ -87,29 +84,30 @@ class Run:
             "rejected": float(self.rejected),
             "events": float(len(self.recorder.instants)),
         }
-        statistics |= {f"outside {guard.name}": float(n) for guard, n in zip(self.counted, self.outside, strict=True)}
-        trajectory = self.recorder.trajectory(self.t, self.memory.y[self.side], self.memory.m, statistics)
-        return replace(trajectory, notes=tuple(self.engine.resolver.notes))
+        pairs = zip(self.book.counted, self.outside.tolist(), strict=True)
+        statistics |= {f"outside {guard.name}": n for guard, n in pairs}
+        final, notes = self.memory.y[self.side], tuple(self.engine.resolver.notes)
+        return self.recorder.trajectory(self.t, final, self.memory.m, statistics, notes)
 
     def _next_stop(self) -> None:
-        self.instant = min(self.engine.next_instant(self.t), self.engine.schedules.following(self.t))
-        self.target = min(self.instant, self.stop)
+        self.instant, self.corner = self.engine.next_instant(self.t), self.engine.schedules.following(self.t)
+        self.target = min(self.instant, self.corner, self.stop)
 
     def _restart(self) -> None:
         """Slope and first step size after a discontinuity."""
         self._refresh()
         self.h = min(float(self.memory.start[0]), self.max_step)
-        self.error_before = 1e-4
+        self.memory.tolerance[2] = _CALM
 
     def _refresh(self) -> None:
         memory = self.memory
         memory.time[0] = self.t
         self.engine.fresh[self.side].call()
         self.side = 1 - self.side
-        total = float(memory.slope[self.side].sum())
+        _, left, total = memory.start.tolist()
         if not -np.inf < total < np.inf:
             self._refuse_rates()
-        if memory.start[1] > 1e-13:
+        if left > _AT_REST:
             project(self.dae, self.memory, self.side)
 
     def _refuse_rates(self) -> None:
@@ -118,52 +116,51 @@ class Run:
     def _smooth(self) -> bool:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""
         memory, recorder = self.memory, self.recorder
-        time, info, dense = view(memory.time), view(memory.info), memory.dense
+        time, tolerance, info, dense = map(view, (memory.time, memory.tolerance, memory.info, memory.dense))
         steps = self.steps
-        times, sizes, rows = recorder.times.append, recorder.sizes.append, recorder.rows.append
+        times, sizes, rows = recorder.times.append, recorder.sizes.append, recorder.rows.extend
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
-        before, rejected, watch = self.error_before, False, self.watch
-        counting, auto = bool(self.counted), self.method == "dopri5" and self.engine.method == "auto"
+        rejected, counting, watch = False, bool(self.book.counted), self.watch
+        auto = self.method == "dopri5" and self.engine.method == "auto"
         wanted, halved, finest = 0.0, 0, _FINEST * (self.stop - self.start)
         while True:
             last = t + 1.01 * h >= target
             if last:
                 wanted, h = h, target - t
-            time[0], time[1] = t, h
+            time[0] = t
+            time[1] = h
             steps[side]()
-            e = info[0]
-            if not e <= 1.0:
+            error = info[0]
+            if not error <= 1.0:
                 rejected = True
-                h = self._smaller(e, t, h, side)
+                h = self._smaller(error, t, h, side)
                 steps = self.steps
                 continue
-            rough = info[4]
-            if (rough > ROUGH or info[3] <= 0.0 < info[1]) and halved < _HALVINGS and h > finest:
+            if info[1] and halved < _HALVINGS and h > finest:
                 halved += 1
                 self.rejected += 1
                 rejected, h = True, 0.5 * h
                 continue
-            halved = 0
             times(t)
             sizes(h)
-            rows(dense.tobytes())
-            factor = _growth(e, before, rough, 1.0 if rejected else 5.0)
-            rejected = False
-            before = e if e > 1e-4 else 1e-4
-            if info[1] <= 0.0 and self._locate(t, h, side):
+            rows(dense)
+            tolerance[2] = error if error > _CALM else _CALM
+            if info[3] <= 0.0 and self._locate(t, h, side):
                 return True
-            side = 1 - side
+            factor, halved, side = info[2], 0, 1 - side
+            if rejected:
+                factor, rejected = min(factor, 1.0), False
             t = target if last else t + h
             h = min(max(h * factor, wanted) if last else h * factor, largest)
             if counting:
                 self.outside += memory.outside[: len(self.outside)]
             if watch is not None:
                 watch(t)
-            if auto and (info[2] > _STIFF or self.stiff > 0):
-                steps = self._watch_stiffness(info[2])
+            if auto and (info[4] > _STIFF or self.stiff > 0):
+                steps = self._watch_stiffness(info[4])
                 auto = self.method == "dopri5"
             if last:
-                self.t, self.h, self.side, self.error_before = t, h, side, before
+                self.t, self.h, self.side = t, h, side
                 return False
 
     def _smaller(self, e: float, t: float, h: float, side: int) -> float:
@@ -191,7 +188,7 @@ class Run:
         """Move to the event inside the step just taken; False if there is none after all."""
         self.t, self.side = t, side
         memory = self.memory
-        fraction = locate_event(self.engine.locate, memory)
+        fraction = self.engine.locator.find()
         if fraction is None:
             return False
         self.side = 1 - self.side
@@ -210,31 +207,48 @@ class Run:
     def _event(self, located: bool) -> None:
         """Resolve what happens at the present instant and go on from its right limit."""
         memory, m, t = self.memory, self.memory.m, self.t
-        near = 1e-12 * max(1.0, abs(t))
-        if not located and self.instant > t + near:
+        near = t + 1e-12 * max(1.0, abs(t))
+        if not located and self.instant > near and self.corner > near:
             return
         memory.time[0], memory.time[1] = t, 0.0
-        held_left, left = m.copy(), memory.y[self.side].copy()
-        self.engine.fire(t, t)
-        jumps = bool(self.engine.schedules) and self.engine.schedules.cross(m, self.crossed, t + near)
-        self.crossed = t + near
-        resolver = self.engine.resolver
+        held_left, engine, resolver = m.copy(), self.engine, self.engine.resolver
+        jumps = self.corner <= near and engine.schedules.cross(m, self.crossed, near)
+        self.crossed = near
+        if self.instant <= near:
+            engine.fire(t, t)
+        elif not located and not jumps and self._turns():
+            return
+        left = memory.y[self.side].copy()
         resolver.resolve(self.side)
-        self.engine.check_modes(self.side)
-        changed = np.flatnonzero(m != held_left).tolist()
+        engine.check_modes(self.side)
+        held = m.copy()
+        changed = np.flatnonzero(held != held_left).tolist() if held.tobytes() != held_left.tobytes() else []
         if changed:
-            self.recorder.enter(m)
-        if not jumps and not resolver.extra and self.quiet.issuperset(changed):
+            self.recorder.enter(held)
+        if not jumps and not resolver.extra and self.book.quiet.issuperset(changed):
             self._idle(located and not changed)
             self._refresh()
             return
         self.idle = 0
         self._restart()
         right = memory.y[self.side].copy()
-        self.recorder.instants.append(Instant(t, left, right, held_left, m.copy(), tuple(resolver.extra)))
+        self.recorder.instants.append(Instant(t, left, right, held_left, held, tuple(resolver.extra)))
         for index in changed:
-            if index in self.chattering and self.chatter.note(index, t):
-                raise SimulationError(self.chatter.message(self.chattering[index], t))
+            if index in self.book.chattering and self.chatter.note(index, t):
+                raise SimulationError(self.chatter.message(self.book.chattering[index], t))
+
+    def _turns(self) -> bool:
+        """Go on past a corner of continuous signals, with the same step size; False if modes have to be resolved there."""
+        memory = self.memory
+        self.engine.corner[self.side].call()
+        unsettled, left, total = memory.corner.tolist()
+        if unsettled != 0.0 or not -np.inf < total < np.inf:
+            return False
+        self.side, self.idle = 1 - self.side, 0
+        if left > _AT_REST:
+            project(self.dae, memory, self.side)
+        self.recorder.enter(memory.m.copy())
+        return True
 
     def _idle(self, without_change: bool) -> None:
         """Count located events that change nothing; too many in a row do not let time advance."""
@@ -252,24 +266,6 @@ class Run:
                 message = guard_violation(self.dae, self.memory, self.side, guard, self.t)
                 if message:
                     raise SimulationError(message)
-
-
-def _growth(e: float, before: float, rough: float, most: float) -> float:
-    """The next step size over this one: a PI controller on the error norm, held back where indicators are barely resolved."""
-    factor = 0.9 * (e if e > 1e-10 else 1e-10) ** -0.14 * before**0.08
-    if 0.003 < rough <= ROUGH:
-        factor = min(factor, (0.3 / rough) ** (1 / 3))
-    return most if factor > most else 0.2 if factor < 0.2 else factor
-
-
-def _laws(engine: Engine) -> list[tuple[str, tuple[Friction | Switch | Contact | When, ...]]]:
-    dae = engine.dae
-    loud = tuple(switch for switch in dae.switches if not switch.continuous)
-    return [("friction", dae.frictions), ("switch", loud), ("contact", dae.contacts), ("when", dae.whens)]
-
-
-def _schedule_entries(dae: HybridDae) -> set[int]:
-    return {schedule.index + k for schedule in dae.schedules for k in range(3)}
 
 
 def _throttled(progress: Callable[[float], None]) -> Callable[[float], None]:

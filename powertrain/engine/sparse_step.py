@@ -8,9 +8,9 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from powertrain.engine import rodas5p
-from powertrain.engine.buffers import CHECKS, INFO, Array, Bound, Memory, zeros
+from powertrain.engine.buffers import CHECKS, Array, Bound, Memory, zeros
 from powertrain.engine.steps import PREFIX, Common
-from powertrain.engine.survey import survey
+from powertrain.engine.verdict import verdict
 
 _A = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.A])
 _C = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.C])
@@ -26,7 +26,7 @@ class SparseStep:
         self._point, self._now = zeros(self._n), zeros(1)
         self._rate, self._slope = zeros(self._n), zeros(self._n)
         self._g, self._outside = zeros(model.indicators), memory.outside
-        self._samples, self._found = zeros(4 * max(model.indicators, 1)), zeros(2)
+        self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
         self._checks = model.indicators > 0
         self._bind(model)
 
@@ -42,8 +42,10 @@ class SparseStep:
             [self._g, self._outside],
         )
         samples = ca.SX.sym("samples", model.indicators, 4)
-        function = ca.Function(PREFIX + "survey", [ca.vec(samples)], [ca.vertcat(*survey(ca.horzsplit(samples)))])
-        self._survey = Bound(function, [self._samples], [self._found])
+        norm = ca.SX.sym("norm")
+        info = verdict(norm, model.tolerance[2], ca.SX(0), ca.horzsplit(samples))
+        function = ca.Function(PREFIX + "verdict", [norm, model.tolerance, ca.vec(samples)], [ca.densify(info)])
+        self._verdict = Bound(function, [self._norm, memory.tolerance, self._samples], [memory.info])
         diagonal = ca.Sparsity.diag(self._n)
         jacobian = ca.jacobian(rates, model.y)
         pattern = jacobian.sparsity() + diagonal
@@ -90,17 +92,14 @@ class SparseStep:
         """Error norm, dense output and indicators."""
         memory, n = self._memory, self._n
         scale = memory.tolerance[1] + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
-        norm = float(np.sqrt(np.mean((stages[7] / scale) ** 2)))
+        self._norm[0] = np.sqrt(np.mean((stages[7] / scale) ** 2))
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)
         dense[:] = y, end - y + first, second - first, third - second, -third
-        minima = [1.0] * (len(CHECKS) + 1)
         if self._checks or self._outside.size:
             for k, q in enumerate((*CHECKS, 1.0)):
                 self._now[0] = t + q * h
                 self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
                 self._watch.call()
-                minima[k] = float(self._g.min()) if self._checks else 1.0
                 self._samples.reshape(4, -1)[k] = self._g
-        self._survey.call()
-        memory.info[: INFO + len(minima)] = norm, min(minima), 0.0, *self._found, *minima
+        self._verdict.call()

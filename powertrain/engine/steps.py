@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.engine import dopri5, rodas5p
@@ -14,14 +15,19 @@ from powertrain.engine.indicators import indicators
 from powertrain.engine.modes import mode_pass, snapped, timed
 from powertrain.engine.sparse_lu import factorize
 from powertrain.engine.step import Step, on_polynomial
-from powertrain.engine.survey import least, survey
+from powertrain.engine.verdict import verdict
 
 PREFIX = "powertrain_"
+_SETTLED = 1e-9
+"""Newton's steps below this share of the unknowns end."""
 
 
 @dataclass(frozen=True)
 class Common:
-    """Symbols and inlined expressions of time, unknowns y = (x, z), held values and parameters."""
+    """Symbols and inlined expressions of time, unknowns y = (x, z), held values and parameters.
+
+    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step).
+    """
 
     dae: HybridDae
     time: ca.SX
@@ -51,7 +57,7 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None) -> Common:
         dae=dae,
         time=ca.SX.sym("time", 2),
         y=y,
-        tolerance=ca.SX.sym("tolerance", 2),
+        tolerance=ca.SX.sym("tolerance", 3),
         rates=lambda t, u: call(t, u)[0],
         guards=lambda t, u: call(t, u)[2],
         both=lambda t, u: (call(t, u)[0], call(t, u)[1]),
@@ -92,36 +98,60 @@ def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Fu
     norm = ca.sqrt(ca.sumsqr(taken.error / scale) / max(model.y.numel(), 1))
     samples = [model.both(t + q * h, on_polynomial(taken.dense, q))[1] for q in CHECKS]
     samples.append(model.both(t + h, taken.end)[1])
-    minima = [least(sample) for sample in samples]
-    info = ca.vertcat(norm, least(ca.vertcat(*minima)), taken.stiffness, *survey(samples), *minima)
+    info = verdict(norm, model.tolerance[2], taken.stiffness, samples)
     outside = ca.densify(model.guards(t + h, taken.end))
     results = [taken.end, taken.slope, info, ca.vec(taken.dense), outside]
     return _function(name, [model.time, model.y, model.dae.m, model.dae.p, slope, model.tolerance], results)
 
 
 def fresh(model: Common) -> ca.Function:
-    """After an event: stuck speeds set to zero, the slope, Hairer's first step size and the speed that is left in stuck laws.
+    """After an event: stuck speeds set to zero, the slope, Hairer's first step size, the speed left in stuck laws, the sum of slopes.
 
-    (time, y, m, p, tolerance) -> (y, slope, [h, speed])
+    (time, y, m, p, tolerance) -> (y, slope, [h, speed, sum])
     """
     dae = model.dae
     n = dae.x.numel()
-    state, left = snapped(dae)
-    snap = ca.Function(PREFIX + "snap", [dae.t, dae.x, dae.z, dae.m, dae.p], [state, left])
     t = model.time[0]
-    x, speed = snap.call([t, model.y[:n, :], model.y[n:, :], dae.m, dae.p])
-    y = ca.vertcat(x, model.y[n:, :])
-    slope = model.rates(t, y)
+    y, slope, speed = _at_rest(model, model.y)
+    x = y[:n, :]
     scale = model.tolerance[1] + model.tolerance[0] * ca.fabs(x)
     size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
     speed_norm = ca.sqrt(ca.sumsqr(slope[:n, :] / scale) / max(n, 1))
     first = ca.if_else(ca.logic_or(size < 1e-5, speed_norm < 1e-5), 1e-6, 0.01 * size / speed_norm)
-    ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n, :], model.y[n:, :]))
+    ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n, :], y[n:, :]))
     bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n, :] / scale) / max(n, 1)) / first
     most = ca.fmax(speed_norm, bend)
     second = ca.if_else(most <= 1e-15, ca.fmax(1e-6, 1e-3 * first), (0.01 / most) ** (1 / 5))
-    start = ca.vertcat(ca.fmin(100 * first, second), speed)
+    start = ca.vertcat(ca.fmin(100 * first, second), speed, ca.sum1(slope))
     return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
+
+
+def _at_rest(model: Common, y: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Unknowns with stuck speeds set to zero, the slope there, and the largest speed that is left."""
+    dae, n, t = model.dae, model.dae.x.numel(), model.time[0]
+    snap = ca.Function(PREFIX + "snap", [dae.t, dae.x, dae.z, dae.m, dae.p], list(snapped(dae)))
+    x, speed = snap.call([t, y[:n, :], y[n:, :], dae.m, dae.p])
+    y = ca.vertcat(x, y[n:, :])
+    return y, model.rates(t, y), speed
+
+
+def corner(model: Common) -> ca.Function:
+    """At a corner of time signals: as ``fresh`` without a step size, and whether anything has to be resolved.
+
+    (time, y, m, p) -> (y, slope, [0 if all modes stay, speed, sum])
+    """
+    dae = model.dae
+    n, t = dae.x.numel(), model.time[0]
+    y, far = model.y, ca.SX(0)
+    if dae.z.numel():
+        y = _corrected(model, t, _corrected(model, t, y, n), n)
+        last = _corrected(model, t, y, n)
+        far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= _SETTLED * (1 + ca.fabs(last))))
+    flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
+    determined = ca.fabs(flags[3]) < np.inf
+    y, slope, speed = _at_rest(model, y)
+    found = ca.vertcat(flags[0] + flags[1] + flags[2] + far + ca.logic_not(determined), speed, ca.sum1(slope))
+    return _function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found])
 
 
 def locate(model: Common) -> ca.Function:
@@ -157,13 +187,20 @@ def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
 def update(model: Common) -> ca.Function:
     """One pass of the mode rules: (time, y, m, p, fire, [jumped, slack]) -> (m, flags, edges, closing)."""
     dae = model.dae
-    n = dae.x.numel()
     fire, jumped = ca.SX.sym("fire", len(timed(dae)[1])), ca.SX.sym("jumped", 2)
-    taken = mode_pass(dae, fire, jumped[0], jumped[1])
+    called = _rules(model, model.y, fire, jumped)
+    return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], called)
+
+
+def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
+    """Held values, flags, edges and closing of one pass of the mode rules."""
+    dae = model.dae
+    n = dae.x.numel()
+    a, b = ca.SX.sym("fire", fire.numel()), ca.SX.sym("jumped", 2)
+    taken = mode_pass(dae, a, b[0], b[1])
     results = [ca.densify(e) for e in (taken.held, taken.flags, taken.edges, taken.closing)]
-    rules = ca.Function(PREFIX + "rules", [dae.t, dae.x, dae.z, dae.m, dae.p, fire, jumped], results)
-    called = rules.call([model.time[0], model.y[:n, :], model.y[n:, :], dae.m, dae.p, fire, jumped])
-    return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], list(called))
+    rules = ca.Function(PREFIX + "rules", [dae.t, dae.x, dae.z, dae.m, dae.p, a, b], results)
+    return list(rules.call([model.time[0], y[:n, :], y[n:, :], dae.m, dae.p, fire, jumped]))
 
 
 def jacobian(model: Common) -> ca.Function:

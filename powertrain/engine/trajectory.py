@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from array import array
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,8 +23,7 @@ class Event:
     new: float
 
 
-@dataclass(frozen=True)
-class Instant:
+class Instant(NamedTuple):
     """All that happened at one instant: unknowns and held values of both sides. ``extra`` are (name, kind) of impacts and resets."""
 
     time: float
@@ -86,7 +86,7 @@ class Trajectory:
         if asked.size and ((asked[0] < self.start or asked[-1] > self.end) if ordered else True):
             asked = asked[(asked >= self.start) & (asked <= self.end)]
         if not (with_events and self.instants):
-            y, held = self._evaluate(asked)
+            y, held = self._evaluate(asked) if ordered else self._unordered(asked)
             return asked, y[:, : self.states], y[:, self.states :], held
         merged, places = self._merged(asked if ordered else np.sort(asked))
         y, held = self._evaluate(merged)
@@ -94,35 +94,47 @@ class Trajectory:
         held[places] = np.array([side for i in self.instants for side in (i.held_left, i.held_right)])
         return merged, y[:, : self.states], y[:, self.states :], held
 
+    def _unordered(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        distinct, places = np.unique(times, return_inverse=True)
+        y, held = self._evaluate(distinct)
+        return y[places], held[places]
+
     def _evaluate(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Unknowns and held values at ascending times, one row per time; each column of the unknowns lies in one piece."""
         if not len(self.times):
             return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
-        step = self.times.searchsorted(times, side="right") - 1
-        q = (times - self.times.take(step)) / self.sizes.take(step)
-        powers = np.empty((len(times), 1, 5))
-        powers[:, 0, 0] = 1.0
-        for k in range(1, 5):
-            np.multiply(powers[:, 0, k - 1], q, out=powers[:, 0, k])
-        y = np.matmul(powers, self.dense.take(step, axis=0))[:, 0, :]
-        held = self.held.take(self.mode_of_step.take(step), axis=0)
-        last = times == self.end
-        if last.any():
-            y[last] = self.final
-            held[last] = self.final_held
-        return y, held
+        counts = np.diff(times.searchsorted(self.times), append=len(times))
+        q = (times - self.times.repeat(counts)) / self.sizes.repeat(counts)
+        n, unknowns = len(self.times), self.dense.shape[2]
+        coefficients = self.dense.reshape(n, 5 * unknowns).T.copy().repeat(counts, axis=1)
+        columns = coefficients.reshape(5, unknowns, len(times))
+        y = columns[4]
+        for k in (3, 2, 1, 0):
+            y *= q
+            y += columns[k]
+        held = self.held.take(self.mode_of_step.repeat(counts), axis=0)
+        if len(times) and times[-1] == self.end:
+            last = times.searchsorted(self.end)
+            y[:, last:] = self.final[:, None]
+            held[last:] = self.final_held
+        return y.T, held
 
     def _merged(self, times: Array) -> tuple[Array, NDArray[np.int64]]:
         """The ascending times with the instants of all events twice, and the places of those."""
         when = np.array([instant.time for instant in self.instants])
-        asked_too = when.take(when.searchsorted(times), mode="clip") == times
+        before, after = times.searchsorted(when), times.searchsorted(when, side="right")
+        asked_too = before < after
         if asked_too.any():
-            times = times[~asked_too]
-        both = np.repeat(when, 2)
-        places = times.searchsorted(both) + np.arange(len(both))
-        merged = np.empty(len(times) + len(both))
+            kept = np.ones(len(times), dtype=bool)
+            for first, end in zip(before[asked_too].tolist(), after[asked_too].tolist(), strict=True):
+                kept[first:end] = False
+            times = times[kept]
+            before = times.searchsorted(when)
+        places = before.repeat(2) + np.arange(2 * len(when))
+        merged = np.empty(len(times) + len(places))
         others = np.ones(len(merged), dtype=bool)
         others[places] = False
-        merged[places] = both
+        merged[places] = when.repeat(2)
         merged[others] = times
         return merged, places
 
@@ -132,30 +144,29 @@ class Recorder:
 
     def __init__(self, unknowns: int, states: int, laws: tuple[tuple[int, str, str], ...]) -> None:
         self.unknowns, self.states, self.laws = unknowns, states, laws
-        self.times: list[float] = []
-        self.sizes: list[float] = []
-        self.rows: list[bytes] = []
+        self.times, self.sizes, self.rows = array("d"), array("d"), bytearray()
         self.held: list[Array] = []
         self.held_from: list[int] = []
         self.instants: list[Instant] = []
 
-    def enter(self, m: Array) -> None:
-        """The held values from the next step on."""
-        self.held.append(m.copy())
+    def enter(self, held: Array) -> None:
+        """The held values from the next step on, which are kept."""
+        self.held.append(held)
         self.held_from.append(len(self.times))
 
-    def trajectory(self, end: float, final: Array, m: Array, statistics: dict[str, float]) -> Trajectory:
+    def trajectory(
+        self, end: float, final: Array, m: Array, statistics: dict[str, float], notes: tuple[str, ...]
+    ) -> Trajectory:
         """Everything recorded so far."""
         n = len(self.times)
-        dense = np.zeros((n, 5, self.unknowns))
-        if n and self.unknowns:
-            dense = np.frombuffer(b"".join(self.rows)).reshape(n, 5, -1)
+        found = n and self.unknowns
+        dense = np.frombuffer(self.rows).reshape(n, 5, -1) if found else np.zeros((n, 5, self.unknowns))
         lasting = np.diff(np.array([*self.held_from, n]))
         return Trajectory(
             times=np.array(self.times),
             sizes=np.array(self.sizes),
             dense=dense[:, :, : self.unknowns],
-            held=_rows(self.held),
+            held=np.array(self.held) if self.held else np.zeros((0, 0)),
             mode_of_step=np.repeat(np.arange(len(self.held)), lasting),
             end=end,
             final=final[: self.unknowns].copy(),
@@ -164,8 +175,5 @@ class Recorder:
             instants=tuple(self.instants),
             laws=self.laws,
             statistics=statistics,
+            notes=notes,
         )
-
-
-def _rows(vectors: Sequence[Array]) -> NDArray[np.float64]:
-    return np.array(vectors) if vectors else np.zeros((0, 0))

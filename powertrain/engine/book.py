@@ -1,0 +1,41 @@
+"""What a run notes about the laws of a model: the same for every run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
+
+Law = Friction | Switch | Contact | When
+
+
+@dataclass(frozen=True)
+class Book:
+    """``kinds``: (index, name, kind) of the held values whose changes are events; ``quiet``: held values that change without one.
+
+    ``chattering``: the laws that may switch without end; ``counted``: guards of which only a number is kept.
+    """
+
+    kinds: tuple[tuple[int, str, str], ...]
+    quiet: frozenset[int]
+    chattering: Mapping[int, Law]
+    counted: tuple[Guard, ...]
+
+
+def book(dae: HybridDae) -> Book:
+    """The notes to be taken for one model."""
+    loud = tuple(switch for switch in dae.switches if not switch.continuous)
+    groups: list[tuple[str, tuple[Law, ...]]] = [
+        ("friction", dae.frictions),
+        ("switch", loud),
+        ("contact", dae.contacts),
+        ("when", dae.whens),
+    ]
+    entries = {schedule.index + k for schedule in dae.schedules for k in range(3)}
+    return Book(
+        kinds=tuple((law.index, law.name, kind) for kind, laws in groups for law in laws),
+        quiet=frozenset(entries | {s.index for s in dae.switches if s.continuous}),
+        chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},
+        counted=tuple(guard for guard in dae.guards if guard.action == "count"),
+    )
