@@ -16,7 +16,7 @@ from powertrain.vehicles.reproductions.table import agree
 
 mpl.use("agg")
 TABLES = [(name, compute) for name in PAPERS for compute in paper(name).tables]
-CONTENTS = {"yu-beachley": (32, 2)}
+CONTENTS = {"yu-beachley": (32, 2), "provatidis": (61, 3)}
 """Rows that agree with the print, and with its correction."""
 
 
@@ -53,6 +53,8 @@ def test_agreement_by_printed_digits() -> None:
     assert agree("1.40", 1.4060, within=1)
     assert agree("200", 200.4)
     assert agree("−0.59", -0.588)
+    assert agree("< 1", 0.98)
+    assert not agree("< 1", 1.02)
     assert agree("x", "x")
     assert not agree("x", 1.0)
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 PAPERS = {
     "yu-beachley": "yu_beachley",
+    "provatidis": "provatidis",
 }
 """The names of the papers and the modules that reproduce them."""
 

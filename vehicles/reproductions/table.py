@@ -65,11 +65,13 @@ class Table:
 
 
 def agree(printed: str, computed: Value, within: float = 0.5) -> bool:
-    """Whether a computed value is the printed one, as far as its digits go; texts have to be the same.
+    """Whether a computed value is the printed one, as far as its digits go; texts have to be the same. ``< 1`` is a bound.
 
     >>> agree("-2.54", -2.536), agree("2.45", 2.456, within=0.5), agree("2.45", 2.456, within=1)
     (True, False, True)
     """
+    if printed.startswith("<") and isinstance(computed, (int, float)):
+        return computed < float(number(printed[1:]))
     place = _place(printed)
     if place is None or not isinstance(computed, (int, float)):
         return printed == computed
