@@ -15,6 +15,7 @@ import powertrain.components as library
 from powertrain.component import Parameter, Port, Quantity, children
 from powertrain.components import rotational, translational
 from powertrain.components.blocks import Sine
+from powertrain.components.electric import DCTerminal, VoltageSource
 from powertrain.components.engines import MappedEngine
 
 # What a class needs beside numbers, and numbers that 1 does not serve.
@@ -34,6 +35,7 @@ ONE_SIDED = {
     "OneWayClutch": "locks in one direction",
     "ElastoGap": "pushes and does not pull",
     "Chassis": "on a slope",
+    "ElectricMachine": "drives where its signal says",
     "VehicleBody": "on a slope, in the wind",
 }
 
@@ -60,7 +62,7 @@ def made(kind: type[pt.Component]) -> pt.Component:
 
 
 class Bench(pt.Component):
-    """A part on a test bench: an inertia or a mass, driven by a sine, on every free shaft end; a sine at every input."""
+    """A part on a test bench: a driven inertia or mass on every free shaft end, a sine at every input, a voltage at every bus."""
 
     part: pt.Component
     rotors: tuple[rotational.Inertia, ...]
@@ -69,14 +71,18 @@ class Bench(pt.Component):
     forces: tuple[translational.Force, ...]
     drives: tuple[Sine, ...]
     signals: tuple[Sine, ...]
+    sources: tuple[VoltageSource, ...]
 
     def equations(self) -> pt.Equations:
         shafts, rods, inputs = list(self.rotors), list(self.masses), list(self.signals)
         drives, torques, forces = list(self.drives), list(self.torques), list(self.forces)
+        sources = list(self.sources)
         for name, spec in self.part._fields.items():
             port = getattr(self.part, name) if isinstance(spec, Port) else None
             if isinstance(port, pt.Input):
                 yield pt.connect(port, inputs.pop().y)
+            elif isinstance(port, DCTerminal):
+                yield pt.connect(port, sources.pop().bus)
             elif isinstance(spec, Port) and not spec.grounded and isinstance(port, rotational.Flange):
                 rotor, torque = shafts.pop(), torques.pop()
                 yield pt.connect(port, rotor.flange_a)
@@ -103,6 +109,7 @@ def bench(part: pt.Component, sign: float = 1.0) -> Bench:
         forces=(translational.Force(),) * k,
         drives=tuple(Sine(amplitude=sign * (3.0 + i), f=0.4 + 0.17 * i, phase=0.3 * i) for i in range(n + k)),
         signals=tuple(Sine(amplitude=0.2, f=0.6, offset=0.5) for _ in range(inputs)),
+        sources=(VoltageSource(),) * sum(isinstance(port, DCTerminal) for port in free),
     )
 
 

@@ -1,1 +1,19 @@
 """Electric machines, batteries and the direct-current bus between them."""
+
+from __future__ import annotations
+
+from powertrain.components.electric.battery import Battery, PolarizedBattery, cells_in_series
+from powertrain.components.electric.interfaces import DCTerminal, VoltageSource
+from powertrain.components.electric.loads import AccessoryLoad, DCDCConverter
+from powertrain.components.electric.machine import ElectricMachine
+
+__all__ = [
+    "AccessoryLoad",
+    "Battery",
+    "DCDCConverter",
+    "DCTerminal",
+    "ElectricMachine",
+    "PolarizedBattery",
+    "VoltageSource",
+    "cells_in_series",
+]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -25,6 +24,7 @@ from powertrain import (
     signal_output,
     variable,
 )
+from powertrain.components.evaluation import numbers
 from powertrain.components.rotational.interfaces import Flange
 
 
@@ -120,11 +120,11 @@ class Engine(Component):
 
     def full_load(self, w: ArrayLike) -> Any:
         """Torque [N.m] with an open throttle at speeds w [rad/s]."""
-        return _numbers(self._full_load, w)
+        return numbers(self._full_load, w)
 
     def motoring(self, w: ArrayLike) -> Any:
         """Torque [N.m] >= 0 that turns the engine without fuel at speeds w [rad/s]."""
-        return _numbers(self._motoring, w)
+        return numbers(self._motoring, w)
 
     def fuel_flow(self, w: ArrayLike, tau: ArrayLike) -> Any:
         """Fuel flow [kg/s] at steady operating points: speeds w [rad/s], torques tau [N.m] (below the motoring line: none)."""
@@ -132,7 +132,7 @@ class Engine(Component):
         def law(w: Symbol, tau: Symbol) -> Symbol:
             return self._fuel_power(w, ca.fmax(tau + self._motoring(w), 0)) / self.heating_value
 
-        return _numbers(law, w, tau)
+        return numbers(law, w, tau)
 
     def bsfc(self, w: ArrayLike, tau: ArrayLike) -> Any:
         """Brake specific fuel consumption [kg/J], fuel flow over power; infinite where no power is given. Times 3.6e9 it is in g/kWh."""
@@ -142,11 +142,3 @@ class Engine(Component):
 
 def _held(value: Symbol) -> Symbol:
     return ca.fmin(ca.fmax(value, 0), 1)
-
-
-def _numbers(law: Callable[..., Symbol], *values: ArrayLike) -> Any:
-    """A law of symbols at numbers, broadcast."""
-    symbols = [ca.SX.sym("argument") for _ in values]
-    full = np.broadcast_arrays(*(np.asarray(v, float) for v in values))
-    function = ca.Function("law", symbols, [law(*symbols)])
-    return np.asarray(function(*(f.reshape(1, -1) for f in full)), float).reshape(full[0].shape)[()]

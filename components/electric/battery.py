@@ -1,0 +1,159 @@
+"""Batteries by their open-circuit voltage over the state of charge and an internal resistance."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Map,
+    Output,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    der,
+    parameter,
+    port,
+    signal_output,
+    variable,
+    within,
+)
+from powertrain.components.electric.interfaces import DCTerminal
+from powertrain.components.thermal import Lossy
+
+CELL = ((0.0, 3.0), (0.05, 3.35), (0.1, 3.47), (0.2, 3.56), (0.4, 3.64), (0.6, 3.78), (0.8, 3.95), (1.0, 4.15))
+"""Open-circuit voltage [V] over state of charge of a lithium-ion cell that does not exist: made up."""
+
+
+def cells_in_series(cells: int) -> Map:
+    """The open-circuit voltage of made-up lithium-ion cells; a state of charge outside 0..1 ends a simulation."""
+    volts = [cells * volt for _, volt in CELL]
+    return Map.curve([s for s, _ in CELL], volts, x="state of charge", unit="V", name="open-circuit voltage")
+
+
+class _Battery(Lossy):
+    """Partial: charge, open-circuit voltage and limits of a battery."""
+
+    ocv: Map = cells_in_series(56)
+    beyond: Literal["count", "error"] = "count"
+    Q: Parameter = parameter("A.s", "Capacity", default=6.5 * 3600, above=0)
+    i_discharge: Parameter = parameter("A", "Largest current when it discharges", default=150.0, above=0)
+    i_charge: Parameter = parameter("A", "Largest current when it is charged", default=100.0, above=0)
+    soc_min: Parameter = parameter("1", "State of charge at which discharge_power is zero", default=0.2, min=0, max=1)
+    soc_max: Parameter = parameter("1", "State of charge at which charge_power is zero", default=0.9, min=0, max=1)
+    band: Parameter = parameter("1", "Range of the state of charge over which they fade", default=0.05, above=0)
+    bus: DCTerminal = port(DCTerminal)
+    state_of_charge: Output = signal_output("1", "State of charge")
+    discharge_power: Output = signal_output("W", "Power that it may give")
+    charge_power: Output = signal_output("W", "Power that it may take")
+    soc: Variable = variable("1", "State of charge", start=0.6)
+    i: Variable = variable("A", "Current, positive when it is charged")
+
+    def _charge(self, R: Symbol) -> Equations:
+        _checked_voltage(self.ocv, self._path)
+        yield self.i == self.bus.i
+        yield self.Q * der(self.soc) == self.i
+        yield self.state_of_charge.value == self.soc
+        U, low, high = self._voltage(), self.soc - self.soc_min, self.soc_max - self.soc
+        lowest = ca.fmax(U - R * self.i_discharge, U / 2)
+        yield self.discharge_power.value == lowest * (U - lowest) / R * _held(low / self.band)
+        yield self.charge_power.value == (U + R * self.i_charge) * self.i_charge * _held(high / self.band)
+        within(self.i, -self.i_discharge, self.i_charge, name="current of the battery", unit="A", action=self.beyond)
+        yield from self._dissipate()
+
+    def _voltage(self) -> Symbol:
+        return self.ocv(self.soc)
+
+    def _stored(self) -> Symbol:
+        return self.Q * _area(self.ocv, self.soc)
+
+
+class Battery(_Battery):
+    """A voltage that falls with the charge taken out, behind a resistance.
+
+    Q der(soc) = i,  bus.v = ocv(soc) + R i,  i = bus.i > 0 charges,  loss = R i^2
+    stored energy = Q times the integral of ocv from its lowest state of charge
+    discharge_power = v (ocv - v)/R faded below soc_min + band, v = max(ocv - R i_discharge, ocv/2)
+    charge_power = (ocv + R i_charge) i_charge faded above soc_max - band
+
+    ``discharge_power`` and ``charge_power`` are signals for a control, which has to respect them. A current beyond i_discharge or
+    i_charge is counted, or refused (``beyond``). What holds for a state of charge outside of ``ocv`` its axis says. No voltage
+    belongs to more power than ocv^2/(4 R): the simulation ends there. Machines that draw power make the voltage implicit; where that
+    costs too much time take ``PolarizedBattery``. Errors: ParameterError for an ocv that is not linear or not positive.
+    """
+
+    R: Parameter = parameter("Ohm", "Internal resistance", default=0.15, above=0)
+
+    def equations(self) -> Equations:
+        """A voltage behind a resistance."""
+        yield from self._charge(self.R)
+        yield self.bus.v == self._voltage() + self.R * self.i
+
+    def energy(self) -> Symbol:
+        """Charge times open-circuit voltage, summed up from the lowest state of charge."""
+        return self._stored()
+
+    def loss(self) -> Symbol:
+        """R i^2."""
+        return self.R * self.i**2
+
+
+class PolarizedBattery(_Battery):
+    """A battery whose voltage follows a change of current with a delay, as a resistor with a capacitor beside it makes it.
+
+    Q der(soc) = i,  bus.v = ocv(soc) + u,  T der(u) = R i - u,  loss = u^2/R,  stored energy as of ``Battery`` and T u^2/(2 R)
+
+    At constant current it is ``Battery``. The voltage is a state: what draws power from the bus needs no solution of equations.
+    """
+
+    R: Parameter = parameter("Ohm", "Resistance at constant current", default=0.15, above=0)
+    T: Parameter = parameter("s", "Time in which the voltage follows the current", default=1.0, above=0)
+    u: Variable = variable("V", "Voltage over the resistance", start=0.0)
+
+    def equations(self) -> Equations:
+        """A voltage that follows the current."""
+        yield from self._charge(self.R)
+        yield self.bus.v == self._voltage() + self.u
+        yield self.T * der(self.u) == self.R * self.i - self.u
+
+    def energy(self) -> Symbol:
+        """Charge times open-circuit voltage, and what the capacitor holds."""
+        return self._stored() + self.T * self.u**2 / (2 * self.R)
+
+    def loss(self) -> Symbol:
+        """u^2/R."""
+        return self.u**2 / self.R
+
+
+def _held(value: Symbol) -> Symbol:
+    return ca.fmin(ca.fmax(value, 0), 1)
+
+
+def _checked_voltage(ocv: Map, path: str) -> None:
+    if ocv.unit != "V" or [a.unit for a in ocv.axes] != ["1"] or ocv.method != "linear":
+        said = ", ".join(f"{a.name} [{a.unit}]" for a in ocv.axes)
+        raise ParameterError(
+            f"{path}.ocv gives {ocv.name} [{ocv.unit}] over {said}, {ocv.method}; "
+            "it must give a voltage [V] over the state of charge [1], linear"
+        )
+    if ocv.values.min() <= 0:
+        raise ParameterError(f"{path}.ocv falls to {ocv.values.min():g} V; it must stay above 0 V")
+
+
+def _area(curve: Map, x: Symbol) -> Symbol:
+    """The integral of a piecewise linear curve from its first point, of rule "clip" outside of its points, to x."""
+    points, values = curve.axes[0].points, curve.values.tolist()
+    on = curve.axes[0].outside == "linear"
+    area = Symbol(0.0)
+    if not on:
+        area += values[0] * ca.fmin(x - points[0], 0) + values[-1] * ca.fmax(x - points[-1], 0)
+    for k in range(len(points) - 1):
+        length = points[k + 1] - points[k]
+        u = x - points[k]
+        u = u if on and k == 0 else ca.fmax(u, 0)
+        u = u if on and k == len(points) - 2 else ca.fmin(u, length)
+        area += values[k] * u + (values[k + 1] - values[k]) / length * u**2 / 2
+    return area

@@ -1,0 +1,120 @@
+"""An electric machine with its inverter: a torque on demand, within limits, and what it loses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain import (
+    Equations,
+    Input,
+    Map,
+    Output,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    der,
+    parameter,
+    port,
+    signal_input,
+    signal_output,
+    variable,
+)
+from powertrain.components.electric.interfaces import DCTerminal
+from powertrain.components.evaluation import numbers
+from powertrain.components.rotational.interfaces import Flange
+from powertrain.components.thermal import Lossy
+
+
+class ElectricMachine(Lossy):
+    """A motor and generator whose torque follows a demand as far as its limits let it.
+
+    J der(w) = tau + shaft.tau,  bus.v bus.i = tau w + lossPower,  w = der(shaft.phi)
+    tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max/|w|) fade,  fade = (w_max - |w|)/band within 0..1
+    lossPower = P_0 + copper tau^2 + iron |w| + windage w^2,  or loss_map
+
+    tau > 0 drives forward; tau w < 0 generates. ``loss_map`` [W] takes the place of the formula: over |w| [rad/s] and |tau| [N.m]; or,
+    where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where it generates.
+    The loss is drawn from the bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for
+    a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
+    """
+
+    shaft: Flange = port(Flange)
+    bus: DCTerminal = port(DCTerminal)
+    torque_demand: Input = signal_input("N.m", "Torque that is asked for; positive, it drives forward")
+    speed: Output = signal_output("rad/s", "Speed of the shaft")
+    loss_map: Map | None = None
+    J: Parameter = parameter("kg.m2", "Moment of inertia", default=0.03, min=0)
+    tau_max: Parameter = parameter("N.m", "Largest torque", default=200.0, above=0)
+    P_max: Parameter = parameter("W", "Largest power at the shaft", default=50e3, above=0)
+    w_max: Parameter = parameter("rad/s", "Speed from which there is no torque", default=1200.0, above=0)
+    band: Parameter = parameter("rad/s", "Range of speed below it in which the torque fades", default=20.0, above=0)
+    P_0: Parameter = parameter("W", "Loss at rest without torque", default=50.0, min=0)
+    copper: Parameter = parameter("W/(N2.m2)", "Loss over torque squared", default=0.08, min=0)
+    iron: Parameter = parameter("W.s/rad", "Loss over speed", default=0.6, min=0)
+    windage: Parameter = parameter("W.s2/rad2", "Loss over speed squared", default=6e-4, min=0)
+    w: Variable = variable("rad/s", "Speed of the shaft", prefer=True)
+    tau: Variable = variable("N.m", "Torque of the machine before its inertia")
+    power: Variable = variable("W", "Power of the machine before its inertia, positive where it drives")
+
+    def equations(self) -> Equations:
+        """A limited torque, and the balance of power."""
+        if self.loss_map is not None:
+            _checked_loss(self.loss_map, self._path)
+        limit = self._limit(self.w)
+        yield self.w == der(self.shaft.phi)
+        yield self.speed.value == self.w
+        yield self.tau == ca.fmin(ca.fmax(self.torque_demand.value, -limit), limit)
+        yield self.J * der(self.w) == self.tau + self.shaft.tau
+        yield self.power == self.tau * self.w
+        yield self.bus.v * self.bus.i == self.power + self.lossPower
+        yield from self._dissipate()
+
+    def _limit(self, w: Symbol) -> Symbol:
+        speed = ca.fabs(w)
+        constant_power = self.P_max / ca.fmax(speed, self.P_max / self.tau_max)
+        return constant_power * ca.fmin(ca.fmax((self.w_max - speed) / self.band, 0), 1)
+
+    def _loss(self, w: Symbol, tau: Symbol) -> Symbol:
+        if self.loss_map is None:
+            return self.P_0 + self.copper * tau**2 + self.iron * ca.fabs(w) + self.windage * w**2
+        if self.loss_map.axes[1].low < 0:
+            drives = tau * ca.fmin(ca.fmax(w, -1), 1)
+            return ca.fmax(self.loss_map(ca.fabs(w), drives), 0)
+        return ca.fmax(self.loss_map(ca.fabs(w), ca.fabs(tau)), 0)
+
+    def energy(self) -> Symbol:
+        """Kinetic energy J w^2/2."""
+        return self.J * self.w**2 / 2
+
+    def loss(self) -> Symbol:
+        """By formula or map."""
+        return self._loss(self.w, self.tau)
+
+    def limit(self, w: ArrayLike) -> Any:
+        """The largest torque [N.m] at speeds w [rad/s]."""
+        return numbers(self._limit, w)
+
+    def losses(self, w: ArrayLike, tau: ArrayLike) -> Any:
+        """The loss [W] at speeds w [rad/s] and torques tau [N.m]."""
+        return numbers(self._loss, w, tau)
+
+    def efficiency(self, w: ArrayLike, tau: ArrayLike) -> Any:
+        """Power out over power in: at the shaft where it drives, at the bus where it generates (0 where the loss takes all)."""
+        shaft, loss = np.multiply(w, tau), self.losses(w, tau)
+        out, taken = np.where(shaft > 0, shaft, -shaft - loss), np.where(shaft > 0, shaft + loss, -shaft)
+        return np.where(taken > 0, np.maximum(out, 0) / np.where(taken > 0, taken, 1), 0.0)[()]
+
+
+def _checked_loss(table: Map, path: str) -> None:
+    if table.unit != "W" or [a.unit for a in table.axes] != ["rad/s", "N.m"]:
+        said = ", ".join(f"{a.name} [{a.unit}]" for a in table.axes)
+        raise ParameterError(
+            f"{path}.loss_map gives {table.name} [{table.unit}] over {said}; it must give a loss [W] over speed [rad/s] and torque [N.m]"
+        )
+    if table.values.min() < 0:
+        raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss is not negative")
