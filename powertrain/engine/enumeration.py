@@ -17,6 +17,8 @@ from powertrain.engine.modes import ZONE
 
 _LIMIT = 20_000
 _SAME = 1e-9
+_SAME_IMPLICIT = 1e-6
+"""What the hysteresis of implicit torques may do to the accelerations of parts that weigh little against these torques."""
 
 
 @dataclass(frozen=True)
@@ -51,12 +53,13 @@ def enumerate_modes(
     m = memory.m
     start = m.copy()
     found: list[tuple[Array, Array]] = []
+    within = _SAME_IMPLICIT if dae.z.numel() else _SAME
     for combination in product(*steps):
         for part in combination:
             for index, mode in part.items():
                 m[index] = mode
         rates = attempt()
-        if rates is not None and not any(_same(rates, other) for _, other in found):
+        if rates is not None and not any(_same(rates, other, within) for _, other in found):
             found.append((m.copy(), rates))
     m[:] = start
     modes = [each for each, _ in found]
@@ -98,5 +101,5 @@ def _steps(dae: HybridDae, choices: dict[int, tuple[float, ...]]) -> list[list[d
     return steps
 
 
-def _same(a: Array, b: Array) -> bool:
-    return bool(np.all(np.abs(a - b) <= _SAME * (1.0 + np.abs(a))))
+def _same(a: Array, b: Array, within: float) -> bool:
+    return bool(np.all(np.abs(a - b) <= within * (1.0 + np.abs(a))))

@@ -23,8 +23,8 @@ class Locator:
         self._kept, self._call, self._mask, self._g = locate, locate.call, memory.mask, memory.g
         self._fraction, self._worst, self._info = view(memory.fraction), view(memory.worst), view(memory.info)
 
-    def find(self) -> float | None:
-        """The fraction of the last step at which the first indicator is just below zero, or None if none is on closer look.
+    def find(self, depth: float = 0.0) -> float | None:
+        """The fraction of the last step at which the first indicator is just below ``-depth``, or None if none is on closer look.
 
         ``memory.at`` and ``memory.g`` hold the unknowns and indicators there.
         """
@@ -34,18 +34,18 @@ class Locator:
         self._mask.fill(1.0)
         fraction[0] = high
         call()
-        at_high = worst[0]
+        at_high = worst[0] + depth
         if at_high > 0.0:
             return None
         if at_high >= -2.0 * _AIM:
             return high
-        np.less_equal(self._g, 0.0, out=self._mask)
+        np.less_equal(self._g, -depth, out=self._mask)
         fraction[0] = low
         call()
-        at_low = worst[0]
-        return low if at_low <= 0.0 else self._between(low, high, at_low + _AIM, at_high + _AIM)
+        at_low = worst[0] + depth
+        return low if at_low <= 0.0 else self._between(low, high, at_low + _AIM, at_high + _AIM, depth + _AIM)
 
-    def _between(self, low: float, high: float, at_low: float, at_high: float) -> float:
+    def _between(self, low: float, high: float, at_low: float, at_high: float, aim: float) -> float:
         """``at_low`` > 0 > ``at_high`` are the values there, shifted so that the goal is zero."""
         fraction, worst, call, side = self._fraction, self._worst, self._call, 0
         before, at_before, slow = low, at_low, False
@@ -61,7 +61,7 @@ class Locator:
                     break
             fraction[0] = q
             call()
-            value = worst[0] + _AIM
+            value = worst[0] + aim
             if -_AIM <= value <= _AIM:
                 return q
             if value > 0.0:
