@@ -56,11 +56,11 @@ class CircularCamDifferential(Differential, Lossy):
     Where kappa >= 1 it locks: halves at rest against each other stay so under any torque of the cage with one shaft free. What
     releases them is a torque on the free shaft itself: (kappa - 1)/2 times the cage's torque where the other shaft is held (bench
     experiment 1), or (kappa - 1)/(kappa + 1) times that of the first shaft, against it, where the cage is held (experiment 2).
-    While it slides with kappa > 1 the faster shaft is held back: T_L < 0 for T_C > 0, w_rel > 0. With inertias J alone at the three
-    shafts, T_C (4/J_crown + (1 - kappa)/J_fast + (1 + kappa)/J_slow) is given by the outer torques. Where the bracket is negative (a
-    light fast side, a heavy cage) there is no sliding motion, or two: the halves seize at once. A simulation stays stuck from rest
-    where that is possible, and ends with an error where halves that turn would have to seize within no time: put the compliance of
-    the shafts between the differential and what is heavy.
+    While it slides with kappa > 1 the faster shaft is held back, T_L < 0 for w_rel > 0. With inertias J alone at the three shafts
+    T_C (4/J_crown + (1 - kappa)/J_fast + (1 + kappa)/J_slow) is given by the outer torques. Where the bracket is negative (a light
+    fast side, a heavy cage) there is no sliding motion, or two: the halves seize at once. A simulation stays stuck from rest where
+    that is possible, and ends with an error where halves that turn would have to seize within no time: put a compliant shaft between
+    the crown and what is heavy behind it, and its torque decides.
 
     Without inertia: put inertias at its flanges. The data of Table 1 are the defaults. Source: C. Provatidis, Eng 4 (2023) 2309-2335.
     Errors: ParameterError for contact angles outside (0, 90 degrees), an odd number of rollers, tracks or disks inside out, or an
@@ -125,8 +125,9 @@ class CircularCamDifferential(Differential, Lossy):
         """The locking coefficient at the phase theta, smooth on each side of the ends of half arcs."""
         sharing, friction_force = self.sharing, self.mu * friction_diameter(self.d_out, self.d_in, self.uniform)
         sines = self._mean_sines() if sharing == "averaged" else self._sines()
+        floor = FLOOR if sharing == "rigid" else 0.0
         disks = disk_coefficient(
-            sharing, *sines, self.D_out, self.D_in, friction_force, stiffness=self.stiffness, floor=FLOOR
+            sharing, *sines, self.D_out, self.D_in, friction_force, stiffness=self.stiffness, floor=floor
         )
         ratio = self.D_in / self.D_out
         return Symbol(disks + groove_coefficient(sharing, *sines, ratio, self.mu_groove, stiffness=self.stiffness))

@@ -212,17 +212,17 @@ def _track(ax: Axes, track: Track, theta: float, height: float, drive: float) ->
         ax.fill_between(x[keep] * MM, height + y[keep] * MM, height + far * MM, color=colour, alpha=0.45, lw=0)
         ax.plot(x[keep] * MM, height + y[keep] * MM, color=colour, lw=1.2)
     for j in range(track.n):
-        x, y = j * pitch * MM, height + float(track.axis(theta, j)) * MM
+        at, axis = j * pitch * MM, height + float(track.axis(theta, j)) * MM
         wedged = bool(track.active(theta, j, drive))
-        ax.plot([x, x], [height - body * MM, height + body * MM], color="0.4", lw=0.6, ls=":")
-        ax.add_patch(Circle((x, y), track.r * MM, fc=WEDGED if wedged else IDLE, ec="k", lw=0.8, alpha=0.85))
+        ax.plot([at, at], [height - body * MM, height + body * MM], color="0.4", lw=0.6, ls=":")
+        ax.add_patch(Circle((at, axis), track.r * MM, fc=WEDGED if wedged else IDLE, ec="k", lw=0.8, alpha=0.85))
         turned = float(track.turned(theta))
         spoke = np.array([math.sin(turned), math.cos(turned)]) * track.r * MM
-        ax.plot([x, x + spoke[0]], [y, y + spoke[1]], color="k", lw=0.8)
+        ax.plot([at, at + spoke[0]], [axis, axis + spoke[1]], color="k", lw=0.8)
         if wedged:
             ax.annotate(
                 "",
-                (x + math.copysign(1.5 * track.r * MM, drive), y),
-                (x, y),
+                (at + math.copysign(1.5 * track.r * MM, drive), axis),
+                (at, axis),
                 arrowprops={"arrowstyle": "-|>", "color": "k", "lw": 1.6},
             )
