@@ -1,0 +1,82 @@
+"""Yu & Beachley's split-path CVT in a car: front-driven, the engine on its line of least fuel."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, connect
+from powertrain.components.body import VehicleBody
+from powertrain.components.control import Driver, OperatingLineControl
+from powertrain.components.cvu import CVU, RatioActuator
+from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.differentials import CrownGear, FundamentalDifferential
+from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
+from powertrain.components.transmissions import Layout, SplitPathTransmission, UnitRatio
+from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+
+LAYOUT: Layout = "aHb"
+BASIC_RATIO = -1.7
+
+
+class SplitPathCar(Component):
+    """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, crown gear, differential, wheels.
+
+    The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, H, b (its type 6) and a unit of 90 %: with V from
+    0.685 to 1.630 its ratio goes from 0.5 to 2. The driver follows ``cycle``; the control gives the engine the speed of least fuel for
+    the demanded power. Below a ratio of 0.5, so below walking pace, the start clutch slips.
+    Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 6.
+    """
+
+    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
+    driver: Driver = Driver(k_a=1300 / 6000)
+    control: OperatingLineControl = OperatingLineControl()
+    engine: Engine = WillansEngine()
+    clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
+    shaft: Inertia = Inertia(J=0.02)
+    unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
+    actuator: RatioActuator = RatioActuator(T=0.2, rate=0.5, ratio_start=0.685)
+    transmission: SplitPathTransmission = SplitPathTransmission(
+        layout=LAYOUT,
+        differential=FundamentalDifferential(ratio=BASIC_RATIO, eta_ab=0.95, eta_ba=0.95),
+        cvu=CVU(eta_ab=0.9, eta_ba=0.9),
+    )
+    output: SpeedSensor = SpeedSensor()
+    crown: CrownGear = CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97)
+    front_brake: WheelBrake = WheelBrake(tau_max=3000)
+    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
+    front: Wheel = RigidWheel(J=2.0)
+    rear: Wheel = RigidWheel(J=2.0)
+    body: VehicleBody = VehicleBody(m=1300, A=2.1)
+
+    def equations(self) -> Equations:
+        """Engine to road; the two wheels of an axle are one, since they turn alike on a straight road."""
+        yield connect(self.engine.crank, self.clutch.flange_a)
+        yield connect(self.clutch.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.transmission.flange_a)
+        yield connect(self.transmission.flange_b, self.crown.flange_a, self.output.flange)
+        yield connect(self.crown.flange_b, self.front_brake.flange_a)
+        yield connect(self.front_brake.flange_b, self.front.hub)
+        yield connect(self.rear_brake.flange_b, self.rear.hub)
+        yield connect(self.front.road, self.body.front)
+        yield connect(self.rear.road, self.body.rear)
+        yield connect(self.body.front_load, self.front.load)
+        yield connect(self.body.rear_load, self.rear.load)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        yield connect(self.cycle.v_ref, self.driver.v_ref)
+        yield connect(self.cycle.a_ref, self.driver.a_ref)
+        yield connect(self.body.v, self.driver.v, self.control.v)
+        yield connect(self.driver.brake, self.front_brake.demand, self.rear_brake.demand)
+        yield connect(self.driver.accelerator, self.control.accelerator)
+        yield connect(self.engine.speed, self.control.w)
+        yield connect(self.output.w, self.control.w_out)
+        yield connect(self.control.throttle, self.engine.throttle)
+        yield connect(self.control.clutch, self.clutch.f_normalized)
+        yield connect(self.control.ratio, self.unit_ratio.r)
+        yield connect(self.unit_ratio.V, self.actuator.demand)
+        yield connect(self.actuator.ratio, self.transmission.ratio)
+
+    def initial(self) -> Equations:
+        """At rest, with the engine idling."""
+        yield self.engine.w == self.engine.w_idle
+        yield self.shaft.w == 0
