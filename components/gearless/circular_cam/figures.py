@@ -92,7 +92,7 @@ def locking_coefficient(cams: CircularCams = TABLE_1, ax: Axes | None = None) ->
     for sharing in get_args(Sharing):
         ax.plot(np.degrees(theta), cams.kappa(theta, sharing), label=sharing)
     ax.axhline(1, color="k", lw=0.8, ls="--")
-    ax.text(np.degrees(theta[-1]) / 2, 1.02, "locked above", ha="center", va="bottom", fontsize=9)
+    ax.text(np.degrees(theta[-1]) / 4, 1.02, "locked above", ha="center", va="bottom", fontsize=9)
     ax.set(xlabel=r"$\theta$ [°]", ylabel=r"$\kappa$ [1]", ylim=(0, 1.6), xlim=(0, np.degrees(theta[-1])))
     ax.set_title(f"locking coefficient, μ = {cams.disk.mu:g}", fontsize=10)
     ax.legend()

@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.animation import FuncAnimation
+from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle
 
 from powertrain.components.gearless.circular_cam import TABLE_1, TORQUE, forces, track_contacts
@@ -33,7 +34,8 @@ def test_mechanism(drive: float) -> None:
         assert y - circles[0].center[1] == pytest.approx(
             1000 * (TABLE_1.outer.axis(0.4, j) - TABLE_1.outer.axis(0.4, 0)), abs=1e-9
         )
-    red = [circle.get_facecolor()[0] > 2 * circle.get_facecolor()[2] for circle in circles]
+    colours = [to_rgb(circle.get_facecolor()) for circle in circles]
+    red = [colour[0] > 2 * colour[2] for colour in colours]
     assert red == [bool(t.active(0.4, j, drive)) for t in (TABLE_1.outer, TABLE_1.inner) for j in range(4)]
     assert len(ax.texts) == 2 + 4  # the tracks' names, and an arrow on each wedged roller
 
