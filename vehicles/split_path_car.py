@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from powertrain import Component, Equations, connect
-from powertrain.components.body import VehicleBody
-from powertrain.components.control import Driver, OperatingLineControl
+from powertrain.components.body import Body, VehicleBody
+from powertrain.components.control import Driver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
@@ -27,7 +27,7 @@ class SplitPathCar(Component):
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
-    driver: Driver = Driver(k_a=1300 / 6000)
+    driver: Pedals = Driver(k_a=1300 / 6000)
     control: OperatingLineControl = OperatingLineControl()
     engine: Engine = WillansEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
@@ -45,7 +45,7 @@ class SplitPathCar(Component):
     rear_brake: WheelBrake = WheelBrake(tau_max=1500)
     front: Wheel = RigidWheel(J=2.0)
     rear: Wheel = RigidWheel(J=2.0)
-    body: VehicleBody = VehicleBody(m=1300, A=2.1)
+    body: Body = VehicleBody(m=1300, A=2.1)
 
     def equations(self) -> Equations:
         """Engine to road; the two wheels of an axle are one, since they turn alike on a straight road."""

@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
-from powertrain.components.body.body import AirStream, Chassis, VehicleBody, Wind
+from powertrain.components.body.axle import DrivenAxle
+from powertrain.components.body.body import AirStream, Body, Chassis, VehicleBody, Wind
 from powertrain.components.body.path import AxlePath, RoadProfile
+from powertrain.components.body.rolling_road import RollingRoad
 
-__all__ = ["AirStream", "AxlePath", "Chassis", "RoadProfile", "VehicleBody", "Wind"]
+__all__ = [
+    "AirStream",
+    "AxlePath",
+    "Body",
+    "Chassis",
+    "DrivenAxle",
+    "RoadProfile",
+    "RollingRoad",
+    "VehicleBody",
+    "Wind",
+]

@@ -55,7 +55,7 @@ class Wind(Component):
         yield self.air.v == self.v.value
 
 
-class _Body(Component):
+class Body(Component):
     """Partial: the data of a body, its axles and its signals. The defaults are a mid-size car."""
 
     m: Parameter = parameter("kg", "Mass of the vehicle with its wheels", default=1500.0, above=0)
@@ -68,7 +68,6 @@ class _Body(Component):
     g: Parameter = parameter("m/s2", "Gravity", default=G_N, min=0)
     front: Flange = port(Flange)
     rear: Flange = port(Flange)
-    heat_port: HeatPort = support(HeatPort)
     grade: Input = signal_input("1", "Slope of the road, tan(alpha), positive uphill", default=0.0)
     v: Output = signal_output("m/s", "Speed of the vehicle")
     s: Output = signal_output("m", "Path of the vehicle")
@@ -76,7 +75,7 @@ class _Body(Component):
     rear_load: Output = signal_output("N", "Load of the rear axle")
 
 
-class Chassis(_Body, Lossy):
+class Chassis(Body, Lossy):
     """The body in air that an own port brings, see ``VehicleBody``."""
 
     air: AirStream = support(AirStream)
@@ -115,7 +114,7 @@ class Chassis(_Body, Lossy):
         return self.drag * (self.speed - self.air.v)
 
 
-class VehicleBody(_Body):
+class VehicleBody(Body):
     """The body of a vehicle between its two axles, which are rigidly on one mass.
 
     m a = front.f + rear.f - drag - m g sin(alpha),  tan(alpha) = grade,  drag = Cd A rho (v - wind) |v - wind|/2
@@ -126,6 +125,7 @@ class VehicleBody(_Body):
     The slope climbed is stored energy; the wind may do work.
     """
 
+    heat_port: HeatPort = support(HeatPort)
     wind: Input = signal_input("m/s", "Speed of the wind along the road, positive with the vehicle", default=0.0)
     chassis: Chassis = Chassis()
     surroundings: Wind = Wind()

@@ -1,24 +1,12 @@
-"""A driver who follows a speed."""
+"""A driver who follows a speed, and pedals that are set."""
 
 from __future__ import annotations
 
-from powertrain import (
-    Component,
-    Equations,
-    Input,
-    Output,
-    Parameter,
-    Variable,
-    der,
-    parameter,
-    signal_input,
-    signal_output,
-    switch,
-    variable,
-)
+from powertrain import Equations, Parameter, Variable, der, parameter, switch, variable
+from powertrain.components.control.interfaces import Pedals
 
 
-class Driver(Component):
+class Driver(Pedals):
     """Follows a speed with the pedals: a proportional-integral controller that knows the acceleration to come.
 
     u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) + (held - u)/T_t,  held = u within [-1, 1]
@@ -32,11 +20,6 @@ class Driver(Component):
     k_i: Parameter = parameter("1/m", "Rate of the pedal for a speed that is 1 m/s too low", default=0.1, min=0)
     k_a: Parameter = parameter("s2/m", "Pedal for an acceleration of 1 m/s2", default=0.3, min=0)
     T_t: Parameter = parameter("s", "Time in which the integral follows a pedal at its stop", default=1.0, above=0)
-    v_ref: Input = signal_input("m/s", "Speed to drive")
-    a_ref: Input = signal_input("m/s2", "Acceleration to come", default=0.0)
-    v: Input = signal_input("m/s", "Speed of the vehicle")
-    accelerator: Output = signal_output("1", "Accelerator pedal, 0 to 1")
-    brake: Output = signal_output("1", "Brake pedal, 0 to 1")
     error: Variable = variable("m/s", "How much the vehicle is too slow")
     u: Variable = variable("1", "Demand before the stops of the pedals")
     x: Variable = variable("1", "Integral part of the demand")
@@ -51,3 +34,15 @@ class Driver(Component):
         driving = self.u > 0
         yield self.accelerator.value == switch(driving, held, 0.0, continuous=True)
         yield self.brake.value == switch(driving, 0.0, -held, continuous=True)
+
+
+class SetPedals(Pedals):
+    """Pedals that stay where they are put: for measurements on a rolling road."""
+
+    accelerator_set: Parameter = parameter("1", "Accelerator pedal", default=0.0, min=0, max=1)
+    brake_set: Parameter = parameter("1", "Brake pedal", default=0.0, min=0, max=1)
+
+    def equations(self) -> Equations:
+        """What is set."""
+        yield self.accelerator.value == self.accelerator_set
+        yield self.brake.value == self.brake_set

@@ -1,0 +1,15 @@
+"""Who moves the pedals."""
+
+from __future__ import annotations
+
+from powertrain import Component, Input, Output, signal_input, signal_output
+
+
+class Pedals(Component):
+    """Partial: an accelerator and a brake pedal, and what their foot may know: the speed to drive, the acceleration to come, the speed."""
+
+    v_ref: Input = signal_input("m/s", "Speed to drive", default=0.0)
+    a_ref: Input = signal_input("m/s2", "Acceleration to come", default=0.0)
+    v: Input = signal_input("m/s", "Speed of the vehicle", default=0.0)
+    accelerator: Output = signal_output("1", "Accelerator pedal, 0 to 1")
+    brake: Output = signal_output("1", "Brake pedal, 0 to 1")
