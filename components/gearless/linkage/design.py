@@ -188,8 +188,9 @@ class _Search:
         options: Any = {"ftol": 1e-10, "eps": 1e-7, "maxiter": 200}
         start: Any = np.append(x[:3], 1.0)
         constraints: Any = {"type": "ineq", "fun": inside}
-        found: Any = minimize(
-            lambda x: float(x[3]), start, method="SLSQP", bounds=self.bounds, constraints=constraints, options=options
+        search: Any = minimize
+        found = search(
+            lambda x: x[3], start, method="SLSQP", bounds=self.bounds, constraints=constraints, options=options
         )
         return np.asarray(found.x, float) if inside(found.x).min() > -1e-6 else None
 

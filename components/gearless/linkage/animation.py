@@ -1,0 +1,35 @@
+"""The linkage in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import matplotlib.pyplot as plt
+from matplotlib.animation import FuncAnimation
+from matplotlib.axes import Axes
+from numpy import pi
+
+from powertrain.components.gearless.linkage.figures import mechanism
+from powertrain.components.gearless.linkage.kinematics import Linkage
+
+
+def animate(
+    linkage: Linkage | None = None, *, turns: float = 0.0, frames: int = 120, ax: Axes | None = None
+) -> FuncAnimation:
+    """One internal cycle of the mechanism; its cage turns ``turns`` times meanwhile (10 in the source's bend, 0: seen from the cage).
+
+    ``ax`` is a three-dimensional one. Save it with ``animate().save("linkage.gif", writer="pillow")``.
+    """
+    if ax is None:
+        ax = plt.figure(layout="constrained").add_subplot(projection="3d", proj_type="ortho")
+
+    def frame(i: int) -> Iterable[Any]:
+        ax.clear()
+        alpha = 2 * pi * i / frames
+        mechanism(linkage, alpha, turns * alpha, ax)
+        return ax.lines
+
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    return FuncAnimation(figure, frame, frames=frames, interval=50)
