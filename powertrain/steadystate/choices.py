@@ -113,6 +113,18 @@ def bounded(problem: Equilibrium) -> list[Symbol]:
     return [margin for e in problem.solved for margin in (INFINITE - e, INFINITE + e)]
 
 
+def possible(choice: Choice, mode: float, hidden: Sequence[Symbol]) -> Symbol:
+    """Negative where a mode is out of the question by what is given alone; ``hidden`` has to be found."""
+    law, found = choice.law, [] if choice.rest is not None else [choice.margin(mode)]
+    if isinstance(law, Friction) and mode != FREE:
+        if not law.algebraic:
+            found.append(ZONE - ca.fabs(law.w) if mode == STUCK else mode * law.w + ZONE)
+        if law.may_free:
+            found.append(law.upper - law.lower - EPS)
+    known = [margin for margin in found if not dependence([margin], hidden).any()]
+    return ca.mmin(ca.vertcat(Symbol(0), *known))
+
+
 def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
     """What is zero while a law is stuck or a contact is closed: its number, and its speed or gap."""
     rows = []

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.steadystate.axes import Axis, Grid
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.operating import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
+from powertrain.steadystate.points import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
 from powertrain.steadystate.sheet import MOST_LAWS, Sheet
 
 if TYPE_CHECKING:

@@ -19,8 +19,10 @@ from powertrain.steadystate.axes import make_grid
 from powertrain.steadystate.choices import STUCK, held_rows
 from powertrain.steadystate.equilibrium import Equilibrium, formulate
 from powertrain.steadystate.lanes import Rows, Tape
-from powertrain.steadystate.operating import LANES, OK, STUCK_POINT, Solver
+from powertrain.steadystate.operating import Solver
+from powertrain.steadystate.points import OK, STUCK_POINT
 from powertrain.steadystate.steady import What, _asked, _common, _wanted, steady
+from powertrain.steadystate.table import LANES
 from powertrain.symbols import Symbol, column
 
 if TYPE_CHECKING:

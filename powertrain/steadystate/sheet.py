@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from powertrain.engine.buffers import Array
 from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.lanes import Rows
-from powertrain.steadystate.operating import NONE, OK, OUTSIDE, STUCK_POINT, UNDEFINED, Points, Solver
+from powertrain.steadystate.operating import Solver
+from powertrain.steadystate.points import NONE, OK, OUTSIDE, STUCK_POINT, UNDEFINED, Points
 
 MOST_LAWS = 62
 """Laws that have a bit of their own in the results."""

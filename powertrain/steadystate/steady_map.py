@@ -13,7 +13,8 @@ from powertrain.steadystate.axes import PAD, Grid
 from powertrain.steadystate.dataset import Quantity
 from powertrain.steadystate.equilibrium import Equilibrium
 from powertrain.steadystate.lanes import Rows
-from powertrain.steadystate.operating import OK, Solver
+from powertrain.steadystate.operating import Solver
+from powertrain.steadystate.points import OK
 from powertrain.steadystate.progress import Bar
 from powertrain.steadystate.rows import RowMap, find_cuts
 from powertrain.steadystate.sheet import Sheet, block

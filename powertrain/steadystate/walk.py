@@ -21,7 +21,8 @@ from powertrain.engine.indicators import EPS, guard_margin
 from powertrain.steadystate.choices import bounded, with_modes
 from powertrain.steadystate.equilibrium import Equilibrium
 from powertrain.steadystate.lanes import Tape, all_hold, dependence, different
-from powertrain.steadystate.operating import LANES, Solver
+from powertrain.steadystate.operating import Solver
+from powertrain.steadystate.table import LANES
 from powertrain.symbols import Symbol
 
 WIDTHS = (128, 1024, 4096)
