@@ -185,6 +185,7 @@ class _Plan:
         self.values = Bound(function, self.arguments, self.results)
         self.rows, self.columns = (np.array(k, int) for k in jacobian.sparsity().get_triplet())
         outputs = ca.vertcat(rows, ca.vec(jacobian.nz[:])) if rows.numel() else rows
+        self.linear = not self.nz and not ca.depends_on(jacobian.nz[:], ca.vertcat(dae.x, dae.z))
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
         self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
         self.guess = self._guess(
@@ -277,9 +278,13 @@ class _Plan:
         if open_rows:
             raise InitializationError(self._singular(open_rows))
         chosen, owned = choice.chosen, choice.owned
+        if self.linear and choice.last is not None:
+            y[owned] = choice.last
+            r, j = self._evaluate(t, y, m, p)
         for _ in range(_ITERATIONS):
             gap = r[chosen] - target[chosen]
             if not gap.any():
+                choice.last = y[owned]
                 return choice
             step = choice.step(j, gap)
             if not np.isfinite(step).all():
@@ -368,7 +373,10 @@ class _Plan:
 
 
 class _Choice:
-    """The rows that are solved, the unknowns they own, and where the entries of their square system lie."""
+    """The rows that are solved, the unknowns they own, and where the entries of their square system lie.
+
+    ``last`` is a solution: where the conditions are linear, and so have one only, a good place to begin.
+    """
 
     def __init__(self, plan: _Plan, chosen: list[int], owned: list[int]) -> None:
         self.chosen, self.owned = np.array(chosen, int), np.array(owned, int)
@@ -378,6 +386,7 @@ class _Choice:
         i, k = row_place[plan.rows], column_place[plan.columns]
         self.inside = np.flatnonzero((i >= 0) & (k >= 0))
         self.i, self.k = i[self.inside], k[self.inside]
+        self.last: Array | None = None
         self.taken = frozenset(i - plan.nz for i in chosen)
         self.left = np.array([i for i in range(len(plan.conditions)) if i not in self.taken], int)
         self.open_states = sorted(set(range(plan.n)) - set(owned))

@@ -209,11 +209,13 @@ def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Ar
             raise ParameterError(f"points = {points} must be at least 1")
         return np.linspace(start, stop, points + 1)
     grid = np.asarray(times, float).ravel()
-    if not np.isfinite(grid).all() or (np.diff(grid) < 0).any():
+    if not grid.size:
+        return grid
+    if not (grid[1:] >= grid[:-1]).all() or not np.isfinite(grid[[0, -1]]).all():
         raise ParameterError("times must be finite and must not decrease")
-    outside = grid[(grid < start) | (grid > stop)]
-    if outside.size:
-        raise ParameterError(f"times: {outside[0]:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
+    for t in (grid[0], grid[-1]):
+        if not start <= t <= stop:
+            raise ParameterError(f"times: {t:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
     return grid
 
 

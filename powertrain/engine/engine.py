@@ -53,6 +53,7 @@ class Engine:
         self.indicators: tuple[Indicator, ...] = indicators(dae)
         self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
         self.timed = timed(dae)[1]
+        self.sizes = (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
         self.book = book(dae)
         self.schedules = Schedules(dae.schedules)
         self.memory = Memory(dae, len(self.indicators), len(self.timed))
@@ -139,12 +140,15 @@ class Engine:
         """The method a run begins with, from the start that memory holds."""
         if self.method != "auto":
             return self.method
-        n = self.dae.x.numel()
-        if self.dae.z.numel() or n > _LARGE:
+        n, nz, _, _ = self.sizes
+        if nz or n > _LARGE:
             return "rodas5p"
         self.jacobian.call()
+        size = float(self.memory.worst[0])
+        if not size < np.inf or size * span < _EXPLICIT_STEPS:
+            return "dopri5"
         matrix = self.memory.jacobian[: n * n].reshape(n, n)
-        if not np.isfinite(matrix).all() or float(np.abs(matrix).sum(axis=0).max(initial=0.0)) * span < _EXPLICIT_STEPS:
+        if not np.isfinite(matrix).all():
             return "dopri5"
         radius = float(np.abs(np.linalg.eigvals(matrix)).max())
         return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
@@ -157,13 +161,12 @@ class Engine:
         )
 
     def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
-        memory, dae = self.memory, self.dae
-        n, nz = dae.x.numel(), dae.z.numel()
+        memory, (n, nz, held, parameters) = self.memory, self.sizes
         y = memory.y[0]
         y[:n] = _vector("x", x, n)
         y[n : n + nz] = 0.0 if z is None else _vector("z", z, nz)
-        memory.m[: dae.m.numel()] = _vector("m", dae.held_start if m is None else m, dae.m.numel())
-        memory.p[: dae.p.numel()] = _vector("p", p, dae.p.numel())
+        memory.m[:held] = _vector("m", self.dae.held_start if m is None else m, held)
+        memory.p[:parameters] = _vector("p", p, parameters)
         memory.time[:] = t, 0.0
 
     def _load(
@@ -243,7 +246,7 @@ class Engine:
             return np.inf
         self.instants.call()
         after = t + 1e-12 * max(1.0, abs(t))
-        return min((instant for instant in self.memory.instants.tolist() if instant > after), default=np.inf)
+        return min([instant for instant in self.memory.instants.tolist() if instant > after], default=np.inf)
 
     def check_modes(self, side: int) -> None:
         """Refuse friction at rest under a prescribed motion, and motion against a torque without limit."""
@@ -304,7 +307,8 @@ class Engine:
             for k in (0, 1)
         ]
         if self.method == "auto" and not self.dae.z.numel() and self.dae.x.numel() <= _LARGE:
-            self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], [memory.jacobian])
+            found = [memory.jacobian, memory.worst]
+            self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], found)
         if self.timed:
             self.instants = Bound(functions["instants"], [m, p], [memory.instants])
         if self.dae.schedules:

@@ -50,13 +50,13 @@ class Run:
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
         self.book = engine.book
-        states = engine.dae.x.numel()
-        self.recorder = Recorder(states + engine.dae.z.numel(), states, self.book.kinds)
+        self.recorder = Recorder(*engine.sizes[:2], self.book.kinds)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.book.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
         self.method = engine.first_method(stop - start)
         self.numeric = False
+        self.views = [view(a) for a in (self.memory.time, self.memory.tolerance, self.memory.info, self.memory.dense)]
 
     def execute(self) -> Trajectory:
         """Run to the stop time; errors carry the trajectory so far."""
@@ -116,7 +116,7 @@ class Run:
     def _smooth(self) -> bool:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""
         memory, recorder = self.memory, self.recorder
-        time, tolerance, info, dense = map(view, (memory.time, memory.tolerance, memory.info, memory.dense))
+        time, tolerance, info, dense = self.views
         steps = self.steps
         times, sizes, rows = recorder.times.append, recorder.sizes.append, recorder.rows.extend
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
@@ -222,7 +222,7 @@ class Run:
         resolver.resolve(self.side)
         engine.check_modes(self.side)
         held = m.copy()
-        changed = np.flatnonzero(held != held_left).tolist() if held.tobytes() != held_left.tobytes() else []
+        changed = (held != held_left).nonzero()[0].tolist()
         if changed:
             self.recorder.enter(held)
         if not jumps and not resolver.extra and self.book.quiet.issuperset(changed):

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction, HybridDae
-from powertrain.engine.buffers import Memory
+from powertrain.engine.buffers import Memory, view
 from powertrain.engine.jam import undetermined_note
 
 _RANK = 1e-9
@@ -22,6 +22,8 @@ class Redundancy:
         self.notes: list[str] = []
         self._noted: set[tuple[str, ...]] = set()
         self._laws = [law for law in dae.frictions if not (law.algebraic or law.prescribed)]
+        self._places, self._m = [law.index for law in self._laws], view(memory.m)
+        self._last: tuple[int, ...] = ()
         self._seen: dict[tuple[int, ...], list[Friction]] = {}
         self._gradients: ca.Function | None = None
         self._constant = False
@@ -29,16 +31,17 @@ class Redundancy:
     def forget(self) -> None:
         """Drop the notes of the last run."""
         self.notes = []
-        self._noted = set()
+        self._noted, self._last = set(), ()
         if not self._constant:
             self._seen = {}
 
     def note(self, side: int) -> None:
         """Look at the laws that are stuck now."""
-        m = self.memory.m
-        stuck = tuple(k for k, law in enumerate(self._laws) if m[law.index] == 0)
-        if len(stuck) < 2:
+        m = self._m
+        stuck = tuple([k for k, place in enumerate(self._places) if m[place] == 0.0])
+        if len(stuck) < 2 or stuck == self._last:
             return
+        self._last = stuck
         if stuck not in self._seen:
             self._seen[stuck] = self._dependent(stuck, side)
         if self._seen[stuck]:

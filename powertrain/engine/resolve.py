@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Contact, HybridDae, When
-from powertrain.engine.buffers import Array, Bound, Memory
+from powertrain.engine.buffers import Array, Bound, Memory, view
 from powertrain.engine.consistent import Algebra, NotConsistent
 from powertrain.engine.enumeration import enumerate_modes
 from powertrain.engine.jam import jam_message, undetermined_laws, undetermined_message
@@ -42,6 +42,7 @@ class Resolver:
         self.redundancy = Redundancy(dae, memory)
         self.uniqueness = Uniqueness(dae, memory)
         self._tries = 0
+        self._flags = view(memory.flags)
 
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
@@ -56,8 +57,8 @@ class Resolver:
 
     def _fixed_point(self, side: int) -> bool:
         """Iterate the mode rules; False if a reset or an impact happened and the round must start again."""
-        memory, call = self.memory, self._update[side].call
-        m, held, flags = memory.m, memory.held, memory.flags
+        memory, call, flags = self.memory, self._update[side].call, self._flags
+        m, held = memory.m, memory.held
         seen: set[bytes] = set()
         varied: set[int] = set()
         for n in range(_PASSES):
@@ -66,8 +67,9 @@ class Resolver:
             call()
             if (flags[1] or flags[2]) and self._discontinuity(side):
                 return False
-            memory.fire.fill(0.0)
-            memory.jumped[0] = 0.0
+            if n == 0:
+                memory.fire.fill(0.0)
+                memory.jumped[0] = 0.0
             if not flags[0]:
                 return self._finite(side, varied)
             if n > 2:
@@ -100,7 +102,7 @@ class Resolver:
 
     def _finite(self, side: int, varied: set[int]) -> bool:
         """Stuck laws that lock the same motion leave their torques undetermined: look for a combination that gives the same motion."""
-        if isfinite(self.memory.flags[3]):
+        if isfinite(self._flags[3]):
             self.redundancy.note(side)
             return True
         laws = undetermined_laws(self.dae, self.memory, side)
@@ -148,6 +150,8 @@ class Resolver:
 
     def _solvable(self, side: int) -> bool:
         """Solve the algebraic equations for the present modes; whether they have a solution."""
+        if self.algebra is None:
+            return True
         try:
             self._solve(side)
         except NotConsistent as error:

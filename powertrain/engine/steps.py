@@ -204,11 +204,10 @@ def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
 
 
 def jacobian(model: Common) -> ca.Function:
-    """d(xdot)/dx, dense, for the choice of the method: (time, y, m, p) -> matrix."""
-    rates = model.rates(model.time[0], model.y)
-    return _function(
-        PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [ca.jacobian(rates, model.y)]
-    )
+    """d(xdot)/dx, dense, and its norm, for the choice of the method: (time, y, m, p) -> (matrix, largest sum of a row)."""
+    matrix = ca.jacobian(model.rates(model.time[0], model.y), model.y)
+    norm = ca.mmax(ca.sum2(ca.fabs(matrix))) if matrix.numel() else ca.SX(0)
+    return _function(PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [matrix, norm])
 
 
 def instants(dae: HybridDae) -> ca.Function:

@@ -103,15 +103,17 @@ class Trajectory:
         """Unknowns and held values at ascending times, one row per time; each column of the unknowns lies in one piece."""
         if not len(self.times):
             return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
-        counts = np.diff(times.searchsorted(self.times), append=len(times))
-        q = (times - self.times.repeat(counts)) / self.sizes.repeat(counts)
-        n, unknowns = len(self.times), self.dense.shape[2]
-        coefficients = self.dense.reshape(n, 5 * unknowns).T.copy().repeat(counts, axis=1)
-        columns = coefficients.reshape(5, unknowns, len(times))
-        y = columns[4]
+        counts = np.empty(len(self.times), np.int64)
+        first = times.searchsorted(self.times)
+        np.subtract(first[1:], first[:-1], out=counts[:-1])
+        counts[-1] = len(times) - first[-1]
+        q = times - self.times.repeat(counts)
+        q /= self.sizes.repeat(counts)
+        columns = self.dense.transpose(1, 2, 0).copy()
+        y = columns[4].repeat(counts, axis=1)
         for k in (3, 2, 1, 0):
             y *= q
-            y += columns[k]
+            y += columns[k].repeat(counts, axis=1)
         held = self.held.take(self.mode_of_step.repeat(counts), axis=0)
         if len(times) and times[-1] == self.end:
             last = times.searchsorted(self.end)
@@ -142,8 +144,8 @@ class Trajectory:
 class Recorder:
     """Collects the steps of a running simulation at the cost of a few list appends per step."""
 
-    def __init__(self, unknowns: int, states: int, laws: tuple[tuple[int, str, str], ...]) -> None:
-        self.unknowns, self.states, self.laws = unknowns, states, laws
+    def __init__(self, states: int, algebraic: int, laws: tuple[tuple[int, str, str], ...]) -> None:
+        self.unknowns, self.states, self.laws = states + algebraic, states, laws
         self.times, self.sizes, self.rows = array("d"), array("d"), bytearray()
         self.held: list[Array] = []
         self.held_from: list[int] = []
