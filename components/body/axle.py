@@ -22,7 +22,7 @@ class DrivenAxle(Component):
     load: Input = signal_input("N", "Load on the axle")
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
     brake: Input = signal_input("1", "Brake demand, 0 to 1", default=0.0)
-    crown: CrownGear = CrownGear(ratio=3.9)
+    crown: CrownGear = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
     cage: Inertia = Inertia(J=0.1)
     differential: Differential = BevelDifferential(eta=0.97)
     left_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
