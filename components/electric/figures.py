@@ -27,10 +27,11 @@ def plot_machine_map(
     ax = plt.subplots(layout="constrained")[1] if ax is None else ax
     w = np.linspace(0.5, float(machine.w_max), 201)
     limit = machine.limit(w)
-    tau = np.linspace(-1, 1, 241)[:, None] * limit.max()
-    efficiency = np.where(np.abs(tau) <= limit, machine.efficiency(w, tau), np.nan)
-    lines = ax.contour(w * RPM, tau[:, 0], efficiency, levels, cmap="viridis", linewidths=1.0)
-    ax.clabel(lines, fmt=lambda x: f"{100 * x:.0f} %", fontsize=8)
+    tau = np.linspace(-1, 1, 241)[:, None] * limit
+    speeds, efficiency = np.broadcast_to(w * RPM, tau.shape), machine.efficiency(w, tau)
+    ax.contourf(speeds, tau, efficiency, [0.0, *levels, 1.0], cmap="viridis", alpha=0.4)
+    lines = ax.contour(speeds, tau, efficiency, levels, colors="0.25", linewidths=0.6)
+    ax.clabel(lines, [level for level in levels if level >= 0.85], fmt=lambda x: f"{100 * x:.0f} %", fontsize=8)
     ax.plot(w * RPM, limit, "k", linewidth=1.8, label="Limit")
     ax.plot(w * RPM, -limit, "k", linewidth=1.8)
     ax.axhline(0, color="0.6", linewidth=0.6)

@@ -63,12 +63,15 @@ class SyntheticEngine:
         return np.asarray(share * (self.full_load(w) + self.motoring(w)) - self.motoring(w))
 
     def fuel_rate(self, w: ArrayLike, tau: ArrayLike) -> Array:
-        """Fuel flow [kg/s] at speed w [rad/s] and torque tau [N.m]; above full load as at full load."""
+        """Fuel flow [kg/s] at speed w [rad/s] and torque tau [N.m]; above full load it goes on in a straight line."""
         w = np.asarray(w, float)
-        firing = np.asarray(tau, float) + self.motoring(w)
-        load = np.minimum(firing / (self.full_load(w) + self.motoring(w)), 1)
-        e = self.e_0 * (1 - self.k_e * (w / self.w_e - 1) ** 2) * (1 - self.k_rich * load**ENRICHED)
-        return np.asarray(firing * w / e / self.heating_value)
+        full = self.full_load(w) + self.motoring(w)
+        load = (np.asarray(tau, float) + self.motoring(w)) / full
+        held = np.minimum(load, 1)
+        rich = 1 - self.k_rich * held**ENRICHED
+        slope = 1 / rich + ENRICHED * self.k_rich * held**ENRICHED / rich**2
+        e = self.e_0 * (1 - self.k_e * (w / self.w_e - 1) ** 2)
+        return np.asarray((held / rich + slope * (load - held)) * full * w / e / self.heating_value)
 
     def _torque(self, p: ArrayLike) -> Array:
         return np.asarray(self.V * np.asarray(p, float) / (4 * math.pi))

@@ -1,0 +1,58 @@
+"""The line of least fuel against a search of its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.engines import Engine, MappedEngine, WillansEngine, best_fuel_line
+
+ENGINES = [WillansEngine(), MappedEngine.gasoline(), MappedEngine.diesel(), MappedEngine.diesel(method="linear")]
+
+
+@pytest.mark.parametrize("engine", ENGINES, ids=lambda e: f"{type(e).__name__}")
+@pytest.mark.parametrize("share", [1.0, 0.8])
+def test_no_speed_takes_less_fuel(engine: Engine, share: float) -> None:
+    line = best_fuel_line(engine, share=share, points=20)
+    np.testing.assert_allclose(line.speed * line.torque, line.power, rtol=1e-12)
+    assert np.all(line.torque <= share * engine.full_load(line.speed) * (1 + 1e-6))
+    np.testing.assert_array_equal(line.fuel_rate, engine.fuel_flow(line.speed, line.torque))
+    w = np.linspace(85, float(engine.w_limit) - 10, 1501)
+    tau = line.power[:, None] / w
+    flow = np.where(tau <= share * engine.full_load(w), engine.fuel_flow(w, tau), np.inf)
+    assert np.all(line.fuel_rate <= flow.min(axis=1) * (1 + 1e-6))
+
+
+def test_willans_line_runs_at_full_load() -> None:
+    """With constant efficiency and a drag that rises, the lowest possible speed is best: idle, then full load."""
+    engine = WillansEngine()
+    line = best_fuel_line(engine, [2e3, 30e3, 60e3])
+    assert line.speed[0] == pytest.approx(85)
+    np.testing.assert_allclose(line.torque[1:], engine.full_load(line.speed[1:]), rtol=1e-4)
+
+
+def test_line_as_a_map_for_a_control() -> None:
+    line = best_fuel_line(ENGINES[1], points=15)
+    speeds, torques = line.speeds(), line.torques()
+    assert speeds.axes[0].unit == "W"
+    assert speeds.unit == "rad/s"
+    assert speeds(line.power[4]) == pytest.approx(line.speed[4])
+    assert torques(line.power[4]) == pytest.approx(line.torque[4])
+    assert speeds(1e6) == pytest.approx(line.speed[-1])
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"power": [1e3, 2e5]}, r"gives 0 to \d+ W between 85 and 670 rad/s, not 200000 W"),
+        ({"power": -5.0}, "not -5 W"),
+        ({"share": 1.2}, "at 1.2 of full load leave no points"),
+        ({"w_min": 300, "w_max": 200}, r"speeds 300..200 rad/s"),
+    ],
+)
+def test_impossible_lines(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        best_fuel_line(ENGINES[0], **options)

@@ -1,0 +1,204 @@
+"""Mapped engine: tables against the formulas they were computed from, files and their errors, fuel, cut-off, edges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_rigs import Driven, Dyno, Loaded
+from numpy.typing import NDArray
+
+import powertrain as pt
+from powertrain.components.engines import MappedEngine
+from powertrain.components.engines.synthetic import DIESEL, GASOLINE, SyntheticEngine, write_tables
+from powertrain.components.rotational import ConstantSpeed
+
+ENGINES = {"gasoline": (MappedEngine.gasoline(), GASOLINE), "diesel": (MappedEngine.diesel(), DIESEL)}
+PAIRS = pytest.mark.parametrize(("engine", "formula"), list(ENGINES.values()), ids=list(ENGINES))
+W, TAU, U = [0.0, 100.0, 200.0, 300.0], [10.0, 50.0, 110.0], [0.0, 0.5, 1.0]
+
+
+def table(path: Path, head: str, *columns: NDArray[np.float64]) -> Path:
+    text = "\n".join(",".join(f"{x:g}" for x in row) for row in np.column_stack(columns))
+    path.write_text(f"{head}\n{text}\n", encoding="utf-8")
+    return path
+
+
+def written(folder: Path, *, speed: str = "rad/s", fuel: str = "g/s") -> tuple[Path, Path]:
+    """torque = 120 u - 20, fuel rate = (torque + 20) w/(0.4 43e6): a Willans engine as tables."""
+    factor = {"rad/s": 1.0, "rpm": 30 / np.pi}[speed]
+    w, u = (x.ravel() for x in np.meshgrid(W, U, indexing="ij"))
+    torque = table(folder / "torque.csv", f"speed [{speed}],throttle [1],torque [N.m]", w * factor, u, 120 * u - 20)
+    w, tau = (x.ravel() for x in np.meshgrid(W, TAU, indexing="ij"))
+    rate = (tau + 20) * w / 0.4 / 43e6
+    specific = (tau + 20) / tau / 0.4 / 43e6
+    values = {"g/s": 1e3 * rate, "kg/s": rate, "g/kWh": 3.6e9 * specific, "kg/J": specific}[fuel]
+    factors = np.column_stack([w * factor, tau])
+    rows = "\n".join(f"{a!r},{b!r},{c!r}" for (a, b), c in zip(factors.tolist(), values.tolist(), strict=True))
+    path = folder / "fuel.csv"
+    path.write_text(f"speed [{speed}],torque [N.m],fuel [{fuel}]\n{rows}\n", encoding="utf-8")
+    return torque, path
+
+
+@PAIRS
+def test_shipped_tables_are_what_their_script_writes(
+    engine: MappedEngine, formula: SyntheticEngine, tmp_path: Path
+) -> None:
+    write_tables(formula, tmp_path)
+    shipped = files("powertrain.components").joinpath("engines", "data")
+    for path in sorted(tmp_path.iterdir()):
+        text = shipped.joinpath(path.name).read_text(encoding="utf-8")
+        assert text == path.read_text(encoding="utf-8")
+        assert text.startswith("# Synthetic")
+
+
+@PAIRS
+def test_tables_reproduce_their_formulas_between_the_points(engine: MappedEngine, formula: SyntheticEngine) -> None:
+    w = np.linspace(80, 0.97 * max(formula.speeds), 57)
+    assert np.abs(engine.full_load(w) / formula.full_load(w) - 1).max() < 5e-3
+    assert np.abs(engine.motoring(w) / formula.motoring(w) - 1).max() < 1e-3
+    tau = np.linspace(0, 1, 41)[:, None] * formula.full_load(w)
+    flow = engine.fuel_flow(w, tau)
+    assert np.abs(flow / formula.fuel_rate(w, tau) - 1).max() < 0.01
+
+
+@PAIRS
+def test_shipped_engines_are_plausible(engine: MappedEngine, formula: SyntheticEngine) -> None:
+    w = np.linspace(80, float(engine.w_limit), 200)
+    tau = np.linspace(0.05, 1, 80)[:, None] * engine.full_load(w)
+    best = engine.bsfc(w, tau).min() * 3.6e9
+    assert (240 < best < 270) if formula is GASOLINE else (195 < best < 215)
+    idle = engine.fuel_flow(85.0, 0.0) / float(engine.fuel_density) * 3.6e6  # l/h
+    assert 0.35 < idle < 0.8
+    assert 80e3 < (w * engine.full_load(w)).max() < 100e3
+
+
+@pytest.mark.parametrize("method", ["linear", "smooth"])
+def test_throttle_gives_the_torque_of_the_table(method: str) -> None:
+    engine = MappedEngine.gasoline(method=method, k_idle=0.0)
+    for u in (0.0, 0.3, 1.0):
+        result = pt.simulate(Dyno(engine=engine, drive=ConstantSpeed(w_fixed=250)), 0.1, inputs={"throttle": u})
+        assert result["engine.tau"][-1] == pytest.approx(float(GASOLINE.torque(250, u)), rel=1e-4)
+
+
+@pytest.mark.parametrize("fuel", ["g/s", "kg/s", "g/kWh", "kg/J"])
+@pytest.mark.parametrize("speed", ["rad/s", "rpm"])
+def test_units_of_the_file(tmp_path: Path, speed: str, fuel: str) -> None:
+    """Fuel by hand at 200 rad/s, also below the lowest torque of the table, where the Willans line goes on."""
+    engine = MappedEngine.from_csv(*written(tmp_path, speed=speed, fuel=fuel), k_idle=0.0)
+    for u in (0.05, 0.1, 0.4, 0.8):
+        result = pt.simulate(Dyno(engine=engine, drive=ConstantSpeed(w_fixed=150)), 10, inputs={"throttle": u})
+        firing = 120 * u
+        assert result["engine.tau"][-1] == pytest.approx(firing - 20, abs=1e-3)
+        assert result["engine.fuel"][-1] == pytest.approx(10 * firing * 150 / 0.4 / 43e6, rel=1e-4)
+
+
+def test_cut_off(tmp_path: Path) -> None:
+    """No fuel in overrun; below the torque ``cut_off`` it fades, here with 1.2 N.m of 2 to 60 %."""
+    engine = MappedEngine.from_csv(*written(tmp_path), k_idle=0.0)
+    rig = Dyno(engine=engine, drive=ConstantSpeed(w_fixed=200))
+    closed, little = (pt.simulate(rig, 1, inputs={"throttle": u}) for u in (0.0, 0.01))
+    assert np.all(closed["engine.fuel_rate"] == 0)
+    assert closed["engine.tau"][-1] == pytest.approx(-20)
+    assert little["engine.fuel_rate"][-1] == pytest.approx(0.6 * 1.2 * 200 / 0.4 / 43e6, rel=1e-4)
+
+
+def test_idle_start_and_stop() -> None:
+    for engine, _ in ENGINES.values():
+        running = pt.simulate(Loaded(engine=engine), 20)
+        assert running["engine.w"][-1] == pytest.approx(85, abs=1e-4)
+        assert running["engine.fuel_rate"][-1] == pytest.approx(float(engine.fuel_flow(85.0, 0.0)), rel=1e-4)
+        assert not any("outside" in name and count for name, count in running.statistics.items())
+        stopped = pt.simulate(Loaded(engine=engine), 5, inputs={"on": 0.0}, starts={"engine.w": 90.0})
+        assert stopped["engine.w"][-1] == 0
+        assert stopped["engine.mode"][-1] == 0
+        assert stopped["engine.fuel"][-1] == pytest.approx(0, abs=1e-18)  # round-off of the table
+
+
+def test_outside_of_the_table_is_counted_or_refused(tmp_path: Path) -> None:
+    """The tables end at 300 rad/s, the limiter works at 680."""
+    torque, fuel = written(tmp_path)
+    clipped = pt.simulate(Loaded(engine=MappedEngine.from_csv(torque, fuel)), 10, inputs={"throttle": 1.0})
+    assert clipped.statistics["outside torque: speed"] > 0
+    assert clipped["engine.w"][-1] > 600
+    refusing = MappedEngine.from_csv(torque, fuel, outside="error")
+    with pytest.raises(pt.SimulationError, match=r"torque: speed.* 300 rad/s") as caught:
+        pt.simulate(Loaded(engine=refusing), 10, inputs={"throttle": 1.0})
+    assert caught.value.result["engine.w"][-1] == pytest.approx(300, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("head", "values", "said"),
+    [
+        ("speed [rad/s],pedal [deg],torque [N.m]", 1.0, r"torque.csv: .*over speed \[rad/s\], pedal \[deg\]; it must"),
+        ("speed [rad/s],throttle [1],torque [kW]", 1.0, r"torque.csv: the torque table gives torque \[kW\]"),
+        ("speed [km/h],throttle [1],torque [N.m]", 1.0, r"must give torque \[N.m\] over \[rad/s\] and \[1\]"),
+        ("speed [rad/s],throttle [1],torque [N.m]", 100.0, r"throttles from 0 to 100; they must go from 0"),
+        ("speed [rad/s],throttle [1],torque [N.m]", -1.0, r"gives 100 N.m with closed throttle at 0 rad/s; a motored"),
+    ],
+)
+def test_torque_files_that_are_refused(tmp_path: Path, head: str, values: float, said: str) -> None:
+    _, fuel = written(tmp_path)
+    w, u = (x.ravel() for x in np.meshgrid(W, U, indexing="ij"))
+    scale, torque = (values, 120 * u - 20) if values > 0 else (1.0, 100 - 120 * u)
+    path = table(tmp_path / "torque.csv", head, w, u * scale, torque)
+    with pytest.raises(pt.ParameterError, match=said):
+        MappedEngine.from_csv(path, fuel)
+
+
+@pytest.mark.parametrize(
+    ("head", "tau", "sign", "said"),
+    [
+        (
+            "speed [rad/s],torque [N.m],fuel [l/h]",
+            TAU,
+            1,
+            r"fuel.csv: .*must give fuel \[kg/s\] or \[g/s\] or \[kg/J\]",
+        ),
+        (
+            "speed [rad/s],torque [N.m],fuel [g/s]",
+            TAU,
+            -1,
+            r"fuel.csv: the fuel table has -\d+ g/s; fuel is not negative",
+        ),
+        (
+            "speed [rad/s],torque [N.m],fuel [g/kWh]",
+            [0, 50, 90],
+            1,
+            r"specific consumption at 0 N.m, where there is no",
+        ),
+        ("speed [rad/s],torque [N.m],fuel [g/s]", [50], 1, r"at least two points on every axis"),
+    ],
+)
+def test_fuel_files_that_are_refused(tmp_path: Path, head: str, tau: list[float], sign: int, said: str) -> None:
+    torque, _ = written(tmp_path)
+    w, t = (x.ravel() for x in np.meshgrid(W, tau, indexing="ij"))
+    path = table(tmp_path / "fuel.csv", head, w, t, sign * (t + 20))
+    with pytest.raises(pt.ParameterError, match=said):
+        MappedEngine.from_csv(torque, path)
+
+
+def test_tables_given_as_maps_are_checked_too() -> None:
+    good = ENGINES["gasoline"][0]
+    with pytest.raises(pt.ParameterError, match="MappedEngine: the torque table gives fuel rate"):
+        pt.compile(MappedEngine(torque_map=good.fuel_map, fuel_map=good.fuel_map))
+
+
+def test_formulas_of_another_engine(tmp_path: Path) -> None:
+    """Tables of a size of one's own."""
+    small = replace(GASOLINE, name="small", V=1e-3)
+    write_tables(small, tmp_path)
+    engine = MappedEngine.from_csv(tmp_path / "small_torque.csv", tmp_path / "small_fuel.csv")
+    w = np.array([100.0, 300.0, 600.0])
+    np.testing.assert_allclose(engine.full_load(w), ENGINES["gasoline"][0].full_load(w) / 1.6, rtol=1e-4)
+
+
+def test_a_long_drive_is_cheap() -> None:
+    """Half an hour of pulling and coasting without a single event."""
+    rows = tuple((20.0 * k, -0.05 if k % 2 else 0.35) for k in range(91))
+    result = pt.simulate(Driven(engine=ENGINES["gasoline"][0], rows=rows, d=0.1), 1800, starts={"engine.w": 85.0})
+    assert not list(result.events)
+    assert result.statistics["steps"] < 20_000

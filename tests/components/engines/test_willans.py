@@ -1,0 +1,183 @@
+"""Willans engine: data sheet, fuel, idle, limiter, starter, stop; against closed forms and an independent equilibrium."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from engine_rigs import Driven, Dyno, Loaded
+from scipy.optimize import brentq
+
+import powertrain as pt
+from powertrain.components.engines import WillansEngine
+from powertrain.components.rotational import ConstantSpeed
+
+ENGINE = WillansEngine()
+J, TAU_0, TAU_2, E, LHV = 0.15, 18.0, 4e-5, 0.38, 43e6
+
+
+def motoring(w: float) -> float:
+    return TAU_0 + TAU_2 * w * w
+
+
+def test_full_load_goes_through_the_data_sheet() -> None:
+    assert ENGINE.full_load(100.0) == pytest.approx(105)
+    assert ENGINE.full_load(420.0) == pytest.approx(150)
+    w = np.linspace(300, 680, 38001)
+    power, torque = w * ENGINE.full_load(w), ENGINE.full_load(w)
+    assert power.max() == pytest.approx(82e3, rel=1e-8)
+    assert w[power.argmax()] == pytest.approx(600, abs=0.02)
+    assert torque.max() == pytest.approx(150)
+    assert w[torque.argmax()] == pytest.approx(420, abs=0.02)
+
+
+def test_plateau_stays_at_the_largest_torque() -> None:
+    """Largest torque from 200 rad/s, largest power with 98 % of it: the cubic alone would pass above."""
+    engine = WillansEngine(w_tau=200, P_max=0.98 * 150 * 500, w_P=500)
+    w = np.linspace(200, 500, 3001)
+    assert engine.full_load(w).max() <= 150 * (1 + 1e-12)
+    assert engine.full_load(500.0) == pytest.approx(0.98 * 150)
+
+
+def test_mean_effective_pressures_lie_on_a_willans_line() -> None:
+    """p_me = e p_mf - p_me0 with p = 4 pi tau/V, p_mf = fuel energy per cycle over V."""
+    V, w, tau = 1.6e-3, np.array([100.0, 250.0, 500.0])[:, None], np.linspace(0, 100, 5)
+    p_me = 4 * math.pi * tau / V
+    p_mf = ENGINE.fuel_flow(w, tau) * LHV * (4 * math.pi / w) / V
+    p_me0 = 4 * math.pi * (TAU_0 + TAU_2 * w**2) / V
+    np.testing.assert_allclose(E * p_mf - p_me0, np.broadcast_to(p_me, p_mf.shape), rtol=1e-12, atol=1e-6)
+    assert 1e5 < p_me0.min() < p_me0.max() < 3e5
+
+
+def test_steady_point_under_a_load() -> None:
+    w = brentq(lambda w: 0.4 * (ENGINE.full_load(w) + motoring(w)) - motoring(w) - 40, 420, 670)
+    result = pt.simulate(Loaded(engine=ENGINE), 60, inputs={"throttle": 0.4, "load": 40.0}, starts={"engine.w": 300.0})
+    assert result["engine.w"][-1] == pytest.approx(w, rel=1e-6)
+    assert result["engine.tau"][-1] == pytest.approx(40, abs=1e-4)
+    assert result["engine.fuel_rate"][-1] == pytest.approx((40 + motoring(w)) * w / E / LHV, rel=1e-5)
+    assert result["engine.fuel_rate"][-1] == pytest.approx(float(ENGINE.fuel_flow(w, 40.0)), rel=1e-5)
+
+
+def test_fuel_by_hand_at_a_held_speed() -> None:
+    """30 s at 250 rad/s and half throttle, the idle controller out of work."""
+    engine = pt.replace(ENGINE, k_idle=0)
+    result = pt.simulate(Dyno(engine=engine, drive=ConstantSpeed(w_fixed=250)), 30, inputs={"throttle": 0.5})
+    firing = 0.5 * (105 + 45 * (1 - (170 / 320) ** 2) + motoring(250))
+    assert result["engine.firing"] == pytest.approx(firing, rel=1e-12)
+    assert result["engine.fuel"][-1] == pytest.approx(30 * firing * 250 / E / LHV, rel=1e-9)
+    assert result["engine.power"][-1] == pytest.approx((firing - motoring(250)) * 250, rel=1e-12)
+
+
+def test_overrun_burns_nothing_and_slows_down_as_drag_says() -> None:
+    """J dw/dt = -(tau_0 + tau_2 w^2): w = a tan(atan(w_0/a) - sqrt(tau_0 tau_2) t/J), a = sqrt(tau_0/tau_2)."""
+    a = math.sqrt(TAU_0 / TAU_2)
+    times = np.linspace(0, 2, 21)
+    result = pt.simulate(Loaded(engine=ENGINE), 2, times=times, starts={"engine.w": 600.0}, rtol=1e-9, atol=1e-11)
+    closed = a * np.tan(math.atan(600 / a) - math.sqrt(TAU_0 * TAU_2) * times / J)
+    assert closed.min() > 100  # still above idle
+    np.testing.assert_allclose(result["engine.w"], closed, rtol=1e-7)
+    assert np.all(result["engine.fuel_rate"] == 0)
+    assert np.all(result["engine.fuel"] == 0)
+
+
+def test_stopped_engine_comes_to_rest_and_holds_itself() -> None:
+    a = math.sqrt(TAU_0 / TAU_2)
+    rest = J / math.sqrt(TAU_0 * TAU_2) * math.atan(90 / a)
+    result = pt.simulate(Loaded(engine=ENGINE), 5, inputs={"on": 0.0, "throttle": 1.0}, starts={"engine.w": 90.0})
+    assert [event.time for event in result.events] == pytest.approx([rest], rel=1e-6)
+    assert result["engine.w"][-1] == 0
+    assert result["engine.mode"][-1] == 0
+    assert result["engine.fuel"][-1] == 0
+    held = pt.simulate(Loaded(engine=ENGINE), 1, inputs={"on": 0.0, "load": -17.9})
+    assert np.all(held["engine.w"] == 0)
+    turned = pt.simulate(Loaded(engine=ENGINE), 1, inputs={"on": 0.0, "load": 18.1})
+    assert turned["engine.w"][-1] == pytest.approx(-0.1 / J, rel=1e-3)
+
+
+@pytest.mark.parametrize("load", [0.0, 25.0])
+def test_idle_speed_is_held(load: float) -> None:
+    result = pt.simulate(Loaded(engine=ENGINE), 20, inputs={"load": load}, starts={"engine.w": 85.0}, atol=1e-10)
+    full = 105 - 45 * (335 / 320) ** 2 + 45
+    assert result["engine.w"][-1] == pytest.approx(85, abs=1e-5)
+    assert result["engine.x"][-1] == pytest.approx((load + motoring(85)) / (full + motoring(85)), abs=1e-6)
+    assert result["engine.fuel_rate"][-1] == pytest.approx((load + motoring(85)) * 85 / E / LHV, rel=1e-5)
+
+
+def test_idle_controller_does_not_wind_up() -> None:
+    """After a minute far above idle it is as fresh as after a second: idle is caught with the same undershoot."""
+
+    def lowest(pull: float) -> float:
+        rig = Driven(engine=ENGINE, rows=((0, 0.3), (pull, 0.3), (pull, 0)), load=10)
+        result = pt.simulate(rig, pull + 20, starts={"engine.w": 300.0})
+        assert np.all(result["engine.x"] >= -1e-9)
+        return float(result["engine.w"][result.time > pull].min())
+
+    assert lowest(60) == pytest.approx(lowest(6), abs=0.2)
+    assert 65 < lowest(60) < 85
+
+
+def test_rev_limiter() -> None:
+    """Unloaded at full throttle: firing = (680 - w)/10 (full load + motoring) = motoring."""
+    result = pt.simulate(Loaded(engine=ENGINE), 20, inputs={"throttle": 1.0}, starts={"engine.w": 85.0})
+    w = brentq(lambda w: (680 - w) / 10 * (ENGINE.full_load(w) + motoring(w)) - motoring(w), 670, 680)
+    assert result["engine.w"][-1] == pytest.approx(w, rel=1e-6)
+    assert result["engine.w"].max() < 680
+    assert not list(result.events)
+
+
+def test_starter_turns_it_from_rest_to_idle() -> None:
+    result = pt.simulate(Loaded(engine=ENGINE), 10)
+    first = result.at(np.array([0.0, 1e-3]), "engine.w")
+    assert first[1] == pytest.approx((60 - 18) / J * 1e-3, rel=0.02)
+    assert result["engine.w"][-1] == pytest.approx(85, abs=0.01)
+    assert result["engine.w"].max() < 130
+    weak = pt.simulate(Loaded(engine=pt.replace(ENGINE, tau_starter=17)), 5)
+    assert np.all(weak["engine.w"] == 0)
+    assert weak["engine.fuel"][-1] == 0
+
+
+@pytest.mark.parametrize(("given", "held"), [(1.7, 1.0), (-0.4, 0.0)])
+def test_throttle_is_held_within_its_range(given: float, held: float) -> None:
+    runs = [
+        pt.simulate(Loaded(engine=ENGINE), 2, inputs={"throttle": u}, starts={"engine.w": 200.0}) for u in (given, held)
+    ]
+    np.testing.assert_array_equal(runs[0]["engine.w"], runs[1]["engine.w"])
+
+
+def test_it_supplies_the_energy_of_its_fuel() -> None:
+    """What the audit finds missing at crank, kinetic energy and losses is what the fuel and the starter brought."""
+    result = pt.simulate(Loaded(engine=ENGINE), 10, inputs={"throttle": 0.6, "load": 50.0}, rtol=1e-9, atol=1e-12)
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-8
+    started = np.clip(result["engine.w"] / 40, 0, 1)
+    power = result["engine.fuel_rate"] * LHV + 60 * (1 - started) * result["engine.w"]
+    supply = np.interp(result.time, audit.time, audit.supply["engine"])
+    np.testing.assert_allclose(supply, power, rtol=1e-6, atol=1e-6 * power.max())
+    sources = audit.components.loc["engine", "sources"]
+    assert sources == pytest.approx(LHV * result["engine.fuel"][-1], rel=5e-3)  # the starter's 0.3 %
+    assert np.asarray(audit.loss["engine"]).min() >= 0
+
+
+def test_curve_takes_the_place_of_the_data_sheet() -> None:
+    curve = pt.Map.curve([0, 300, 700], [100, 160, 90], x="speed", x_unit="rad/s", unit="N.m", outside="clip")
+    engine = pt.replace(ENGINE, curve=curve)
+    assert engine.full_load([150, 500, 800]) == pytest.approx([130, 125, 90])
+    wrong = pt.Map.curve([0, 6000], [100, 160], x="speed", x_unit="rpm", unit="N.m")
+    with pytest.raises(pt.ParameterError, match=r"curve is over speed \[rpm\]; it must be over one speed in rad/s"):
+        pt.compile(pt.replace(ENGINE, curve=wrong))
+
+
+def test_numbers_and_arrays() -> None:
+    assert isinstance(ENGINE.full_load(300.0), float)
+    assert ENGINE.fuel_flow([100, 200], [[50], [60], [70]]).shape == (3, 2)
+    assert ENGINE.fuel_flow(200.0, -50.0) == 0
+    assert ENGINE.bsfc(200.0, 0.0) == math.inf
+    assert ENGINE.bsfc(200.0, 100.0) == pytest.approx((100 + motoring(200)) / (100 * E * LHV))
+
+
+def test_a_long_drive_takes_no_events() -> None:
+    rows = tuple((20.0 * k, -0.05 if k % 2 else 0.55) for k in range(91))
+    result = pt.simulate(Driven(engine=ENGINE, rows=rows, d=0.1), 1800, starts={"engine.w": 85.0})
+    assert not list(result.events)
+    assert result.statistics["steps"] < 15_000
