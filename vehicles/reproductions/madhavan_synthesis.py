@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from powertrain.components.gearless.linkage.synthesis import Coupling, Structure
 from powertrain.components.gearless.linkage.synthesis_evaluation import order, synthesize
+from powertrain.vehicles.reproductions.drawing import panels
 from powertrain.vehicles.reproductions.table import Row, Table
 
 if TYPE_CHECKING:
@@ -113,12 +114,10 @@ def _found(name: str, names: set[str]) -> str:
 
 def figure_3_6() -> Figure:
     """The graphs of the six couplings."""
-    import matplotlib.pyplot as plt
-
     found = synthesize()
     couplings = sorted(found.couplings, key=lambda c: [WHOLE.get(n, n) for n in PRINTED].index(c.name))
-    figure, axes = plt.subplots(2, 3, figsize=(10, 6.6), layout="constrained")
-    for k, (ax, coupling) in enumerate(zip(axes.flat, couplings, strict=True), 1):
+    figure, axes = panels([coupling.name for coupling in couplings], 3, 3.4, 3.3)
+    for k, (ax, coupling) in enumerate(zip(axes, couplings, strict=True), 1):
         draw_graph(coupling, ax)
         said = found.problems[coupling]
         ax.set_title(

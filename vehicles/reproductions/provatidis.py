@@ -24,6 +24,7 @@ from powertrain.components.gearless.circular_cam import (
     with_friction,
 )
 from powertrain.components.rotational import Fixed, Inertia, Torque
+from powertrain.vehicles.reproductions.drawing import drawn, panels
 from powertrain.vehicles.reproductions.paper import Paper, Picture
 from powertrain.vehicles.reproductions.table import Row, Table
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 MM, GPA = 1e3, 1e-9
 TRACKS = {"outer": TABLE_1.outer, "inner": TABLE_1.inner}
+CAMS = "gearless.circular_cam"
 R_X = {"outer": 0.220, "inner": 0.058}
 """Radii of the concave cams along the tracks, eq. (47) [m]."""
 AT_GREATEST = "both tracks at their greatest angle, which no phase has"
@@ -172,7 +174,7 @@ def stresses() -> Table:
         Row("mean change of p_0 with the angles ±10 %", "%", "8.3", "3", float(np.mean(change))),
         Row("greatest change of p_0 with R_2x ±10 %", "%", "8.3", "< 1", max(along)),
     ]
-    note = f"Equivalent sphere, concave contact, rigid load sharing, E = 200 GPa and ν = 0.3 (which the paper does not state), {AT_GREATEST}."
+    note = f"Equivalent sphere, concave contact, rigid load sharing, E = 200 GPa and ν = 0.3 (not stated there), {AT_GREATEST}."
     return Table("Contact pressures", rows, note)
 
 
@@ -302,31 +304,16 @@ def experiments() -> Table:
     return Table("Bench experiments", rows, note)
 
 
-def _single(name: str, size: tuple[float, float] = (7.5, 4.5)) -> Figure:
-    """A figure of the component's own."""
-    import matplotlib.pyplot as plt
-
-    from powertrain.components.gearless.circular_cam import figures
-
-    figure, ax = plt.subplots(figsize=size, layout="constrained")
-    getattr(figures, name)(ax=ax)
-    return figure
-
-
 def figure_15() -> Figure:
     """The tracks at nine phases."""
-    import matplotlib.pyplot as plt
-
     from powertrain.components.gearless.circular_cam.figures import mechanism
 
-    figure, axes = plt.subplots(5, 2, figsize=(11, 15), layout="constrained")
-    for k, ax in enumerate(axes.flat):
-        if k > 8:
-            ax.set_axis_off()
-            continue
+    titles = [f"({'abcdefghi'[k]}) θ = {k}π/8" for k in range(9)]
+    figure, axes = panels(titles, width=5.5)
+    for k, (ax, title) in enumerate(zip(axes, titles, strict=False)):
         mechanism(theta=k * math.pi / 8, ax=ax)
         ax.set_xlim(left=-80)
-        ax.set_title(f"({'abcdefghi'[k]}) θ = {k}π/8")
+        ax.set_title(title)
     return figure
 
 
@@ -346,25 +333,27 @@ PAPER = Paper(
         Picture(
             "figure-9",
             "Fig. 9: loci of contact points, roller axis and pole while one arc passes.",
-            lambda: _single("centrodes"),
+            lambda: drawn(CAMS, "centrodes"),
         ),
         Picture("figure-15", "Fig. 15: both tracks unrolled at nine phases; wedged rollers are red.", figure_15),
         Picture(
-            "contact-angles", "Contact angles over the phase, and active rollers.", lambda: _single("contact_angles")
+            "contact-angles",
+            "Contact angles over the phase, and active rollers.",
+            lambda: drawn(CAMS, "contact_angles"),
         ),
         Picture(
             "locking",
             "Locking coefficient over the phase, Table 1, by rule of load sharing.",
-            lambda: _single("locking_coefficient"),
+            lambda: drawn(CAMS, "locking_coefficient"),
         ),
         Picture(
             "locking-map",
             "Where similar tracks lock, over friction and contact angle.",
-            lambda: _single("locking_limits"),
+            lambda: drawn(CAMS, "locking_limits"),
         ),
         Picture(
-            "forces", "Normal force on an active roller over the phase, Table 1.", lambda: _single("normal_forces")
+            "forces", "Normal force on an active roller over the phase, Table 1.", lambda: drawn(CAMS, "normal_forces")
         ),
-        Picture("pressures", "Contact pressures over the phase, Table 1.", lambda: _single("contact_pressures")),
+        Picture("pressures", "Contact pressures over the phase, Table 1.", lambda: drawn(CAMS, "contact_pressures")),
     ),
 )
