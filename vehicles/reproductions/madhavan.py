@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.gearless.linkage import (
@@ -75,7 +76,7 @@ def kinematics() -> Table:
     coupling = pt.simulate(_Coupling(), stop=0.03, points=50)
     driven = pt.simulate(_Bend(), stop=0.1, points=50, inputs={"w_left": bend.outer})
     motion = LINKAGE.motion(CYCLE)
-    theta, S = motion.theta, motion.S * CM
+    theta, S, S1 = motion.theta, motion.S * CM, motion.S1
     ratio = coupling["output.w"][-1] / coupling["drive.w"][-1]
     rows = [
         Row("input speed of the coupling, 2000 rpm", "rad/s", "5.1.2 (a)", "209.4", float(coupling["drive.w"][-1])),
@@ -84,6 +85,20 @@ def kinematics() -> Table:
         Row("least angle of the lever", "rad", "5.1.2, eq. (5.32)", "-0.5", float(theta.min())),
         Row("greatest slide of the lever", "cm", "5.1.2", "3", float(S.max())),
         Row("least slide of the lever", "cm", "5.1.2", "-3", float(S.min())),
+        Row(
+            "slide of the lever where it turns fastest (dead centres)",
+            "cm",
+            "5.1.2, Fig. 5.8",
+            "3",
+            _at_greatest(motion.theta1, S),
+        ),
+        Row(
+            "its angular velocity where it slides fastest (middle)",
+            "rad/s",
+            "5.1.2, Fig. 5.8",
+            "0",
+            _at_greatest(S1, motion.theta1),
+        ),
         Row("greatest a/b of a linkage that can be assembled", "1", "eqs. (5.34), (6.2)", "2", _greatest_ratio()),
         Row("x/(2 R_curve)", "1", "5.1.2 (b)", "0.1", bend.differential / DUTY.w),
         Row("ω_diff", "rad/s", "5.2.1, eq. (5.12)", "8.8", bend.differential),
@@ -101,6 +116,11 @@ def kinematics() -> Table:
     ]
     note = "Speeds come from simulations of the acausal component, angles from its smooth closed forms, which hold at every angle."
     return Table("Kinematics", rows, note)
+
+
+def _at_greatest(rate: NDArray[np.float64], value: NDArray[np.float64]) -> float:
+    """The size of a value where a rate is greatest."""
+    return abs(float(value[np.argmax(np.abs(rate))]))
 
 
 def _greatest_ratio() -> float:
@@ -160,7 +180,7 @@ def masses() -> Table:
         ),
         Row("I_zz of the cage", "g.cm²", "Table 5.1, eq. (B.6)", "93866.67", cage.transverse / GRAM_CM2),
     ]
-    note = "Moments of inertia are those of thin rods, as in the thesis; radii and lengths follow from its numbers."
+    note = "Moments of thin rods, as in the thesis; radii and lengths follow from its numbers. The outputs' 20 000 g do not matter."
     return Table("Masses and moments of inertia", rows, note)
 
 
