@@ -22,6 +22,7 @@ from powertrain.components.gearless.circular_cam import (
     FrictionDisk,
     Sharing,
     bias_ratio,
+    latent_efficiency,
     with_friction,
 )
 
@@ -141,6 +142,17 @@ def test_constant_coefficient_is_a_limited_slip_differential(torques: tuple[floa
         shares = sorted((abs(left[-1]), abs(right[-1])))
         assert shares[1] / shares[0] == pytest.approx(bias)
         assert left[-1] + right[-1] == pytest.approx(crown[-1])
+
+
+def test_constant_coefficient_is_the_mesh_law() -> None:
+    """The bevel differential with eta_0 = (1 - kappa)/(1 + kappa), while both shafts are loaded the same way."""
+    eta = float(latent_efficiency(TABLE_1.kappa(0.0, "averaged", mu_groove=0.02)))
+    cam = CircularCamDifferential.from_design(TABLE_1, sharing="averaged", mu_groove=0.02)
+    for torques in (300.0, -60.0, -200.0), (-300.0, 60.0, 200.0):
+        one, other = (run(axle(each, torques), 1.0) for each in (cam, BevelDifferential(eta=eta)))
+        assert one["parts[0].mode"][-1] != 0
+        for i in (1, 2, 3):
+            assert one[f"parts[{i}].w"][-1] == pytest.approx(other[f"parts[{i}].w"][-1], rel=1e-9)
 
 
 EXPERIMENTS: dict[str, tuple[Any, Callable[[float], float]]] = {

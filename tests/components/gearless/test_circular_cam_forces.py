@@ -110,6 +110,23 @@ def test_exact_contact_and_convex_contact_are_worse() -> None:
             assert convex.pressure(force, method) > concave.pressure(force, method)
 
 
+def test_pressures_at_the_real_phases() -> None:
+    """Never are both tracks at their greatest angle at once. Half-way sin(alpha) is half of it: twice the force of the tables."""
+    found = forces(TABLE_1, math.pi / 8, TORQUE, "rigid")
+    at_once = forces_at(TABLE_1, OUTER.alpha_max, INNER.alpha_max, TORQUE, "rigid")
+    assert found.F_n_out == pytest.approx(2 * at_once.F_n_out)
+    assert found.F_n_in == pytest.approx(2 * at_once.F_n_in)
+    pressures = [
+        float(track_contacts(track, R_concave=RADII[name])[0].pressure(force, "sphere")) / 1e9
+        for name, track, force in (("outer", OUTER, found.F_n_out), ("inner", INNER, found.F_n_in))
+    ]
+    assert pressures == pytest.approx([2 ** (1 / 3) * 1.5690, 2 ** (1 / 3) * 1.1953], abs=1e-4)
+    # A track that carries alone, at its greatest angle, has the whole torque.
+    alone = forces(TABLE_1, [math.pi / 4, 0.0], TORQUE)
+    assert alone.F_n_out[0] == pytest.approx(TORQUE / 0.085 / (2 * math.sin(OUTER.alpha_max)))
+    assert alone.F_n_in[1] == pytest.approx(TORQUE / 0.050 / (2 * math.sin(INNER.alpha_max)))
+
+
 def test_arcs_that_close_have_another_radius_than_the_printed_one() -> None:
     """85 mm and 15 degrees close with R_m + r = 144 mm, not 220 mm; 50 mm and 27.25 degrees with 54.9 mm, near the printed 58 mm."""
     assert track_contacts(OUTER)[0].R_x == pytest.approx(0.1440, abs=5e-5)

@@ -58,6 +58,14 @@ def test_speeds_of_both_surfaces_at_the_contacts(track: Track) -> None:
         np.testing.assert_allclose(x, climb / omega, atol=1e-12)
 
 
+@pytest.mark.parametrize("track", TRACKS)
+def test_rollers_go_on_turning_from_arc_to_arc(track: Track) -> None:
+    theta = np.linspace(-3, 3, 200_001)
+    spin = track.spin(theta)
+    whole = np.concatenate([[0.0], np.cumsum((spin[1:] + spin[:-1]) / 2 * np.diff(theta))])
+    np.testing.assert_allclose(track.turned(theta) - track.turned(-3.0), whole, atol=1e-6 * whole[-1])
+
+
 def test_theorem_1_in_the_paper_s_coordinates() -> None:
     """Eqs. (2), (10)-(15), with the origin in the common centre of the arcs, parts 2 to 5 of the theorem."""
     R, r, alpha_max = OUTER.R_m, OUTER.r, OUTER.alpha_max
