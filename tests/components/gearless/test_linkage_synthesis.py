@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import combinations, product
 
 import pytest
 
@@ -102,6 +102,42 @@ def test_count_by_brute_force() -> None:
     free = synthesize(Structure(symmetric=False)).couplings
     assert len(free) == len({min(word, word[::-1], key=str) for word in every})
     assert sum(coupling.symmetric for coupling in free) == 6
+
+
+def two_loop_graphs(links: int) -> set[tuple[int, ...]]:
+    """All graphs in which links 0 and 1 are ternary and joined, the others binary, and the joint of 0 and 1 lies in both loops.
+
+    Each is named by how many links the ways from 0 to 1 beside that joint have between them.
+    """
+    found = set()
+    pairs = [pair for pair in combinations(range(links), 2) if pair != (0, 1)]
+    for edges in combinations(pairs, links):  # with the middle joint j = l + 1, two loops
+        near: dict[int, set[int]] = {link: set() for link in range(links)}
+        for one, other in edges:
+            near[one].add(other)
+            near[other].add(one)
+        if any(len(others) != 2 for others in near.values()):
+            continue
+        ways = []
+        for first in near[0]:
+            way = [0, first]
+            while way[-1] not in (0, 1):
+                (after,) = near[way[-1]] - {way[-2]}
+                way.append(after)
+            ways.append(way)
+        if all(way[-1] == 1 for way in ways) and sum(len(way) - 2 for way in ways) == links - 2:
+            found.add(tuple(sorted(len(way) - 2 for way in ways)))
+    return found
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_graphs_by_brute_force(symmetric: bool) -> None:
+    """Figs. 3.4 and 3.5 are all graphs with equal halves; without symmetry there are two more."""
+    every = set.union(*(two_loop_graphs(links) for links in range(3, 7)))
+    assert every == {(1, 1), (1, 2), (1, 3), (2, 2)}
+    found = synthesize(Structure(symmetric=symmetric)).couplings
+    between = {tuple(sorted((len(c.input_side) - 1, len(c.output_side) - 1))) for c in found}
+    assert between == {graph for graph in every if not symmetric or graph[0] == graph[1]}
 
 
 def test_longer_search_by_brute_force() -> None:
