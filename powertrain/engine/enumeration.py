@@ -16,7 +16,8 @@ from powertrain.engine.jam import law_values
 from powertrain.engine.modes import ZONE
 
 _LIMIT = 20_000
-_SAME = 1e-9
+_SAME = 1e-7
+"""Accelerations that differ by less than this share are one motion: stuck loops leave round-off of their torques, not of the motion."""
 _SAME_IMPLICIT = 1e-6
 """What the hysteresis of implicit torques may do to the accelerations of parts that weigh little against these torques."""
 

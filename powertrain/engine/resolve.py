@@ -141,6 +141,7 @@ class Resolver:
         if len(found.modes) == 1:
             self.memory.m[:] = found.modes[0]
             self._solve(side)
+            self.redundancy.note(side)
             return True
         if self._unsolved is not None and not found.involved:
             raise self._unsolved

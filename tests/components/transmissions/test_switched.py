@@ -9,13 +9,15 @@ import pytest
 
 import powertrain as pt
 from powertrain.components import rotational as rot
-from powertrain.components.cvu import CVU
+from powertrain.components.cvu import CVU, TractionDrive
 from powertrain.components.transmissions import (
     COMBINATIONS,
     TYPES,
     SwitchedSplitPathTransmission,
     overall_ratio,
 )
+
+UNIT = CVU(eta_ab=0.9, eta_ba=0.9)
 
 
 class Shifting(pt.Component):
@@ -42,9 +44,8 @@ class Shifting(pt.Component):
         yield pt.connect(self.shift, self.transmission.shift)
 
 
-def shifted(first: Any, second: Any, coupling: Any = "input") -> Any:
+def shifted(first: Any, second: Any, coupling: Any = "input", unit: Any = UNIT) -> Any:
     """V from 0.7 to 1.3; the clutches change over while V passes through 1, where all places turn nearly alike."""
-    unit = CVU(eta_ab=0.9, eta_ba=0.9)
     model = Shifting(
         transmission=SwitchedSplitPathTransmission(first=first, second=second, coupling=coupling, cvu=unit)
     )
@@ -71,6 +72,20 @@ def test_members_change_places_while_driving(name: str) -> None:
     audit = pt.energy_audit(result)
     assert audit.closure < 1e-6
     assert np.asarray(audit.loss).min() > -1e-6 * np.asarray(audit.loss).max()
+
+
+@pytest.mark.parametrize("name", ["I", "VI", "IX"])
+def test_both_pairs_hold_while_a_unit_creeps(name: str) -> None:
+    """All places turn alike and all clutches hold: the motion is one, although their torques could be shared otherwise."""
+    first, second = (TYPES[k] for k in COMBINATIONS[name])
+    result = shifted(first, second, unit=TractionDrive(e=0.2))
+    clutches = np.array([result[f"transmission.clutches[{k}].mode"] for k in range(4)])
+    assert clutches[:, -1].tolist() == [2, 2, 0, 0]
+    slip = np.array([result[f"transmission.clutches[{k}].w_rel"] for k in range(4)])
+    assert np.abs(slip[clutches == 0]).max() < 1e-8
+    after = result["J3.w"][-1] / result["J1.w"][-1]
+    assert after == pytest.approx(overall_ratio(second, -1.7, 1.3), rel=0.05)
+    assert pt.energy_audit(result).closure < 1e-6
 
 
 def test_output_coupled_change() -> None:
