@@ -1,0 +1,139 @@
+"""Batteries: charge, voltage, energy and limits against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from electric_rigs import Current, Discharge, FlywheelDrive, Supply
+from scipy.integrate import quad
+
+import powertrain as pt
+from powertrain.components.electric import Battery, PolarizedBattery, cells_in_series
+
+FLAT = pt.Map.curve([0, 1], [200, 200], x="state of charge", unit="V", outside="clip")
+SLOPE = pt.Map.curve([0, 1], [180, 220], x="state of charge", unit="V", outside="linear")
+
+
+def test_constant_current() -> None:
+    """100 s at 40 A: charge, voltage and energy on a voltage that falls in a straight line."""
+    rig = Discharge(battery=Battery(ocv=SLOPE, R=0.2, Q=20e3), draw=Current(i=40))
+    result = pt.simulate(rig, 100, starts={"battery.soc": 0.8})
+    assert result["battery.soc"][-1] == pytest.approx(0.8 - 40 * 100 / 20e3, rel=1e-9)
+    assert result["battery.bus.v"][-1] == pytest.approx(180 + 40 * 0.6 - 0.2 * 40, rel=1e-9)
+    audit = pt.energy_audit(result)
+    lost, stored, supplied = (audit.components.loc["battery", name] for name in ("lost", "stored", "supplied"))
+    assert lost == pytest.approx(0.2 * 40**2 * 100, rel=1e-9)
+    assert stored == pytest.approx(-20e3 * (180 * 0.2 + 40 * (0.8**2 - 0.6**2) / 2), rel=1e-9)
+    assert supplied == pytest.approx(-40 * 100 * (180 + 40 * 0.7 - 0.2 * 40), rel=1e-9)
+    assert audit.closure < 1e-9
+    assert not audit.hidden
+
+
+def test_constant_power_takes_the_root_near_the_open_circuit_voltage() -> None:
+    """v^2 - U v + R P = 0."""
+    rig = Supply(battery=Battery(ocv=FLAT, R=0.5, Q=1e9))
+    result = pt.simulate(rig, 1, parameters={"load.demand": 2.0})
+    v = (200 + math.sqrt(200**2 - 4 * 0.5 * 10e3)) / 2
+    assert result["battery.bus.v"][-1] == pytest.approx(v, rel=1e-9)
+    assert result["battery.i"][-1] == pytest.approx(-10e3 / v, rel=1e-9)
+
+
+def test_more_power_than_there_is_has_no_voltage() -> None:
+    """ocv^2/(4 R) = 20 kW."""
+    rig = Supply(battery=Battery(ocv=FLAT, R=0.5))
+    with pytest.raises((pt.InitializationError, pt.SimulationError)):
+        pt.simulate(rig, 1, parameters={"load.demand": 4.1})
+    pt.simulate(rig, 1, parameters={"load.demand": 3.9})
+
+
+def test_polarized_battery_settles_with_its_time() -> None:
+    rig = Discharge(battery=PolarizedBattery(ocv=FLAT, R=0.2, T=2, Q=1e9), draw=Current(i=50))
+    times = np.linspace(0, 10, 11)
+    result = pt.simulate(rig, 10, times=times, rtol=1e-9, atol=1e-11)
+    np.testing.assert_allclose(result["battery.bus.v"], 200 - 10 * (1 - np.exp(-times / 2)), rtol=1e-8)
+    audit = pt.energy_audit(result)
+    assert audit.components.loc["battery", "lost"] == pytest.approx(
+        quad(lambda t: 0.2 * 50**2 * (1 - math.exp(-t / 2)) ** 2, 0, 10)[0], rel=1e-7
+    )
+    assert audit.closure < 1e-8
+
+
+@pytest.mark.parametrize("outside", ["clip", "linear"])
+def test_stored_energy_is_the_integral_of_the_voltage(outside: str) -> None:
+    """Over eight points and beyond both ends, against quadrature; the audit watches its derivative."""
+    points = [0.1, 0.2, 0.45, 0.6, 0.7, 0.9]
+    ocv = pt.Map.curve(
+        points, [150, 170, 195, 200, 202, 230], x="soc", unit="V", outside="clip" if outside == "clip" else "linear"
+    )
+    rig = Discharge(battery=Battery(ocv=ocv, Q=1e3, R=0.1), draw=Current(i=10))
+    result = pt.simulate(rig, 100, starts={"battery.soc": 1.0})
+    audit = pt.energy_audit(result)
+    released = quad(ocv, 0, 1, points=points, limit=200)[0] * 1e3
+    assert audit.components.loc["battery", "stored"] == pytest.approx(-released, rel=1e-8)
+    assert not audit.hidden
+
+
+def test_empty_battery_ends_the_simulation() -> None:
+    rig = Discharge(battery=Battery(Q=1e3), draw=Current(i=10))
+    with pytest.raises(pt.SimulationError, match="open-circuit voltage: state of charge") as caught:
+        pt.simulate(rig, 100)
+    assert caught.value.result.time[-1] == pytest.approx(60, rel=1e-6)
+
+
+def test_currents_beyond_the_limits_are_counted_or_refused() -> None:
+    battery = Battery(i_discharge=20, i_charge=10)
+    for current, counted in ((19, False), (21, True), (-9, False), (-11, True)):
+        result = pt.simulate(Discharge(battery=battery, draw=Current(i=current)), 1)
+        assert (result.statistics["outside current of the battery"] > 0) == counted
+    refusing = pt.replace(battery, beyond="error")
+    with pytest.raises((pt.SimulationError, pt.InitializationError), match=r"current of the battery.*-20 .. 10 A"):
+        pt.simulate(Discharge(battery=refusing, draw=Current(i=21)), 1)
+
+
+@pytest.mark.parametrize("kind", [Battery, PolarizedBattery])
+def test_power_that_it_may_give_and_take(kind: type[Battery]) -> None:
+    """P = i (ocv -+ R i) at the largest currents, fading over 0.05 of charge at both ends; never over ocv^2/(4 R)."""
+    battery = kind(ocv=FLAT, R=0.2, i_discharge=100, i_charge=50, soc_min=0.2, soc_max=0.9, band=0.05)
+    for soc, give, take in ((0.5, 1, 1), (0.22, 0.4, 1), (0.1, 0, 1), (0.88, 1, 0.4), (0.95, 1, 0)):
+        result = pt.simulate(Discharge(battery=battery), 0.1, starts={"battery.soc": soc})
+        assert result["battery.discharge_power"][0] == pytest.approx(give * 100 * (200 - 20), abs=1e-6)
+        assert result["battery.charge_power"][0] == pytest.approx(take * 50 * (200 + 10), abs=1e-6)
+        assert result["battery.state_of_charge"][0] == soc
+    strong = pt.replace(battery, i_discharge=1e4)
+    result = pt.simulate(Discharge(battery=strong), 0.1)
+    assert result["battery.discharge_power"][0] == pytest.approx(200**2 / (4 * 0.2))
+
+
+@pytest.mark.parametrize("battery", [Battery(), PolarizedBattery(T=0.3)], ids=["resistance", "polarized"])
+def test_energy_closes_with_a_machine(battery: Battery | PolarizedBattery) -> None:
+    result = pt.simulate(FlywheelDrive(battery=battery), 12, rtol=1e-8, atol=1e-10)
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-7
+    assert not audit.hidden
+    assert np.asarray(audit.loss).min() >= 0
+    assert result["battery.soc"][-1] < 0.6
+    assert result["machine.w"][-1] == pytest.approx(240 / 2.03, rel=1e-6)
+
+
+def test_cells() -> None:
+    assert cells_in_series(100)(0.0) == pytest.approx(300)
+    assert np.all(np.diff(cells_in_series(1).values) > 0)
+
+
+@pytest.mark.parametrize(
+    ("ocv", "said"),
+    [
+        (
+            pt.Map.curve([0, 1], [200, 210], x="soc", unit="N"),
+            r"battery.ocv gives map \[N\] over soc \[1\], linear; it must",
+        ),
+        (pt.Map.curve([0, 1], [200, 210], x="charge", x_unit="A.s", unit="V"), r"over charge \[A.s\]"),
+        (pt.Map.curve([0, 0.3, 0.6, 1], [200, 205, 206, 210], x="soc", unit="V", method="smooth"), "smooth; it must"),
+        (pt.Map.curve([0, 1], [0, 210], x="soc", unit="V"), "battery.ocv falls to 0 V"),
+    ],
+)
+def test_voltages_that_are_refused(ocv: pt.Map, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        pt.compile(Discharge(battery=Battery(ocv=ocv)))

@@ -1,0 +1,193 @@
+"""Electric machine: limits, losses in four quadrants, power balance, heat; and the other parts at the bus."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from electric_rigs import FlywheelDrive, HeldMachine
+
+import powertrain as pt
+from powertrain.components.electric import AccessoryLoad, DCDCConverter, ElectricMachine, VoltageSource
+from powertrain.components.electric.figures import plot_machine_map
+from powertrain.components.rotational import ConstantSpeed
+from powertrain.components.thermal import HeatCapacitor
+
+MACHINE = ElectricMachine()  # 200 N.m, 50 kW, 1200 rad/s
+
+
+def held(machine: ElectricMachine, w: float, demand: float) -> dict[str, float]:
+    result = pt.simulate(HeldMachine(machine=machine, drive=ConstantSpeed(w_fixed=w)), 0.1, inputs={"demand": demand})
+    return {name: float(result[f"machine.{name}"][-1]) for name in ("tau", "power", "lossPower", "bus.i")}
+
+
+@pytest.mark.parametrize(
+    ("w", "demand", "tau"),
+    [
+        (0, 150, 150),
+        (100, 300, 200),
+        (-100, 300, 200),
+        (100, -300, -200),
+        (500, 300, 100),  # 50 kW
+        (-500, -300, -100),
+        (1000, 300, 50),
+        (1190, 300, 50e3 / 1190 / 2),  # half way down to 1200 rad/s
+        (1250, 300, 0),
+    ],
+)
+def test_limits(w: float, demand: float, tau: float) -> None:
+    assert held(MACHINE, w, demand)["tau"] == pytest.approx(tau, rel=1e-12, abs=1e-12)
+    assert MACHINE.limit(w) >= abs(tau) * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("w", [-300.0, 0.0, 300.0])
+@pytest.mark.parametrize("demand", [-80.0, 0.0, 80.0])
+def test_balance_in_four_quadrants(w: float, demand: float) -> None:
+    values = held(MACHINE, w, demand)
+    loss = 50 + 0.1 * demand**2 + 1.0 * abs(w) + 1e-3 * w**2
+    assert values["lossPower"] == pytest.approx(loss)
+    assert values["power"] == pytest.approx(demand * w)
+    assert 250 * values["bus.i"] == pytest.approx(demand * w + loss)
+    assert MACHINE.losses(w, demand) == pytest.approx(loss)
+
+
+def test_efficiency() -> None:
+    drives, generates = MACHINE.efficiency(300, 80), MACHINE.efficiency(300, -80)
+    loss = 50 + 640 + 300 + 90
+    assert drives == pytest.approx(24e3 / (24e3 + loss))
+    assert generates == pytest.approx((24e3 - loss) / 24e3)
+    assert MACHINE.efficiency(300, -1) == 0  # 300 W do not cover the loss
+    assert MACHINE.efficiency(-300, -80) == drives
+    assert MACHINE.efficiency(0, 0) == 0
+
+
+def loss_map(low: float) -> pt.Map:
+    """Bilinear in speed and torque, so that tables give it back exactly: other numbers driving and generating."""
+    w, tau = np.linspace(0, 1200, 5), np.linspace(low, 200, 9)
+    values = 40 + w[:, None] * (1 + np.where(tau > 0, 0.02 * tau, -0.03 * tau))
+    axes = pt.Axis("speed", "rad/s", w, "clip"), pt.Axis("torque", "N.m", tau, "clip")
+    return pt.Map(axes, values, "W", "loss")
+
+
+@pytest.mark.parametrize(
+    ("low", "w", "demand", "loss"),
+    [
+        (0, 300, 100, 40 + 300 * 3),
+        (0, 300, -100, 40 + 300 * 3),
+        (0, -300, -100, 40 + 300 * 3),
+        (-200, 300, 100, 40 + 300 * 3),
+        (-200, 300, -100, 40 + 300 * 4),
+        (-200, -300, -100, 40 + 300 * 3),
+        (-200, -300, 100, 40 + 300 * 4),
+        (-200, 0, 100, 40),
+    ],
+)
+def test_loss_from_a_map(low: float, w: float, demand: float, loss: float) -> None:
+    machine = pt.replace(MACHINE, loss_map=loss_map(low))
+    values = held(machine, w, demand)
+    assert values["lossPower"] == pytest.approx(loss)
+    assert 250 * values["bus.i"] == pytest.approx(demand * w + loss)
+
+
+def test_loss_maps_that_are_refused() -> None:
+    good = loss_map(0)
+    for wrong, said in (
+        (
+            pt.Map(good.axes, good.values, "N", "loss"),
+            r"machine.loss_map gives loss \[N\] over speed \[rad/s\], torque",
+        ),
+        (pt.Map(good.axes[::-1], good.values.T, "W", "loss"), r"over torque \[N.m\], speed \[rad/s\]; it must"),
+        (pt.Map(good.axes, good.values - 50, "W", "loss"), "falls to -10 W; a loss is not negative"),
+    ):
+        with pytest.raises(pt.ParameterError, match=said):
+            pt.compile(HeldMachine(machine=pt.replace(MACHINE, loss_map=wrong), drive=ConstantSpeed(w_fixed=1)))
+
+
+def test_round_trip_through_a_flywheel() -> None:
+    """Speeds by hand, 60 N.m over 2.03 kg.m2, and the battery's account of the losses."""
+    result = pt.simulate(FlywheelDrive(), 16, rtol=1e-9, atol=1e-11)
+    assert result.at(np.array([4.0]), "machine.w")[0] == pytest.approx(240 / 2.03, rel=1e-7)
+    assert result["machine.w"].max() == pytest.approx(480 / 2.03, rel=1e-7)
+    assert result["machine.w"][-1] == pytest.approx(0, abs=1e-6)
+    audit = pt.energy_audit(result)
+    table = audit.components
+    assert table.loc["battery", "stored"] == pytest.approx(-table.loc[["battery", "machine"], "lost"].sum(), rel=1e-7)
+    times = np.linspace(0, 8, 4001)
+    w = 60 * times / 2.03
+    loss = 2 * np.trapezoid(50 + 0.1 * 3600 + w + 1e-3 * w**2, times)
+    assert table.loc["machine", "lost"] == pytest.approx(loss, rel=1e-6)
+
+
+def test_its_heat_can_be_collected() -> None:
+    class Warm(pt.Component):
+        machine: ElectricMachine = MACHINE
+        drive: ConstantSpeed = ConstantSpeed(w_fixed=300)
+        source: VoltageSource = VoltageSource()
+        winding: HeatCapacitor = HeatCapacitor(C=5e3)
+        demand: pt.Input = pt.signal_input("N.m", "Torque")
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.source.bus, self.machine.bus)
+            yield pt.connect(self.machine.shaft, self.drive.flange)
+            yield pt.connect(self.demand, self.machine.torque_demand)
+            yield pt.connect(self.machine.heat_port, self.winding.port)
+
+    result = pt.simulate(Warm(), 10, inputs={"demand": 80.0})
+    assert result["winding.T"][-1] == pytest.approx(293.15 + 1080 * 10 / 5e3)
+
+
+class LowVoltage(pt.Component):
+    """An accessory behind a converter, and a source at its side."""
+
+    source: VoltageSource = VoltageSource(V=250)
+    converter: DCDCConverter = DCDCConverter(eta=0.9)
+    load: AccessoryLoad = AccessoryLoad(P=700)
+    state: HeatCapacitor = HeatCapacitor(C=1e3)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.source.bus, self.converter.high)
+        yield pt.connect(self.converter.low, self.load.bus)
+        yield pt.connect(self.load.heat_port, self.state.port)
+
+
+def test_accessory_behind_a_converter() -> None:
+    result = pt.simulate(LowVoltage(), 10, parameters={"load.demand": 0.5})
+    assert result["load.bus.v"][-1] == 14
+    assert result["load.bus.i"][-1] == pytest.approx(350 / 14)
+    assert result["converter.high.i"][-1] == pytest.approx(350 / 0.9 / 250)
+    assert result["converter.lossPower"][-1] == pytest.approx(350 * (1 / 0.9 - 1))
+    assert result["state.T"][-1] == pytest.approx(293.15 + 3.5)
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-9
+    assert not audit.hidden
+    assert audit.components.loc["source", "sources"] == pytest.approx(3500 / 0.9)
+    none = pt.simulate(LowVoltage(), 1, parameters={"load.demand": -1.0})
+    assert np.all(none["load.lossPower"] == 0)
+
+
+def test_converter_carries_power_back() -> None:
+    class Back(pt.Component):
+        source: VoltageSource = VoltageSource(V=250)
+        converter: DCDCConverter = DCDCConverter(eta=0.9)
+        machine: ElectricMachine = MACHINE
+        drive: ConstantSpeed = ConstantSpeed(w_fixed=300)
+        demand: pt.Input = pt.signal_input("N.m", "Torque")
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.source.bus, self.converter.high)
+            yield pt.connect(self.converter.low, self.machine.bus)
+            yield pt.connect(self.machine.shaft, self.drive.flange)
+            yield pt.connect(self.demand, self.machine.torque_demand)
+
+    result = pt.simulate(Back(), 0.1, inputs={"demand": -80.0})
+    assert result["converter.P"][-1] == pytest.approx(-(24e3 - 1080))
+    assert result["converter.high.i"][-1] == pytest.approx(-0.9 * (24e3 - 1080) / 250)
+    assert result["converter.lossPower"][-1] == pytest.approx(0.1 * (24e3 - 1080))
+
+
+def test_machine_map() -> None:
+    ax = plot_machine_map(MACHINE)
+    limit = np.asarray(ax.lines[0].get_xydata(), float)
+    assert limit[:, 1].max() == pytest.approx(200)
+    assert plot_machine_map(MACHINE, ax=ax) is ax
+    plt.close("all")
