@@ -195,7 +195,8 @@ def mechanism() -> Figure:
 
     from powertrain.components.gearless.linkage.figures import mechanism
 
-    figure = plt.figure(figsize=(11, 8.5), layout="constrained")
+    figure = plt.figure(figsize=(11.5, 8.5))
+    figure.subplots_adjust(left=0.02, right=0.93, bottom=0.03, top=0.96)
     for k, degrees in enumerate((0, 50, 90, 180)):
         mechanism(
             LINKAGE, math.radians(degrees), ax=figure.add_subplot(2, 2, k + 1, projection="3d", proj_type="ortho")

@@ -15,7 +15,7 @@ VERDICTS = {
     "not reproducible": "not reproducible",
     "DIFFERS": "**differs**",
 }
-HEAD = ("quantity", "unit", "source", "printed", "computed", "", "remark")
+HEAD = ("quantity", "unit", "source", "printed", "computed", "agreement", "remark")
 
 
 def write_report(which: str | Paper, folder: str | Path, *, progress: bool = False, dpi: int = 120) -> Path:
