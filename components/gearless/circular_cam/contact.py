@@ -110,7 +110,7 @@ class RollerContact:
 
     @property
     def slenderness(self) -> float:
-        """Shorter over longer semi-axis: (E/k**2 - K)/(K - E) = R'/R'', K and E the complete elliptic integrals of m = 1 - k**2."""
+        """Shorter over longer semi-axis: (E/k^2 - K)/(K - E) = R'/R'', K and E the complete elliptic integrals of m = 1 - k^2."""
         wanted = max(self.radii) / min(self.radii)
         if wanted < 1 + 1e-9:
             return 1.0

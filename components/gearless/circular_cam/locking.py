@@ -90,37 +90,36 @@ def locking(cams: CircularCams, sharing: Sharing = "elastic", stiffness: float =
     By the rigid rule kappa grows without limit towards the phases at which one track's angle is zero; at these phases themselves the
     other track carries alone, whatever the rule, and kappa is mu D_R/(D tan(alpha_max)) of that track.
     """
+    mu, unit = cams.disk.mu, with_friction(cams, 1.0)
     half = math.pi / cams.outer.n
     inset = 1e-6 * half
     grid = np.linspace(inset, half - inset, _SAMPLES) - cams.outer.phase
-    values = cams.kappa(grid, sharing, stiffness=stiffness)
+
+    def per_mu(angle: ArrayLike) -> Array:
+        return unit.kappa(angle, sharing, stiffness=stiffness)
+
+    values = per_mu(grid)
     i = int(np.argmin(values))
-    low, high = grid[max(i - 1, 0)], grid[min(i + 1, grid.size - 1)]
-    found = minimize_scalar(
-        lambda angle: float(cams.kappa(angle, sharing, stiffness=stiffness)),
-        bounds=(low, high),
-        method="bounded",
-        options={"xatol": 1e-12},
-    )
+    bounds = grid[max(i - 1, 0)], grid[min(i + 1, grid.size - 1)]
+    found = minimize_scalar(lambda x: float(per_mu(x)), bounds=bounds, method="bounded", options={"xatol": 1e-12})
     interior, theta_interior = min((float(found.fun), float(found.x)), (float(values[i]), float(grid[i])))
-    alone = [cams.disk.mu * cams.disk.D_R / (track.D * math.tan(track.alpha_max)) for track in (cams.outer, cams.inner)]
+    alone = [unit.disk.D_R / (track.D * math.tan(track.alpha_max)) for track in (cams.outer, cams.inner)]
     phases = [(interior, theta_interior)]
     if sharing != "averaged":
         phases += [(alone[0], half - cams.outer.phase), (alone[1], 0.0 - cams.outer.phase)]
     least, theta = min(phases)
     greatest = max(float(values.max()), *(k for k, _ in phases))
-    mu = cams.disk.mu
     return Locking(
-        every_phase=least >= 1,
-        never=greatest < 1,
-        least=least,
+        every_phase=mu * least >= 1,
+        never=mu * greatest < 1,
+        least=mu * least,
         theta=theta,
-        interior=interior,
+        interior=mu * interior,
         theta_interior=theta_interior,
-        outer_alone=alone[0],
-        inner_alone=alone[1],
-        mu_interior=mu / interior if interior else math.inf,
-        mu_every_phase=mu / least if least else math.inf,
+        outer_alone=mu * alone[0],
+        inner_alone=mu * alone[1],
+        mu_interior=1 / interior,
+        mu_every_phase=1 / least,
     )
 
 

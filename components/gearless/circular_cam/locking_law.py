@@ -12,11 +12,11 @@ from powertrain import ParameterError
 Sharing = Literal["elastic", "rigid", "averaged"]
 """How the tracks share the torque of the cage.
 
-- "rigid": eq. (19), circumferential forces in proportion to the diameters at every phase, lambda = 1/(1 + xi**2). A track whose contact
+- "rigid": eq. (19), circumferential forces in proportion to the diameters at every phase, lambda = 1/(1 + xi^2). A track whose contact
   angle goes to zero would need an infinite normal force for its share, and the locking coefficient goes to infinity.
 - "elastic": normal contacts of equal stiffness, or of the ratio ``stiffness`` inner over outer. A small turn e of the cage against cams
   that are held closes each contact of a track by e D/2 sin(alpha), so that F_n is in proportion to D sin(alpha) and the torque to
-  (D sin(alpha))**2. The share of a track goes smoothly to zero with its angle; forces and locking coefficient stay finite.
+  (D sin(alpha))^2. The share of a track goes smoothly to zero with its angle; forces and locking coefficient stay finite.
 - "averaged": the equivalent inclined plane of Fig. 13. Each track has half its greatest angle at every phase and its rigid share, so
   that the locking coefficient is a constant.
 """
@@ -51,7 +51,7 @@ def disk_coefficient(
     kappa = mu D_R (lambda/(D_out tan(alpha_out)) + (1 - lambda)/(D_in tan(alpha_in)))
 
     From eqs. (34) and (36): a track with the share lambda has n/2 active rollers with F_u = 4 lambda T/(n D), and presses each disk
-    with lambda T/(D tan(alpha)), whatever n. ``floor`` bounds the rigid rule: sin(alpha) is replaced by sqrt(sin(alpha)**2 + floor**2).
+    with lambda T/(D tan(alpha)), whatever n. ``floor`` bounds the rigid rule: sin(alpha) is replaced by sqrt(sin(alpha)^2 + floor^2).
     """
     cos_out, cos_in = (1 - sin_out**2) ** 0.5, (1 - sin_in**2) ** 0.5
     if sharing == "elastic":

@@ -274,6 +274,7 @@ def test_paper_s_own_data_do_not_lock() -> None:
     assert found.least == found.inner_alone
     assert found.mu_every_phase == pytest.approx(0.353, abs=5e-4)
     assert "locks at some phases only" in str(found)
+    assert locking(with_friction(TABLE_1, 0.0), "rigid").mu_every_phase == pytest.approx(found.mu_every_phase)
     elastic = locking(TABLE_1)
     assert elastic.never
     assert "locks at no phase" in str(elastic)
