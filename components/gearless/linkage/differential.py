@@ -68,9 +68,12 @@ class LinkageDifferential(Differential, Lossy):
     r_ball: Parameter = parameter("m", "Radius of an S-pair", default=_JOINTS.r_ball, min=0)
     r_rod: Parameter = parameter("m", "Radius of the C-pair's rod", default=_JOINTS.r_rod, min=0)
     l_rod: Parameter = parameter("m", "Length of the C-pair's bore", default=_JOINTS.l_rod, above=0)
-    alpha: Variable = variable("rad", "Angle of the left shaft against the cage", prefer=True)
+    phi_diff: Variable = variable(
+        "rad", "Angle that the left shaft has turned against the cage", start=0.0, prefer=True
+    )
+    alpha: Variable = variable("rad", "Angle of the left shaft against the cage, as it is assembled")
     w: Variable = variable("rad/s", "Speed of the cage", prefer=True)
-    w_diff: Variable = variable("rad/s", "Speed of the left shaft against the cage, der(alpha)", prefer=True)
+    w_diff: Variable = variable("rad/s", "Speed of the left shaft against the cage", prefer=True)
     tau: Variable = variable("N.m", "Torque of friction, left.tau - right.tau at steady speeds")
 
     if not TYPE_CHECKING:
@@ -83,9 +86,10 @@ class LinkageDifferential(Differential, Lossy):
         """Symmetric kinematics, Lagrange's two equations and friction."""
         within(self.a, ca.fabs(self.offset), 2 * self.b - self.offset, name="a", unit="m")
         yield self.left.phi + self.right.phi == 2 * self.crown.phi
-        yield self.alpha == self.alpha_0 + (self.left.phi - self.right.phi) / 2
+        yield self.phi_diff == (self.left.phi - self.right.phi) / 2
+        yield self.alpha == self.alpha_0 + self.phi_diff
         yield self.w == der(self.crown.phi)
-        yield self.w_diff == der(self.alpha)
+        yield self.w_diff == der(self.phi_diff)
         J, M = self._inertia()
         J_slope, M_slope = ca.gradient(J, self.alpha), ca.gradient(M, self.alpha)
         w, u, sides = self.w, self.w_diff, self.left.tau + self.right.tau

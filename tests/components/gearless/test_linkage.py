@@ -31,7 +31,9 @@ def test_printed_angles() -> None:
     """Lever +-0.5 rad and +-3 cm (5.1.2); a/b = 0.5176 for 30 degrees (6.4)."""
     m = THESIS.motion(ALPHA)
     assert round(THESIS.theta_max, 1) == 0.5
-    assert np.abs(m.theta).max() == pytest.approx(THESIS.theta_max, abs=1e-5)  # the grid misses 90 degrees by up to 0.005 rad
+    assert np.abs(m.theta).max() == pytest.approx(
+        THESIS.theta_max, abs=1e-5
+    )  # the grid misses 90 degrees by up to 0.005 rad
     assert np.abs(m.S).max() == pytest.approx(0.03, rel=1e-15)
     assert round(ratio_from_theta(np.radians(30)), 4) == 0.5176
     assert np.arccos(1 - 0.5**2 / 2) == pytest.approx(THESIS.theta_max)
@@ -92,7 +94,8 @@ def test_derivatives(linkage: Linkage) -> None:
     for name in "theta", "beta", "S":
         for low, high in (name, f"{name}1"), (f"{name}1", f"{name}2"):
             near, far = (
-                getattr(linkage.motion(ALPHA + k * h), low) - getattr(linkage.motion(ALPHA - k * h), low) for k in (1, 2)
+                getattr(linkage.motion(ALPHA + k * h), low) - getattr(linkage.motion(ALPHA - k * h), low)
+                for k in (1, 2)
             )
             change = (8 * near - far) / (12 * h)
             exact = getattr(m, high)
@@ -153,7 +156,7 @@ def test_velocities_in_a_bend() -> None:
     speeds = in_bend(v["cage"][1] / r, 7, 1.4)
     assert [speeds.outer * r, speeds.inner * r] == pytest.approx([v["outer"][1], v["inner"][1]])
     assert speeds.outer / speeds.inner == pytest.approx((7 + 0.7) / (7 - 0.7))
-    with pytest.raises(pt.ParameterError, match="radius = 0.5 m must be greater than half the track, 0.7 m"):
+    with pytest.raises(pt.ParameterError, match=r"radius = 0\.5 m must be greater than half the track, 0.7 m"):
         in_bend(88, 0.5, 1.4)
     with pytest.raises(pt.ParameterError, match="track"):
         in_bend(88, 7, 0)

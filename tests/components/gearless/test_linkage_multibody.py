@@ -55,7 +55,7 @@ def poses(linkage: Linkage, masses: LinkMasses, phi: float, alpha: float) -> tup
         return np.concatenate([left, other])
 
     guess = [0.05, 0.05, -alpha, a * np.cos(alpha), a / b * np.sin(alpha)]
-    q = np.array(guess)
+    q: Any = np.array(guess)
     for _ in range(12):
         if np.abs(gaps(q)).max() < 1e-15:
             break
