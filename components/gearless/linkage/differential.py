@@ -90,8 +90,7 @@ class LinkageDifferential(Differential, Lossy):
         yield self.alpha == self.alpha_0 + self.phi_diff
         yield self.w == der(self.crown.phi)
         yield self.w_diff == der(self.phi_diff)
-        J, M = self._inertia()
-        J_slope, M_slope = ca.gradient(J, self.alpha), ca.gradient(M, self.alpha)
+        J, M, J_slope, M_slope = self._inertia()
         w, u, sides = self.w, self.w_diff, self.left.tau + self.right.tau
         yield J * der(w) + J_slope * u * w == self.crown.tau + sides
         yield M * der(u) + (M_slope * u**2 - J_slope * w**2) / 2 == self.left.tau - self.right.tau - self.tau
@@ -102,7 +101,7 @@ class LinkageDifferential(Differential, Lossy):
 
     def energy(self) -> Symbol:
         """Kinetic energy of cage, couplers, lever and outputs, (J w^2 + M u^2)/2."""
-        J, M = self._inertia()
+        J, M, _, _ = self._inertia()
         return Symbol(J * self.w**2 + M * self.w_diff**2) / 2
 
     def loss(self) -> Symbol:

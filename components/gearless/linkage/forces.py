@@ -127,7 +127,7 @@ def torques(
     crown + left + right = d(J w)/dt,  left - right = d(M u)/dt - (M' u^2 + J' w^2)/2
     """
     alpha, u, w, du, dw = drive
-    (J, M), (J1, M1) = _inertia(linkage, alpha, masses)
+    J, M, J1, M1 = inertia(linkage.loop(alpha), linkage.a, linkage.b, linkage.d, masses)
     total, difference = J * dw + J1 * u * w, M * du + (M1 * u**2 - J1 * w**2) / 2
     if (crown is None) == (right is None):
         raise ParameterError("torques: give crown or right, one of them")
@@ -136,19 +136,6 @@ def torques(
         return Torques(given.copy(), (total - given + difference) / 2, (total - given - difference) / 2)
     given = np.broadcast_to(np.asarray(right, float), alpha.shape)
     return Torques(total - difference - 2 * given, given + difference, given.copy())
-
-
-def _inertia(linkage: Linkage, alpha: Array, masses: LinkMasses) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """J, M and their derivatives with respect to alpha, these by the derivatives of the motion."""
-    m, a, d = linkage.motion(alpha), linkage.a, linkage.d
-    coupler, lever = masses.coupler, masses.lever
-    across = coupler.transverse + coupler.m * (masses.coupler_centre * a) ** 2
-    J, M = inertia(linkage.loop(alpha), a, linkage.b, d, masses)
-    swing = 2 * (coupler.axial - across) * np.sin(2 * m.beta) * m.beta1
-    turned = (lever.transverse - lever.axial) * np.sin(2 * m.theta) * m.theta1
-    J1 = swing + 2 * lever.m * m.S * m.S1 + turned
-    M1 = swing + 4 * across * m.beta1 * m.beta2 + 2 * lever.m * m.S1 * m.S2 + 2 * lever.transverse * m.theta1 * m.theta2
-    return (J, M), (J1, M1)
 
 
 def reactions(

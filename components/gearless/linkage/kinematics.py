@@ -121,7 +121,7 @@ class Linkage:
         s, c, X, C, R, Q = self.loop(alpha)
         theta, S = np.arctan2(a * s * C, d - a * X), a * c * C
         beta1 = Q * s * c
-        Q1 = -(a * X * beta1 + Q * a * c * (2 * s * X - c * C * beta1)) / R
+        Q1 = -a * beta1 * (3 * X - c**2 * C * Q) / R
         beta2, theta2, S2 = Q1 * s * c + Q * (c**2 - s**2), Q1 * c - Q * s, -d * (Q1 * s + Q * c)
         return Motion(alpha, theta, np.arcsin(X), S, Q * c, beta1, -Q * s * d, theta2, beta2, S2)
 

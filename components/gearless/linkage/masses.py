@@ -97,10 +97,12 @@ def scaled(linkage: Linkage, radius: float = 0.0125, density: float = STEEL) -> 
 
 
 class Inertia(NamedTuple):
-    """Kinetic energy (J w^2 + M u^2)/2 of the whole, w the speed of the cage, u = d alpha/dt [kg.m2]."""
+    """Kinetic energy (J w^2 + M u^2)/2 of the whole, w the speed of the cage, u = d alpha/dt; J1, M1 = dJ/d alpha, dM/d alpha [kg.m2]."""
 
     J: Any
     M: Any
+    J1: Any
+    M1: Any
 
 
 def inertia(loop: Loop, a: Any, b: Any, d: Any, masses: LinkMasses) -> Inertia:
@@ -110,12 +112,16 @@ def inertia(loop: Loop, a: Any, b: Any, d: Any, masses: LinkMasses) -> Inertia:
     x and by d beta/dt across, 2 T = (J_t cos_beta^2 + axial sin_beta^2) (w + u)^2 + J_t (d beta/dt)^2. On the right w - u: in the sum
     the products w u cancel. Lever: its centre moves by d S/dt along y and w S across, 2 T = m ((d S/dt)^2 + w^2 S^2) + transverse
     (d theta/dt)^2 + w^2 (transverse sin(theta)^2 + axial cos(theta)^2). Outputs: J_o ((w + u)^2 + (w - u)^2). Cage: J_c w^2.
+    The derivatives use those of ``Loop`` and dQ/d alpha = -a Q s c (3 sin_beta - c^2 cos_beta Q)/R.
     """
-    s, c, X, C, _, Q = loop
+    s, c, X, C, R, Q = loop
     coupler, lever = masses.coupler, masses.lever
+    sc, cc, slide = s * c, c**2, lever.m * d**2
     across = coupler.transverse + coupler.m * (masses.coupler_centre * a) ** 2
-    swing = 2 * (across + (coupler.axial - across) * X**2 + masses.output)
-    slide = lever.m * (a * c * C) ** 2
-    turned = lever.axial + (lever.transverse - lever.axial) * (a * s * C / b) ** 2
-    moving = Q**2 * ((2 * across * c**2 + lever.m * d**2) * s**2 + lever.transverse * c**2)
-    return Inertia(masses.cage.axial + swing + slide + turned, swing + moving)
+    thin, long = coupler.axial - across, (lever.transverse - lever.axial) / b**2
+    swing = 2 * (across + thin * X**2 + masses.output)
+    moving = (2 * across * cc + slide) * s**2 + lever.transverse * cc
+    J = masses.cage.axial + lever.axial + swing + (a * C) ** 2 * (lever.m * cc + long * s**2)
+    J1 = 2 * Q * sc * C * (2 * thin * X + a * (long * (d - a * X) - lever.m * d))
+    change = 2 * across * (cc - s**2) + slide - lever.transverse - a / R * (3 * X - cc * C * Q) * moving
+    return Inertia(J, swing + Q**2 * moving, J1, 2 * Q * sc * (2 * thin * X * C + Q * change))

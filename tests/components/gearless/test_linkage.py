@@ -20,7 +20,7 @@ from powertrain.components.gearless.linkage import (
     scaled,
     wheel_velocities,
 )
-from powertrain.components.gearless.linkage.masses import CYLINDERS, GRAM_CM2
+from powertrain.components.gearless.linkage.masses import CYLINDERS, GRAM_CM2, inertia
 
 THESIS = Linkage(0.03, 0.06)
 LINKAGES = [THESIS, Linkage(0.03, 0.0151), Linkage(0.03, 0.5), Linkage(0.03, 0.06, 0.004), Linkage(0.1, 0.06, -0.03)]
@@ -201,3 +201,22 @@ def test_masses_of_other_lengths() -> None:
     assert found.coupler == cylinder(cylinder_mass(0.0125, 0.06), 0.0125, 0.06)
     assert found.lever == cylinder(cylinder_mass(0.0125, 0.15), 0.0125, 0.15)
     assert scaled(Linkage(0.06, 0.12)).lever.m > found.lever.m
+
+
+@pytest.mark.parametrize("linkage", [THESIS, Linkage(0.05, 0.04, 0.01)], ids=str)
+def test_slopes_of_the_inertia(linkage: Linkage) -> None:
+    """J1 and M1 against differences of J and M."""
+    masses, h = replace(CORRECTED, output=0.01, coupler_centre=0.4), 1e-3
+    near, far = (
+        [
+            np.subtract(
+                *(inertia(linkage.loop(ALPHA + d), linkage.a, linkage.b, linkage.d, masses)[i] for d in (k, -k))
+            )
+            for i in (0, 1)
+        ]
+        for k in (h, 2 * h)
+    )
+    found = inertia(linkage.loop(ALPHA), linkage.a, linkage.b, linkage.d, masses)
+    for i in (0, 1):
+        slope = (8 * near[i] - far[i]) / (12 * h)
+        np.testing.assert_allclose(found[2 + i], slope, atol=1e-8 * np.abs(slope).max())
