@@ -34,7 +34,7 @@ def _over_alpha(ax: Axes, label: str) -> Axes:
     ax.set(xlabel=r"angle of the left shaft against the cage $\alpha$ [°]", ylabel=label, xlim=(0, 360))
     ax.set_xticks(range(0, 361, 90))
     ax.grid(alpha=0.3)
-    ax.legend(loc="best")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=8, frameon=False)
     return ax
 
 
@@ -42,7 +42,7 @@ def _cycle(points: int = 721) -> Array:
     return np.linspace(0, 2 * np.pi, points)
 
 
-def mechanism(linkage: Linkage | None = None, alpha: float = 0.9, phi: float = 0.0, ax: Axes | None = None) -> Axes:
+def mechanism(linkage: Linkage | None = None, alpha: float = 0.6, phi: float = 0.0, ax: Axes | None = None) -> Axes:
     """The mechanism in space at one angle, its cage turned by ``phi``: shafts, couplers, lever, and the C axis that the cage carries.
 
     ``ax`` is a three-dimensional one. The thin line is the way of the left S-pair against the cage.
@@ -67,8 +67,9 @@ def mechanism(linkage: Linkage | None = None, alpha: float = 0.9, phi: float = 0
     height = 1.2 * max(1.6 * a, linkage.b * float(np.sin(linkage.theta_max))) * CM
     space.set(xlim=(-reach, reach), ylim=(-height, height), zlim=(-height, height))
     space.set(xlabel="x [cm]", ylabel="y [cm]", zlabel="z [cm]", title=rf"$\alpha$ = {np.degrees(alpha):.0f}°")
-    space.set_box_aspect((reach, height, height), zoom=1.1)
-    space.view_init(elev=22, azim=-62)
+    space.locator_params(nbins=5)
+    space.set_box_aspect((reach, height, height), zoom=0.95)
+    space.view_init(elev=30, azim=-60)
     if space.get_legend() is None:
         space.legend(loc="upper left", fontsize=8)
     return cast("Axes", space)
