@@ -1,0 +1,102 @@
+"""What makes a spherical cam impossible: its numbers, its angles, cusps, double points, gaps, interference."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from powertrain import ParameterError
+from powertrain.components.gearless.spherical_cam.profile import FINE, Array
+
+if TYPE_CHECKING:
+    from powertrain.components.gearless.spherical_cam.profile import CamGeometry
+
+LEAST = 3
+"""The fewest lobes or rollers that keep two strokes apart."""
+TOUCH = 1e-9
+"""What a roller may seem to cut into the profile by round-off [rad]."""
+
+
+def check_angles(cam: CamGeometry) -> None:
+    """Refuses numbers and angles before anything is computed. Errors: ParameterError."""
+    for name, value, what in (("M", cam.M, "lobes"), ("N", cam.N, "rollers")):
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < LEAST:
+            raise _refused(cam, f"{name} = {value!r} {what} must be a whole number of at least {LEAST}")
+    if cam.M == cam.N:
+        raise _refused(
+            cam,
+            f"M = N = {cam.M}: as many lobes as rollers make the pressure angle vanish and the pitch curve nearly a cusp; change one",
+        )
+    _between(cam, "alpha_1", 0.0, math.pi / 2, "the axes of cam and carrier cross at an angle of at most 90°")
+    _between(cam, "alpha_3", 0.0, cam.alpha_1, "the roller's axis lies between the axes of carrier and cam", open_end=True)
+    rolling = cam.alpha_1 - cam.beta_1
+    if cam.alpha_3 >= rolling:
+        raise _refused(
+            cam,
+            f"alpha_3 = {_deg(cam.alpha_3)} must be less than alpha_1 - beta_1 = {_deg(rolling)}: at that angle the pitch curve has "
+            "cusps, beyond it loops",
+        )
+    apart = math.asin(math.sin(cam.alpha_3) * math.sin(math.pi / cam.N))
+    _between(cam, "alpha_4", 0.0, apart, f"beyond it two of {cam.N} rollers at alpha_3 overlap", open_end=True)
+    if cam.alpha_3 + cam.alpha_4 >= math.pi / 2:
+        total = _deg(cam.alpha_3 + cam.alpha_4)
+        raise _refused(cam, f"alpha_3 + alpha_4 = {total} must be less than 90°: rollers of both carriers meet there")
+
+
+def check_profile(cam: CamGeometry) -> None:
+    """Refuses a cam that cannot be cut or does not keep contact. Errors: ParameterError."""
+    sigma = cam.sigma
+    if not sigma > 0:
+        end = "never" if math.isnan(sigma) else f"at sigma = {_deg(sigma)}"
+        raise _refused(
+            cam,
+            f"the profile reaches the lobe's plane of symmetry {end}, and it must be beyond 0°: otherwise there is a gap "
+            "between the strokes of the conjugate cams",
+        )
+    psi = np.linspace(-cam.half, sigma, FINE)
+    speed = cam.profile_speed(psi)
+    if speed.max() >= 0:
+        where = _deg(float(psi[int(np.argmax(speed >= 0))]))
+        raise _refused(
+            cam,
+            f"the profile is undercut: it has a cusp at psi = {where}, where the roller's half-angle alpha_4 = {_deg(cam.alpha_4)} "
+            "is larger than the radius of curvature of the pitch curve; take smaller rollers, or a smaller alpha_3",
+        )
+    azimuth = _azimuth(cam, psi[1:])
+    if azimuth.max() >= cam.half:
+        where = _deg(float(psi[1:][int(np.argmax(azimuth >= cam.half))]))
+        raise _refused(cam, f"the profile has a double point: it crosses the middle of its own valley at psi = {where}")
+    if (cut := -clearance(cam)) > TOUCH:
+        raise _refused(cam, f"a roller cuts {_deg(cut)} into a lobe; no part of the profile may be nearer to its axis than alpha_4")
+
+
+def clearance(cam: CamGeometry, points: int = 241, positions: int = 60) -> float:
+    """Least distance of any of the N rollers from the whole profile, over a whole turn of the carrier [rad]; 0 where they just touch.
+
+    All N rollers over one stroke are one roller over N strokes, and by symmetry over half of them.
+    """
+    psi = -cam.half + np.linspace(0.0, cam.N * cam.half, cam.N * positions + 1)
+    nearest = (cam.pitch_curve(psi) @ cam.whole_profile(points).T).max(axis=1)
+    return float(np.arccos(np.clip(nearest, -1, 1)).min()) - cam.alpha_4
+
+
+def _azimuth(cam: CamGeometry, psi: Array) -> Array:
+    x, y, _ = cam.profile(psi).T
+    return np.asarray(np.arctan2(y, x))
+
+
+def _between(cam: CamGeometry, name: str, low: float, high: float, reason: str, *, open_end: bool = False) -> None:
+    value = float(getattr(cam, name))
+    if not (low < value < high or (value == high and not open_end)):
+        bracket = ")" if open_end else "]"
+        raise _refused(cam, f"{name} = {_deg(value)} must lie in (0°, {_deg(high)}{bracket}: {reason}")
+
+
+def _refused(cam: CamGeometry, why: str) -> ParameterError:
+    return ParameterError(f"SphericalCam(M={cam.M}, N={cam.N}): {why}")
+
+
+def _deg(angle: float) -> str:
+    return f"{math.degrees(angle):.4g}°"

@@ -1,0 +1,189 @@
+"""Forces and friction of the spherical cam differential over a cycle: torque ratios, efficiency of the relative motion, locking."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from powertrain import ParameterError
+from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, unit
+
+Sharing: TypeAlias = Literal["elastic", "single"]
+"""How the two rollers of one carrier that can carry at the same time share the load, one on each of the conjugate cams.
+
+"elastic": normal forces in proportion to the lever arms, as of contacts of equal stiffness, times a relief that takes the leaving roller
+off before the lobe's tip, (1 - x)^2 (1 + 2 x) with x from 0 to 1 over the overlap of length sigma. The torques are smooth.
+"single": one carries alone, the one with the longer lever arm, that is the smaller mu_p, as long as it touches: they change where the
+pressure angles are equal (the paper's "intersection of cycle 1 with cycle 2") or, before that, where the leaving roller reaches the
+lobe's tip. The efficiency jumps there.
+"""
+MOST = 0.5
+"""The efficiency does not fall below minus this; it locks from 0 on, and there the number only says how firmly."""
+
+
+@dataclass(frozen=True)
+class CamFriction:
+    """Friction of rollers and cams, with radii as shares.
+
+    ``mu_pin``: coefficient of friction of the rollers' pins; ``pin``: radius of a pin over that of its roller at the contact.
+    ``mu_thrust``, ``thrust``: the same for the collar that holds the conical roller against being pushed outward.
+    ``mu_contact``: what roller and cam can transmit before the roller slips; with a roller that does not turn it is what remains.
+    ``mu_bearing``: of the cam on its shaft, with ``shaft`` and ``washer``: radius of the shaft, and mean radius of the thrust washer, over
+    the distance of the contacts from the centre. Errors: ParameterError for negative values, or a pin as large as the roller.
+    """
+
+    mu_pin: float = 0.05
+    pin: float = 0.4
+    mu_thrust: float = 0.05
+    thrust: float = 0.5
+    mu_contact: float = 0.1
+    mu_bearing: float = 0.05
+    shaft: float = 0.2
+    washer: float = 0.3
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value >= 0):
+                raise ParameterError(f"CamFriction: {name} = {value:g} must be finite and not negative: it is a part of a friction torque")
+        if self.pin >= 1:
+            raise ParameterError(f"CamFriction: pin = {self.pin:g} must be less than 1: the pin lies inside of the roller")
+
+    def rolling(self, alpha_4: float) -> float:
+        """Tangential over normal force at a turning roller: its pin carries N cos(alpha_4), its collar N sin(alpha_4); or it slips."""
+        turning = self.mu_pin * self.pin * math.cos(alpha_4) + self.mu_thrust * self.thrust * math.sin(alpha_4)
+        return min(turning, self.mu_contact)
+
+
+NO_FRICTION = CamFriction(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """What the rollers of one carrier that carry do to both shafts, per unit of ``normal`` forces, at unit distance from the centre.
+
+    ``carrier``, ``cam``: torques on the carrier about e_phi, and from the cam about e_psi; ``force``: on the carrier, in the fixed frame.
+    """
+
+    carrier: Array
+    cam: Array
+    force: Array
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A cam with its friction and its rule of load sharing, as a differential: side wheels (carriers) left and right of the cam.
+
+    Let the cage rest and the cam turn with psi' > 0. The cage's torque T_C pushes the cam's shaft, and the cam pushes both carriers the same
+    way; relative to the motion the roller of one carrier drives the cam, and the cam drives the roller of the other carrier. Let s be the
+    cam's angle from the middle of a stroke. The carrier that is driven does its work at s in (0, pi/M + sigma), the carrier that drives
+    is its mirror image: it does its work at -s. Both cams being half a stroke apart, everything has the period pi/M.
+
+    One contact: n, the normal on the roller; t, the tangent along the profile; v = (phi' e_phi - psi' e_psi) x e_c, the velocity of a roller
+    that does not turn against the cam, which is along t: v.n = 0 by conjugacy. The force on the roller is F = N (n - f sgn(v.t) t). A roller
+    that rolls spins on its pin with |v|/sin(alpha_4) and meets there the friction torque f N sin(alpha_4), with
+    f = mu_pin pin cos(alpha_4) + mu_thrust thrust sin(alpha_4) (or f = mu_contact: it slips). Virtual work:
+
+    T_phi phi' - T_psi psi' = F . v = -f N |v|,  T_phi = e_phi . (e_c x F) on the carrier, T_psi = e_psi . (e_c x F) from the cam
+
+    |v| = |phi' e_phi - psi' e_psi| |sin(beta_3)|: nothing is lost where the axis of relative rotation passes through the contact. So with the
+    sums over the rollers that carry, the ratio of torques out and in is -(M/N) T_phi/T_psi where the cam drives, -(N/M) T_psi/T_phi where the
+    carrier drives. Between them the cam rubs on its shaft: T_psi(driving) = T_psi(driven) + mu_bearing (shaft |F_xy| + washer |F_z|), F the sum
+    of both carriers' forces. eta_0 = T_phi(driven)/T_phi(driving): the efficiency of the relative motion, kappa = (1 - eta_0)/(1 + eta_0).
+    It does not depend on which side is faster, nor on the sign of T_C, except that the cam turning backward at s is as forward at -s.
+
+    ``eta_0`` <= 0: no torque of the cage turns the sides against each other at this angle (self-locking).
+    """
+
+    cam: SphericalCam
+    friction: CamFriction = CamFriction()
+    sharing: Sharing = "elastic"
+
+    def __post_init__(self) -> None:
+        if self.sharing not in get_args(Sharing):
+            raise ParameterError(f"sharing={self.sharing!r} is none of {', '.join(get_args(Sharing))}")
+        if self.cam.alpha_1 != math.pi / 2:
+            raise ParameterError(
+                f"alpha_1 = {math.degrees(self.cam.alpha_1):g}° must be 90° in a differential: both side wheels turn about one axis"
+            )
+
+    @property
+    def handover(self) -> float:
+        """Angle s at which a roller takes over from the one of the other cam (for "elastic": where the leaving one is off) [rad]."""
+        sigma, half = self.cam.sigma, self.cam.half
+        if self.sharing == "elastic":
+            return sigma
+
+        def gain(s: float) -> float:
+            return float(self._arm(np.array(s)) - self._arm(np.array(s + half)))
+
+        return float(brentq(gain, 0.0, sigma)) if gain(sigma) > 0 else sigma
+
+    def weights(self, s: ArrayLike) -> tuple[Array, Array]:
+        """Normal forces, up to a factor, of the roller at s (in [0, pi/M)) and of the one half a stroke ahead of it, at s + pi/M."""
+        s = np.mod(np.asarray(s, float), self.cam.half)
+        if self.sharing == "single":
+            taken = (s >= self.handover).astype(float)
+            return taken, 1.0 - taken
+        x = np.clip(s / self.cam.sigma, 0.0, 1.0)
+        return self._arm(s), self._arm(s + self.cam.half) * (1 - x) ** 2 * (1 + 2 * x)
+
+    def _arm(self, s: Array) -> Array:
+        return -self.cam.lever_arms(s - self.cam.half)[0]
+
+    def mesh(self, s: ArrayLike, *, cam_drives: bool) -> Mesh:
+        """The carrier at e_phi = (1, 0, 0), its rollers working at s > 0, cam turning with psi' = 1 where it drives, else with -1."""
+        phase = np.mod(np.asarray(s, float), self.cam.half)
+        carrier, cam, force = np.zeros(phase.shape), np.zeros(phase.shape), np.zeros((*phase.shape, 3))
+        for ahead, weight in zip((0.0, self.cam.half), self.weights(phase), strict=True):
+            on_carrier, from_cam, pushed = self._contact(phase + ahead - self.cam.half, 1.0 if cam_drives else -1.0)
+            carrier, cam, force = carrier + weight * on_carrier, cam + weight * from_cam, force + weight[..., None] * pushed
+        return Mesh(carrier, cam, force)
+
+    def _contact(self, psi: Array, turns: float) -> tuple[Array, Array, Array]:
+        """Torques and force of one roller with a normal force of one."""
+        cam = self.cam
+        at = cam.contact(psi)
+        side = unit(np.cross(cam.e_e, cam.roller_axis(psi)))
+        normal = np.cross(side, at)
+        slip = turns * np.cross(-cam.M / cam.N * cam.e_phi - [0.0, 0.0, 1.0], at)
+        rubbing = self.friction.rolling(cam.alpha_4) * np.sign((slip * side).sum(-1))
+        force = normal - rubbing[..., None] * side
+        moment = np.cross(at, force)
+        return moment @ cam.e_phi, moment[..., 2], force
+
+    def eta_0(self, s: ArrayLike) -> Array:
+        """Efficiency of the relative motion, cage at rest, at the cam angle s from the middle of a stroke, the cam turning forward."""
+        s = np.asarray(s, float)
+        driven = self.mesh(s, cam_drives=True)
+        # The driving carrier in its mirror image (y reversed: torques about x and z change sign), then half a turn about z to its own side.
+        driving = self.mesh(-s, cam_drives=False)
+        turned = driving.force * [-1.0, 1.0, 1.0]
+        share = driving.cam / driven.cam
+        for _ in range(60):
+            both = share[..., None] * driven.force + turned
+            radial, axial = np.hypot(both[..., 0], both[..., 1]), np.abs(both[..., 2])
+            bearing = self.friction.mu_bearing * (self.friction.shaft * radial + self.friction.washer * axial)
+            share = (driving.cam - bearing) / driven.cam
+        return np.asarray(np.maximum(share * driven.carrier / driving.carrier, -MOST))
+
+    def kappa(self, s: ArrayLike) -> Array:
+        """Locking coefficient (1 - eta_0)/(1 + eta_0): (T_slow - T_fast)/T_C, cam turning forward."""
+        eta = self.eta_0(s)
+        return np.asarray((1 - eta) / (1 + eta))
+
+    def contact_force(self, s: ArrayLike, torque: float, radius: float, *, cams: int = 2) -> tuple[Array, Array]:
+        """Normal forces [N] of the roller at s and of the one ahead of it, without friction, from the torque of one side wheel [N.m].
+
+        ``radius``: distance of the contacts from the centre [m]; ``cams``: pairs of conjugate cams around the axle that share the load.
+        """
+        if radius <= 0 or cams < 1:
+            raise ParameterError(f"radius = {radius:g} m must be positive and cams = {cams} at least 1: they carry the torque")
+        s = np.mod(np.asarray(s, float), self.cam.half)
+        first, second = self.weights(s)
+        factor = torque / radius / cams / (first * self._arm(s) + second * self._arm(s + self.cam.half))
+        return first * factor, second * factor
