@@ -27,6 +27,7 @@ GIVEN: dict[str, dict[str, Any]] = {
     "QuadraticSpeedDependentTorque": {"tau_nominal": -1.0},
     "QuadraticSpeedDependentForce": {"f_nominal": -1.0},
     "MappedEngine": {name: getattr(MappedEngine.gasoline(), name) for name in ("torque_map", "fuel_map")},
+    "PlanetaryFinalDrive": {"ratio": 3.05},
     "MassWithStopAndFriction": {"smax": 4.0, "smin": -4.0, "L": 1.0},
 }
 VALUES = {"ratio": 2.0, "ring_ratio": 3.0, "efficiency": 0.9, "fn_max": 20.0}
