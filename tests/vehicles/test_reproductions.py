@@ -50,7 +50,9 @@ def test_report(name: str, tmp_path: Path) -> None:
 def test_agreement_by_printed_digits() -> None:
     assert agree("-4.92", -4.9246)
     assert not agree("-4.92", -4.926)
-    assert agree("1.40", 1.4060, within=1)
+    assert Row("a", "1", "p. 1", "1.40", 1.4060, cut=2).verdict == "agrees"
+    assert Row("a", "1", "p. 1", "1.4", 1.4060, cut=2).verdict == "agrees"
+    assert Row("a", "1", "p. 1", "1.41", 1.4060, cut=2).verdict == "DIFFERS"
     assert agree("200", 200.4)
     assert agree("−0.59", -0.588)
     assert agree("< 1", 0.98)

@@ -159,10 +159,19 @@ def stresses() -> Table:
     }
     for hollow, both in table_3.items():
         for name, printed in zip(TRACKS, both, strict=True):
-            cut = name == "outer" and hollow in (1.07, 1.08)
+            cut = 2 if name == "outer" and hollow in (1.07, 1.08) else None
             what = f"p_0 with R_2y = {hollow:.2f} r, {name} track"
-            remark, within = ("truncated in print", 1.0) if cut else ("", 0.5)
-            rows.append(Row(what, "GPa", "Table 3", printed, pressure(name, hollow), remark, within=within))
+            rows.append(
+                Row(
+                    what,
+                    "GPa",
+                    "Table 3",
+                    printed,
+                    pressure(name, hollow),
+                    "truncated in print" if cut else "",
+                    cut=cut,
+                )
+            )
     table_4 = {1.1: ("1.5211", "1.1611"), 1.0: ("1.5690", "1.1953"), 0.9: ("1.6239", "1.2351")}
     for steeper, both in table_4.items():
         for name, printed in zip(TRACKS, both, strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from typing import Literal
@@ -16,8 +17,9 @@ class Row:
 
     ``printed`` is the text of the paper, whose last digit says how exact it is; empty where the paper only describes or draws the value.
     ``right`` is what should stand there where the print is known to be wrong, and ``remark`` why. ``within``: by how many units of the
-    last printed digit the computed value may differ (0.5 for rounded, 1 for truncated values). ``reproducible = False``: the paper's value
-    follows from nothing that the paper says; it is shown and not compared. ``computed`` None: there is nothing to compute.
+    last printed digit the computed value may differ (0.5: rounded). ``cut``: after how many decimals the print was truncated instead.
+    ``reproducible = False``: the paper's value follows from nothing that the paper says; it is shown and not compared. ``computed`` None:
+    there is nothing to compute.
     """
 
     quantity: str
@@ -28,6 +30,7 @@ class Row:
     remark: str = ""
     right: str | None = None
     within: float = 0.5
+    cut: int | None = None
     reproducible: bool = True
 
     @property
@@ -38,7 +41,12 @@ class Row:
         expected = self.printed if self.right is None else self.right
         if not expected:
             return "computed only"
-        if not agree(expected, self.computed, self.within):
+        shown = (
+            truncated(self.computed, self.cut)
+            if self.cut is not None and isinstance(self.computed, float)
+            else self.computed
+        )
+        if not agree(expected, shown, self.within if self.cut is None else 1e-9):
             return "DIFFERS"
         return "agrees" if self.right is None else "corrected"
 
@@ -76,6 +84,16 @@ def agree(printed: str, computed: Value, within: float = 0.5) -> bool:
     if place is None or not isinstance(computed, (int, float)):
         return printed == computed
     return abs(computed - float(number(printed))) <= (within + 1e-9) * 10.0**place
+
+
+def truncated(value: float, decimals: int) -> float:
+    """A value without its digits after so many decimals.
+
+    >>> truncated(3.648, 2), truncated(0.6 * 4.1, 2)
+    (3.64, 2.46)
+    """
+    scale = 10.0**decimals
+    return math.copysign(math.floor(abs(value) * scale + 1e-9) / scale, value)
 
 
 def number(text: str) -> Decimal:
