@@ -59,10 +59,15 @@ def zeros(n: int) -> Array:
 
 
 class Memory:
-    """The arrays all functions of one engine share. ``y`` and ``slope`` are double-buffered: a step reads one side and writes the other."""
+    """The arrays all functions of one engine share. ``y`` and ``slope`` are double-buffered: a step reads one side and writes the other.
+
+    ``laws`` (the values of all friction laws) and ``loaded`` (switches that depend on torques) are kept from their first use on.
+    """
 
     def __init__(self, dae: HybridDae, indicators: int, timed: int) -> None:
         unknowns, held = dae.x.numel() + dae.z.numel(), dae.m.numel()
+        self.laws: ca.Function | None = None
+        self.loaded: frozenset[int] | None = None
         self.time = zeros(2)
         self.y = (zeros(unknowns), zeros(unknowns))
         self.slope = (zeros(unknowns), zeros(unknowns))

@@ -286,6 +286,8 @@ class Engine:
             functions["instants"] = steps.instants(self.dae)
         if self.dae.schedules:
             functions["corner"] = steps.corner(model)
+        if 0 < self.dae.z.numel() <= _LARGE:
+            functions["newton"] = steps.newton(model)
         functions = self._finished(functions)
         m, p, tolerance = memory.m, memory.p, memory.tolerance
         self.fresh = [
@@ -320,6 +322,8 @@ class Engine:
                 )
                 for k in (0, 1)
             ]
+        if self.algebra is not None and "newton" in functions:
+            self.algebra.hasten(functions["newton"], memory)
         self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
         self._prescribed = [law for law in self.dae.frictions if law.prescribed]
         ends = [

@@ -79,9 +79,11 @@ def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dic
         at_rest = friction.algebraic or abs(speeds[k]) <= ZONE
         if m[friction.index] != 2 and at_rest:
             choices[friction.index] = (1.0, -1.0) if friction.prescribed else (0.0, 1.0, -1.0)
-    laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
+    if memory.loaded is None:
+        laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
+        memory.loaded = frozenset(s.index for s in dae.switches if s.time is None and ca.depends_on(s.g, laws))
     for switch in dae.switches:
-        if switch.index in varied or (switch.time is None and ca.depends_on(switch.g, laws)):
+        if switch.index in varied or switch.index in memory.loaded:
             choices[switch.index] = (0.0, 1.0)
     for contact in dae.contacts:
         if contact.index in varied:

@@ -17,8 +17,11 @@ _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]:
     """One row (w, torque, lower, upper, rate, peak) per friction law at the current point."""
     fields = ("w", "torque", "lower", "upper", "rate", "peak")
-    columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
-    values = ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.horzcat(*columns))])
+    if memory.laws is None:
+        columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
+        outputs = [ca.densify(ca.horzcat(*columns))]
+        memory.laws = ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
+    values = memory.laws
     n, nz, nm, count = dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel()
     y = memory.y[side]
     row = values(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count])

@@ -169,9 +169,10 @@ class Resolver:
             except NotConsistent:
                 return None
         rates = self._rates(side)
-        if not np.isfinite(rates).all():
+        largest = max(map(abs, rates.tolist()))
+        if not largest < np.inf:
             return None
-        memory.jumped[1] = _SLACK * (1.0 + float(np.abs(rates).max(initial=0.0)))
+        memory.jumped[1] = _SLACK * (1.0 + largest)
         self._update[side].call()
         memory.jumped[1] = 0.0
         return None if memory.flags[0] else rates

@@ -177,11 +177,32 @@ def locate(model: Common) -> ca.Function:
 
 def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
     dae = model.dae
-    newton = ca.Function(
-        PREFIX + "newton", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)]
-    )
-    residual, jacobian = newton.call([t, y[:n, :], y[n:, :], dae.m, dae.p])
+    residual, jacobian = _algebra(dae).call([t, y[:n, :], y[n:, :], dae.m, dae.p])
     return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
+
+
+def _algebra(dae: HybridDae) -> ca.Function:
+    outputs = [dae.residual, ca.jacobian(dae.residual, dae.z)]
+    return ca.Function(PREFIX + "algebra", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
+
+
+def newton(model: Common) -> ca.Function:
+    """Three full steps of Newton's method for z: (time, y, m, p) -> (z, [0 if the last ends the search]); pivots are fixed beforehand."""
+    dae = model.dae
+    n = dae.x.numel()
+    z, before, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0)
+    for k in range(3):
+        residual, jacobian = _algebra(dae).call([model.time[0], model.y[:n, :], z, dae.m, dae.p])
+        step = factorize(jacobian, model.rows)(residual)
+        size, share = ca.mmax(ca.fabs(residual)), ca.mmax(ca.fabs(step)) / (1 + ca.mmax(ca.fabs(z)))
+        if k:
+            open_ += ca.logic_not(ca.logic_or(size <= 0.9 * before, last < 1e-9))
+        if k == 2:
+            closed = ca.fabs(residual) <= 1e-7 * ca.mtimes(ca.fabs(jacobian), 1 + ca.fabs(z))
+            settled = ca.fabs(step) <= 1e-11 * (1 + ca.fabs(z))
+            open_ += ca.sum1(ca.logic_not(ca.logic_and(closed, settled)))
+        z, before, last = z - step, size, share
+    return _function(PREFIX + "newton", [model.time, model.y, dae.m, dae.p], [z, open_])
 
 
 def update(model: Common) -> ca.Function:
