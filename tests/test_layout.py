@@ -22,7 +22,7 @@ ORDER = [
     "component connectors laws",
     "map",
     "compiler.hybrid",
-    "compiler: matching linear sharing calls",
+    "compiler: matching linear sharing calls cancellation",
     "compiler: flatten alias index torques structure blocks resolver assemble",
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
     "engine: survey verdict step dopri5 rodas5p steps book",

@@ -15,6 +15,7 @@ import numpy as np
 
 from powertrain.compiler import linear, sharing
 from powertrain.compiler.alias import Reduced, quote
+from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.errors import ModelError
@@ -24,6 +25,8 @@ from powertrain.symbols import Symbol, column, free_symbols, key, total_derivati
 
 _FLOOR = 1e-9
 """Pivots of stuck laws below this part of what they are alone count as zero."""
+_ROUND_OFF = 1e-13
+"""What is left of terms that cancel each other counts as zero below this part of them."""
 
 
 @dataclass
@@ -165,7 +168,7 @@ def _member(index: int, sign: float, t: Torque) -> sharing.Member:
 
 
 def solve_torques(
-    torques: list[Torque], opened: Sequence[Torque], groups: list[Group]
+    torques: list[Torque], opened: Sequence[Torque], groups: list[Group], parameters: set[int]
 ) -> tuple[list[Symbol], list[int], list[Symbol]]:
     """The torques as expressions of states, implicit unknowns and modes; which of them stay implicit; and the residuals of these.
 
@@ -187,13 +190,23 @@ def solve_torques(
     explicit = [i for i in range(len(rows)) if i not in implicit]
     solution = [t.symbol for t in torques]
     linear_rows, stuck = [rows[i] for i in explicit], [torques[i].mode == 0 for i in explicit]
-    for i, value in zip(explicit, _solve_linear(linear_rows, [solution[i] for i in explicit], stuck), strict=True):
+    unmoved = [_unmoved(opened[i], parameters) for i in explicit]
+    found = _solve_linear(linear_rows, [solution[i] for i in explicit], stuck, unmoved)
+    for i, value in zip(explicit, found, strict=True):
         solution[i] = value
     left = [rows[i] for i in implicit]
     if given is not None:
         whole = ca.vertsplit(ca.substitute(column([*solution, *left]), *given))
         solution, left = whole[: len(solution)], whole[len(solution) :]
     return solution, implicit, left
+
+
+def _unmoved(t: Torque, parameters: set[int]) -> Symbol:
+    """Whether a torque does not move its own friction law, at instants where the terms of its influence cancel each other."""
+    slope = ca.jacobian(t.rate, t.symbol)
+    if isinstance(t.law, UnilateralLaw) or all(key(s) in parameters for s in free_symbols(slope)):
+        return Symbol(0)
+    return ca.fabs(slope) <= _ROUND_OFF * terms(slope)
 
 
 def _bent(rows: list[Symbol], symbols: list[Symbol]) -> set[int]:
@@ -212,11 +225,13 @@ def _without_torques(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Sy
     return ca.vertsplit(short), (column(names), column(parts))
 
 
-def _solve_linear(rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol]) -> list[Symbol]:
+def _solve_linear(
+    rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol], unmoved: list[Symbol]
+) -> list[Symbol]:
     """The unknowns of linear rows, each row's own unknown taken as its pivot.
 
     A stuck law whose motion the other stuck laws already hold has no pivot left; with a tiny one in its place it takes no torque,
-    unless it would have to hold against them: then its torque is beyond all bounds.
+    unless it would have to hold against them: then its torque is beyond all bounds. Nor has a law that is ``unmoved`` by its torque.
     """
     if not rows:
         return []
@@ -231,10 +246,12 @@ def _solve_linear(rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol
     own = [row.get(i, Symbol(1)) for i, row in enumerate(entries)]
 
     def settle(i: int, pivot: Symbol) -> Symbol:
-        if len(rows) < 2 or pivot.is_constant():
+        if pivot.is_constant() or (len(rows) < 2 and unmoved[i].is_zero()):
             return pivot
-        floor = ca.if_else(own[i] == 0, -1, _FLOOR * own[i])
-        return ca.if_else(ca.logic_and(stuck[i], ca.fabs(pivot) <= _FLOOR * ca.fabs(own[i])), floor, pivot)
+        nothing = ca.logic_or(own[i] == 0, unmoved[i])
+        floor = ca.if_else(nothing, -1, _FLOOR * own[i])
+        small = ca.logic_or(unmoved[i], ca.fabs(pivot) <= _FLOOR * ca.fabs(own[i]))
+        return ca.if_else(ca.logic_and(stuck[i], small), floor, pivot)
 
     solution = linear.solve(entries, right, numbers, settle)
     return [solution[j] for j in range(len(rows))]

@@ -12,6 +12,7 @@ from powertrain.engine.buffers import Memory, view
 from powertrain.engine.jam import undetermined_note
 
 _RANK = 1e-9
+_STILL = 1e-12
 
 
 class Redundancy:
@@ -39,7 +40,7 @@ class Redundancy:
         """Look at the laws that are stuck now."""
         m = self._m
         stuck = tuple([k for k, place in enumerate(self._places) if m[place] == 0.0])
-        if len(stuck) < 2 or stuck == self._last:
+        if not stuck or stuck == self._last:
             return
         self._last = stuck
         if stuck not in self._seen:
@@ -65,7 +66,8 @@ class Redundancy:
         rows = np.array(self._gradients(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count]))[
             list(stuck)
         ]
-        rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
+        sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+        rows = np.where(sizes > _STILL, rows / np.maximum(sizes, _STILL), 0.0)
         left, sizes, _ = np.linalg.svd(rows, full_matrices=True)
         rank = int((sizes > _RANK).sum())
         involved = (np.abs(left[:, rank:]) > 1e-6).any(axis=1)

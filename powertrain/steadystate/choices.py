@@ -78,9 +78,7 @@ def _choice(law: Law, moved: bool) -> Choice:
     if law.may_free:
         modes = (*modes, FREE)
     margins = tuple(_friction_margin(law, mode) for mode in modes)
-    rests = ZONE - ca.fabs(law.w)
-    if law.may_free:
-        rests = ca.fmin(rests, law.upper - law.lower - EPS)
+    rests = ca.fmin(ZONE - ca.fabs(law.w), law.upper - law.lower - EPS)
     return Choice(law, modes, margins, rests if law.prescribed else None)
 
 
@@ -97,7 +95,9 @@ def _friction_margin(law: Friction, mode: float) -> Symbol:
     away = mode * law.w - ZONE
     if law.algebraic:
         away = mode * law.w + EPS
-    elif not law.prescribed:
+    elif law.prescribed:  # at rest all modes give the same torque where the bounds leave one only
+        away = ca.fmax(away, ca.fmin(rests, EPS - (law.upper - law.lower)))
+    else:
         away = ca.fmax(away, ca.fmin(rests, mode * law.rate + _SLACK))
     return away
 

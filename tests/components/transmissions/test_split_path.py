@@ -207,6 +207,21 @@ def test_mesh_sticks_where_the_variable_unit_gives_way(layout: Any, unit: Any) -
 
 @pytest.mark.parametrize("layout", TYPES.values())
 @pytest.mark.parametrize("coupling", ["input", "output"])
+def test_ratio_held_at_one(layout: Layout, coupling: Coupling) -> None:
+    """The mesh is at rest whatever its torque, of which one value within its bounds is taken, and the notes say so."""
+    part = SplitPathTransmission(layout=layout, coupling=coupling, differential=EXAMPLE, cvu=UNIT)
+    plant = pt.compile(Bench(transmission=part, drag=rot.Damper(d=0.5)))
+    for V in (0.9, 1.1):
+        result = plant.simulate(1.0, starts={"J1.w": 100.0}, inputs={"V": ([0.0, 0.5, 1.0], [V, 1.0, 1.0])})
+        assert result["J3.w"][-1] == pytest.approx(result["J1.w"][-1], rel=1e-12)
+        assert result["transmission.differential.w_rel"][-1] == pytest.approx(0.0, abs=1e-9)
+        if result["transmission.differential.mode"][-1] == 0:
+            assert "its torque is not unique" in result.notes[0]
+        assert pt.energy_audit(result).closure < 1e-6
+
+
+@pytest.mark.parametrize("layout", TYPES.values())
+@pytest.mark.parametrize("coupling", ["input", "output"])
 def test_ideal_limit(layout: Layout, coupling: Coupling) -> None:
     """Without loss every path gives the power back: T_1 w_1 + T_3 w_3 = 0."""
     ideal = FundamentalDifferential(ratio=-1.7)
