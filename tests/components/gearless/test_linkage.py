@@ -20,6 +20,7 @@ from powertrain.components.gearless.linkage import (
     scaled,
     wheel_velocities,
 )
+from powertrain.components.gearless.linkage.kinematics import closed_loop
 from powertrain.components.gearless.linkage.masses import CYLINDERS, GRAM_CM2, inertia
 
 THESIS = Linkage(0.03, 0.06)
@@ -132,6 +133,35 @@ def test_mirrored_and_periodic() -> None:
 def test_linkages_that_cannot_be_assembled(values: tuple[float, ...], message: str) -> None:
     with pytest.raises(pt.ParameterError, match=message):
         Linkage(*values)
+
+
+def test_refused_is_exactly_what_cannot_turn() -> None:
+    """Lengths at random: accepted where the loop closes at every angle, refused where it does not at some angle."""
+    rng, refused = np.random.default_rng(4), 0
+    for a, b, share in zip(*rng.uniform([[0.01], [0.01], [-1.5]], [[0.1], [0.1], [1.5]], (3, 400)), strict=True):
+        d = b - share * a
+        with np.errstate(invalid="ignore", divide="ignore"):
+            loop = closed_loop(np.linspace(0, np.pi / 2, 201), a, b, d)
+        closes = d > 0 and np.isfinite(loop.R).all() and np.isfinite(loop.cos_beta).all()
+        try:
+            Linkage(a, b, share * a)
+        except pt.ParameterError:
+            refused += 1
+            assert not closes, (a, b, d)
+        else:
+            assert closes, (a, b, d)
+    assert 100 < refused < 300
+
+
+def test_words_of_the_source() -> None:
+    """The lever turns fastest at the ends of its slide, where it does not slide, and slides fastest in the middle, where it does not turn
+    (5.1.2); it reaches 90 degrees at a/b = sqrt(2) (6.1)."""
+    alpha = np.linspace(0, np.pi, 181)
+    m = THESIS.motion(alpha)
+    assert np.argmax(np.abs(m.theta1)) in (0, 180)
+    assert np.argmax(np.abs(m.S1)) == 90
+    assert (abs(m.S1[0]), abs(m.theta1[90])) == pytest.approx((0, 0), abs=1e-15)
+    assert Linkage(0.06 * np.sqrt(2), 0.06).theta_max == pytest.approx(np.pi / 2)
 
 
 @pytest.mark.parametrize("theta", [0.0, -1.0, np.pi, 4.0, np.nan])

@@ -60,6 +60,22 @@ def test_the_bend_of_the_source(linkage: Linkage) -> None:
     assert turned == pytest.approx(79.2)
 
 
+def test_cage_held_it_is_a_coupling_of_1_to_minus_1() -> None:
+    """2000 rpm in, -2000 rpm out (5.1.2); the drive only moves the links: its torque has no mean over a turn."""
+    model = joined(
+        LinkageDifferential(),
+        rot.Fixed(),
+        rot.ConstantSpeed(w_fixed=209.4),
+        rot.Inertia(J=1e-3),
+        joints="0.crown=1.flange 0.left=2.flange 0.right=3.flange_a",
+    )
+    result = run(model, 2 * np.pi / 209.4, points=400)
+    np.testing.assert_allclose(result["parts[3].w"], -209.4)
+    torque = result["parts[0].left.tau"]
+    assert abs(np.trapezoid(torque, result.time)) < 1e-6 * np.trapezoid(np.abs(torque), result.time)
+    assert np.abs(torque).max() > 1
+
+
 def kinetic_energy(linkage: Linkage, masses: LinkMasses, alpha: float, u: float, w: float) -> float:
     """Of all bodies one by one, their velocities by differences of their places and axes along the motion."""
     h = 1e-6
