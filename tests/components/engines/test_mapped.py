@@ -106,6 +106,22 @@ def test_cut_off(tmp_path: Path) -> None:
     assert little["engine.fuel_rate"][-1] == pytest.approx(0.6 * 1.2 * 200 / 0.4 / 43e6, rel=1e-4)
 
 
+def test_fuel_is_never_negative(tmp_path: Path) -> None:
+    """A line through 5 and 45 g/s at 10 and 50 N.m says -5 g/s at 0 N.m: there it is none."""
+    torque, _ = written(tmp_path)
+    w, tau = (x.ravel() for x in np.meshgrid(W, TAU, indexing="ij"))
+    fuel = table(tmp_path / "steep.csv", "speed [rad/s],torque [N.m],fuel [g/s]", w, tau, tau - 5)
+    engine = MappedEngine.from_csv(torque, fuel)
+    assert engine.fuel_flow(200.0, [0, 4, 5, 30]) == pytest.approx([0, 0, 0, 0.025], abs=1e-12)
+
+
+def test_edges_hold_beyond_the_speeds() -> None:
+    for engine, formula in ENGINES.values():
+        top = max(formula.speeds)
+        assert engine.motoring(top + 100) == engine.motoring(top)
+        assert engine.full_load(top + 100) == engine.full_load(top)
+
+
 def test_idle_start_and_stop() -> None:
     for engine, _ in ENGINES.values():
         running = pt.simulate(Loaded(engine=engine), 20)

@@ -10,6 +10,7 @@ from engine_rigs import Driven, Dyno, Loaded
 from scipy.optimize import brentq
 
 import powertrain as pt
+from powertrain.components.blocks import TimeTable
 from powertrain.components.engines import WillansEngine
 from powertrain.components.rotational import ConstantSpeed
 
@@ -137,6 +138,25 @@ def test_starter_turns_it_from_rest_to_idle() -> None:
     assert weak["engine.fuel"][-1] == 0
 
 
+def test_stop_and_start() -> None:
+    """Off for 20 s at a traffic light: no fuel from the first instant, at rest under the accessories' torque, idle again after 5 s."""
+
+    class Light(pt.Component):
+        rig: Driven = Driven(engine=ENGINE, rows=((0, 0),), load=10)
+        stop: TimeTable = TimeTable(table=((0, 1), (10, 1), (10, 0), (30, 0), (30, 1)))
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.stop.y, self.rig.engine.on)
+
+    result = pt.simulate(Light(), 40, starts={"rig.engine.w": 85.0}, points=4001)
+    off = (result.time > 10) & (result.time < 30)
+    assert np.ptp(result["rig.engine.fuel"][off]) == 0
+    assert np.all(result["rig.engine.w"][(result.time > 11) & off] == 0)
+    settled = ((result.time > 5) & (result.time < 10)) | (result.time > 35)
+    np.testing.assert_allclose(result["rig.engine.w"][settled], 85, atol=0.5)
+    assert result["rig.engine.fuel"][-1] > result["rig.engine.fuel"][off][0]
+
+
 @pytest.mark.parametrize(("given", "held"), [(1.7, 1.0), (-0.4, 0.0)])
 def test_throttle_is_held_within_its_range(given: float, held: float) -> None:
     runs = [
@@ -147,7 +167,9 @@ def test_throttle_is_held_within_its_range(given: float, held: float) -> None:
 
 def test_it_supplies_the_energy_of_its_fuel() -> None:
     """What the audit finds missing at crank, kinetic energy and losses is what the fuel and the starter brought."""
-    result = pt.simulate(Loaded(engine=ENGINE), 10, inputs={"throttle": 0.6, "load": 50.0}, rtol=1e-9, atol=1e-12)
+    result = pt.simulate(Loaded(engine=ENGINE), 10, inputs={"throttle": 0.6, "load": 20.0}, rtol=1e-9, atol=1e-12)
+    assert result["engine.w"][0] == 0
+    assert result["engine.w"][-1] > 600
     audit = pt.energy_audit(result)
     assert audit.closure < 1e-8
     started = np.clip(result["engine.w"] / 40, 0, 1)
