@@ -126,6 +126,10 @@ class Engine(Component):
         """Torque [N.m] >= 0 that turns the engine without fuel at speeds w [rad/s]."""
         return numbers(self._motoring, w)
 
+    def torque(self, w: ArrayLike, u: ArrayLike) -> Any:
+        """Torque [N.m] at speeds w [rad/s] with throttles u [1] within 0..1, without idle controller and limiter."""
+        return numbers(lambda w, u: self._firing(w, u) - self._motoring(w), w, u)
+
     def fuel_flow(self, w: ArrayLike, tau: ArrayLike) -> Any:
         """Fuel flow [kg/s] at steady operating points: speeds w [rad/s], torques tau [N.m] (below the motoring line: none)."""
 

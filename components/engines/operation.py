@@ -1,4 +1,4 @@
-"""How to run an engine: the operating points of least fuel over power."""
+"""How to run an engine: the operating points of least fuel over power, and the throttle that a torque takes."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import Map, ParameterError
+from powertrain import Axis, Map, ParameterError
 from powertrain.components.engines.interfaces import Engine
 
 Array = NDArray[np.float64]
 GRID, ROUNDS = 201, 3
 """Speeds tried at once, and how often the search goes on between the neighbours of the best."""
+HALVINGS = 32
+"""Halvings of an interval of throttles."""
 ROUND = 1e-9
 """Round-off at the largest power."""
 
@@ -84,3 +86,20 @@ def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: fl
         step = (last - first) / (GRID - 1)
         first, last = np.maximum(best - step, low), np.minimum(best + step, high)
     return np.asarray(best)
+
+
+def throttle_table(engine: Engine, *, speeds: int = 41, torques: int = 61) -> Map:
+    """The throttle [1] that gives a torque [N.m] at a speed [rad/s], as a map for a control; between motored and full load.
+
+    Less torque than motored takes 0, more than full load takes 1. Speeds from half of idle to where the rev limiter begins. The limiter and
+    the idle controller, which adds throttle, are not in it.
+    """
+    w = np.linspace(0.5 * float(engine.w_idle), float(engine.w_limit - engine.band_limit), speeds)
+    tau = np.linspace(-np.max(engine.motoring(w)), np.max(engine.full_load(w)), torques)
+    low, high = np.zeros((speeds, torques)), np.ones((speeds, torques))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        enough = engine.torque(w[:, None], middle) >= tau
+        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
+    axes = Axis("speed", "rad/s", w, "clip"), Axis("torque", "N.m", tau, "clip")
+    return Map(axes, np.round((low + high) / 2, 9), "1", "throttle")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.engines import Engine, MappedEngine, WillansEngine, best_fuel_line
+from powertrain.components.engines import Engine, MappedEngine, WillansEngine, best_fuel_line, throttle_table
 
 ENGINES = [WillansEngine(), MappedEngine.gasoline(), MappedEngine.diesel(), MappedEngine.diesel(method="linear")]
 
@@ -42,6 +42,18 @@ def test_line_as_a_map_for_a_control() -> None:
     assert speeds(line.power[4]) == pytest.approx(line.speed[4])
     assert torques(line.power[4]) == pytest.approx(line.torque[4])
     assert speeds(1e6) == pytest.approx(line.speed[-1])
+
+
+@pytest.mark.parametrize("engine", ENGINES, ids=lambda e: f"{type(e).__name__}")
+def test_throttle_for_a_torque(engine: Engine) -> None:
+    """Between the points of the table the torque is met within 1 % of the largest; beyond its ends the throttle is shut or open."""
+    table = throttle_table(engine)
+    w = np.linspace(90, 450, 13)[:, None]
+    full, motoring = engine.full_load(w), engine.motoring(w)
+    tau = -motoring + np.linspace(0.02, 0.95, 20) * (full + motoring)
+    assert np.abs(engine.torque(w, table(w, tau)) - tau).max() < 0.01 * full.max()
+    np.testing.assert_allclose(table(w, -200.0), 0, atol=1e-9)
+    np.testing.assert_allclose(table(w, 1e3), 1, atol=1e-9)
 
 
 @pytest.mark.parametrize(
