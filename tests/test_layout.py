@@ -23,10 +23,10 @@ ORDER = [
     "map",
     "compiler.hybrid",
     "compiler: matching linear sharing calls cancellation",
-    "compiler: flatten alias index torques structure blocks resolver assemble",
+    "compiler: flatten alias index torques structure blocks resolver continuity assemble",
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
     "engine: survey verdict step dopri5 rodas5p steps book",
-    "engine: chatter schedules trajectory location projection consistent jam redundancy uniqueness enumeration resolve",
+    "engine: chatter schedules trajectory location projection consistent special jam redundancy uniqueness enumeration resolve continuity",
     "engine: sparse_step failure loop engine",
     "signals events export initial result plant",
     "analysis: linear_model reduction perturbation linearization energy_terms audit sweeping",
@@ -121,7 +121,7 @@ def test_components_use_what_powertrain_shows(path: Path) -> None:
             assert allowed, f"{place} is not shown by `import powertrain`"
         else:
             first = module.partition(".")[0]
-            known = THIRD_PARTY | ({"matplotlib"} if path.stem in DRAWN else set())
+            known = THIRD_PARTY | ({"matplotlib", "mpl_toolkits"} if path.stem in DRAWN else set())
             assert first in known | sys.stdlib_module_names, f"{place}: components do without"
 
 

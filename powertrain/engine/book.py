@@ -14,13 +14,15 @@ Law = Friction | Switch | Contact | When
 class Book:
     """``kinds``: (index, name, kind) of the held values whose changes are events; ``quiet``: held values that change without one.
 
-    ``chattering``: the laws that may switch without end; ``counted``: guards of which only a number is kept.
+    ``chattering``: the laws that may switch without end; ``counted``: guards of which only a number is kept;
+    ``modes``: places of all modes.
     """
 
     kinds: tuple[tuple[int, str, str], ...]
     quiet: frozenset[int]
     chattering: Mapping[int, Law]
     counted: tuple[Guard, ...]
+    modes: tuple[int, ...]
 
 
 def book(dae: HybridDae) -> Book:
@@ -38,4 +40,5 @@ def book(dae: HybridDae) -> Book:
         quiet=frozenset(entries | {s.index for s in dae.switches if s.continuous}),
         chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},
         counted=tuple(guard for guard in dae.guards if guard.action == "count"),
+        modes=tuple(law.index for law in (*dae.frictions, *dae.switches, *dae.contacts, *dae.whens)),
     )

@@ -15,6 +15,7 @@ from powertrain.engine.book import book
 from powertrain.engine.buffers import Array, Bound, Memory
 from powertrain.engine.compiled import compile_functions
 from powertrain.engine.consistent import Algebra, NotConsistent
+from powertrain.engine.continuity import Continuity
 from powertrain.engine.indicators import Indicator, indicators
 from powertrain.engine.location import Locator
 from powertrain.engine.loop import Run
@@ -24,6 +25,7 @@ from powertrain.engine.pivots import match_rows
 from powertrain.engine.projection import project
 from powertrain.engine.resolve import Resolver
 from powertrain.engine.schedules import Schedules
+from powertrain.engine.special import Calls, SpecialSteps
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import InitializationError, ParameterError, SimulationError
 
@@ -60,10 +62,12 @@ class Engine:
         self.algebra = Algebra(dae, self.memory) if dae.z.numel() else None
         self._model: steps.Common | None = None
         self._functions: dict[str, ca.Function] = {}
-        self._steps: dict[str, tuple[Callable[[], None], Callable[[], None]]] = {}
+        self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
+        self.special = SpecialSteps(dae.m, self.book.modes, self._special_step)
         self._ready = False
         self._speeds: ca.Function | None = None
+        self.continuity = Continuity(dae, self.memory) if dae.smooth else None
 
     def __getstate__(self) -> dict[str, Any]:
         return {"dae": pack(self.dae), "method": self.method, "compile": self.compile}
@@ -117,10 +121,14 @@ class Engine:
         n = self.dae.x.numel()
         return self.memory.y[0][n : n + self.dae.z.numel()].copy()
 
-    def stepper(self, name: str, numeric: bool = False) -> tuple[Callable[[], None], Callable[[], None]]:
+    @property
+    def large(self) -> bool:
+        """Whether linear systems are solved numerically."""
+        return self.dae.x.numel() + self.dae.z.numel() > _LARGE
+
+    def stepper(self, name: str, numeric: bool = False) -> Calls:
         """The steps of a method for both directions of the double buffer; ``numeric`` takes the sparse solver that pivots at run time."""
-        unknowns = self.dae.x.numel() + self.dae.z.numel()
-        if name == "rodas5p" and (numeric or unknowns > _LARGE):
+        if name == "rodas5p" and (numeric or self.large):
             name = "sparse"
         if name not in self._steps:
             model = self._shared()
@@ -130,11 +138,17 @@ class Engine:
                 large = [SparseStep(model, self.memory, side) for side in (0, 1)]
                 self._steps[name] = (large[0].call, large[1].call)
             else:
-                function = steps.explicit_step(model) if name == "dopri5" else steps.rosenbrock_step(model)
-                function = self._finished({name: function})[name]
-                self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
-                self._steps[name] = (bound[0].call, bound[1].call)
+                self._steps[name] = self._step(name, model)
         return self._steps[name]
+
+    def _step(self, method: str, model: steps.Common) -> Calls:
+        function = steps.explicit_step(model) if method == "dopri5" else steps.rosenbrock_step(model)
+        function = self._finished({method: function})[method]
+        self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
+        return bound[0].call, bound[1].call
+
+    def _special_step(self, method: str, held: ca.SX) -> Calls:
+        return self._step(method, steps.common(self.dae, self._shared().rows, held))
 
     def first_method(self, span: float) -> str:
         """The method a run begins with, from the start that memory holds."""

@@ -55,7 +55,7 @@ class Run:
         self.outside = np.zeros(len(self.book.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
         self.method = engine.first_method(stop - start)
-        self.numeric = False
+        self.numeric = engine.large
         self.views = [view(a) for a in (self.memory.time, self.memory.tolerance, self.memory.info, self.memory.dense)]
 
     def execute(self) -> Trajectory:
@@ -67,8 +67,10 @@ class Run:
             self._check_guards()
             while self.t < self.stop:
                 self._next_stop()
+                before = len(self.recorder.times)
                 located = self._smooth()
-                self._event(located)
+                self.engine.special.count(self.memory.m, len(self.recorder.times) - before)
+                self._pass(located)
         except NotConsistent as error:
             raise SimulationError(f"at t = {self.t:.9g} s {error}", self._trajectory()) from None
         except SimulationError as error:
@@ -117,7 +119,7 @@ class Run:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""
         memory, recorder = self.memory, self.recorder
         time, tolerance, info, dense = self.views
-        steps = self.steps
+        steps = self.steps if self.numeric else self.engine.special.get(self.method, memory.m, self.steps)
         times, sizes, rows = recorder.times.append, recorder.sizes.append, recorder.rows.extend
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
         rejected, counting, watch = False, bool(self.book.counted), self.watch
@@ -203,6 +205,14 @@ class Run:
                 assert isinstance(law, Guard)
                 raise SimulationError(guard_message(self.dae, memory, self.side, law, self.t))
         return True
+
+    def _pass(self, located: bool) -> None:
+        """An event, where nothing may jump that something with inertia follows."""
+        continuity = self.engine.continuity
+        kept = None if continuity is None else continuity.before(self.side)
+        self._event(located)
+        if continuity is not None and kept is not None:
+            continuity.check(kept, self.side, bool(self.engine.resolver.extra))
 
     def _event(self, located: bool) -> None:
         """Resolve what happens at the present instant and go on from its right limit."""

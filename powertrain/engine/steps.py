@@ -40,8 +40,9 @@ class Common:
     indicators: int
 
 
-def common(dae: HybridDae, rows: Sequence[int] | None = None) -> Common:
-    """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns."""
+def common(dae: HybridDae, rows: Sequence[int] | None = None, held: ca.SX | None = None) -> Common:
+    """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns; ``held`` is m with numbers for known modes."""
+    m = dae.m if held is None else held
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
@@ -51,7 +52,7 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None) -> Common:
     evaluate = ca.Function(PREFIX + "evaluate", symbols, [rates, ca.densify(found), ca.densify(counted)])
 
     def call(t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
-        return list(evaluate.call([t, unknowns[:n, :], unknowns[n:, :], dae.m, dae.p]))
+        return list(evaluate.call([t, unknowns[:n, :], unknowns[n:, :], m, dae.p]))
 
     return Common(
         dae=dae,
