@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, connect, signal_input
+from powertrain import Component, Equations, Input, connect, der, signal_input
 from powertrain.components.body import DrivenAxle, VehicleBody
 from powertrain.components.differentials import BevelDifferential, Differential
 from powertrain.components.engines import Engine, WillansEngine
@@ -14,7 +14,8 @@ class FourWheelDriveCar(Component):
     """A two-axle 4x4 of 1,700 kg: engine, clutch, one gear, centre differential, and two driven axles with a differential each.
 
     ``centre`` takes any ``Differential``: its left side drives the front axle, its right side the rear axle. Each wheel has its own
-    ground: ``front_axle.left.mu`` and so on. Both axles follow the same curvature: that the front runs on a slightly larger circle is left out.
+    ground: ``front_axle.left.mu`` and so on. Both axles follow the same curvature: that the front runs on a larger circle is left out.
+    The parts stand from the road up to the engine: at the start the road turns the wheels, and they turn the rest.
     """
 
     throttle: Input = signal_input("1", "Throttle, 0 to 1", default=0.0)
@@ -24,16 +25,16 @@ class FourWheelDriveCar(Component):
     grade: Input = signal_input("1", "Slope of the road, tan(alpha), positive uphill", default=0.0)
     wind: Input = signal_input("m/s", "Speed of the wind along the road, positive with the car", default=0.0)
 
-    engine: Engine = WillansEngine()
-    clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
-    shaft: Inertia = Inertia(J=0.02)
-    gearbox: TwoFlanges = IdealGear(ratio=3.5)
-    centre: Differential = BevelDifferential(eta=0.97)
-    front_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
-    rear_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
+    body: VehicleBody = VehicleBody(m=1700, front_share=0.52, h=0.65, A=2.6, Cd=0.35)
     front_axle: DrivenAxle = DrivenAxle(left_brake=WheelBrake(tau_max=1500), right_brake=WheelBrake(tau_max=1500))
     rear_axle: DrivenAxle = DrivenAxle()
-    body: VehicleBody = VehicleBody(m=1700, front_share=0.52, h=0.65, A=2.6, Cd=0.35)
+    front_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
+    rear_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
+    centre: Differential = BevelDifferential(eta=0.97)
+    gearbox: TwoFlanges = IdealGear(ratio=3.5)
+    shaft: Inertia = Inertia(J=0.02)
+    clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
+    engine: Engine = WillansEngine()
 
     def equations(self) -> Equations:
         """From the engine to both axles."""
@@ -55,3 +56,10 @@ class FourWheelDriveCar(Component):
         yield connect(self.curvature, self.front_axle.curvature, self.rear_axle.curvature)
         yield connect(self.grade, self.body.grade)
         yield connect(self.wind, self.body.wind)
+
+    def initial(self) -> Equations:
+        """The gearbox turns with the axles, and the shafts to them are not twisted."""
+        front, rear = self.front_axle.pinion.phi, self.rear_axle.pinion.phi
+        yield der(self.centre.crown.phi) == der(front + rear) / 2
+        yield self.front_shaft.phi_rel == 0
+        yield self.rear_shaft.phi_rel == 0

@@ -15,7 +15,9 @@ class RearDriveCar(Component):
 
     Any ``Differential`` goes into the slot: bevel, limited-slip, circular cam, spherical cam, linkage. The friction of the ground is
     ``left.mu`` and ``right.mu``; the front axle is one rigid wheel that rolls along. The half shafts twist, so that a differential that
-    locks at once has something to lock against. The loss of the gearbox counts in the crown gear. On the path of the given curvature the driver holds the car by steering.
+    locks at once has something to lock against. The loss of the gearbox counts in the crown gear. On the path of the given curvature
+    the driver holds the car by steering.
+    The parts stand from the road up to the engine: at the start the road turns the wheels, and they turn the rest.
     """
 
     throttle: Input = signal_input("1", "Throttle, 0 to 1", default=0.0)
@@ -25,23 +27,23 @@ class RearDriveCar(Component):
     grade: Input = signal_input("1", "Slope of the road, tan(alpha), positive uphill", default=0.0)
     wind: Input = signal_input("m/s", "Speed of the wind along the road, positive with the car", default=0.0)
 
-    engine: Engine = WillansEngine()
-    clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
-    shaft: Inertia = Inertia(J=0.02)
-    gearbox: TwoFlanges = IdealGear(ratio=3.5)
-    crown: CrownGear = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
-    cage: Inertia = Inertia(J=0.1)
-    differential: Differential = BevelDifferential(eta=0.97)
-    left_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
-    right_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
-    left_brake: WheelBrake = WheelBrake(tau_max=700)
-    right_brake: WheelBrake = WheelBrake(tau_max=700)
-    front_brake: WheelBrake = WheelBrake(tau_max=3000)
+    body: VehicleBody = VehicleBody(front_share=0.5)
+    path: AxlePath = AxlePath(track=1.5, h=0.55)
     left: Wheel = MagicFormulaWheel()
     right: Wheel = MagicFormulaWheel()
     front: Wheel = RigidWheel(J=2.0)
-    path: AxlePath = AxlePath(track=1.5, h=0.55)
-    body: VehicleBody = VehicleBody(front_share=0.5)
+    left_brake: WheelBrake = WheelBrake(tau_max=700)
+    right_brake: WheelBrake = WheelBrake(tau_max=700)
+    front_brake: WheelBrake = WheelBrake(tau_max=3000)
+    left_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
+    right_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
+    differential: Differential = BevelDifferential(eta=0.97)
+    cage: Inertia = Inertia(J=0.1)
+    crown: CrownGear = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
+    gearbox: TwoFlanges = IdealGear(ratio=3.5)
+    shaft: Inertia = Inertia(J=0.02)
+    clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
+    engine: Engine = WillansEngine()
 
     def equations(self) -> Equations:
         """From the engine to the road."""
@@ -62,23 +64,20 @@ class RearDriveCar(Component):
         yield connect(self.wind, self.body.wind)
 
     def _rear_axle(self) -> Equations:
-        sides = (
-            (self.differential.left, self.left_shaft, self.left_brake, self.left, self.path.left, self.path.left_load),
-            (
-                self.differential.right,
-                self.right_shaft,
-                self.right_brake,
-                self.right,
-                self.path.right,
-                self.path.right_load,
-            ),
-        )
-        for output, shaft, brake, wheel, track, load in sides:
-            yield connect(output, shaft.flange_a)
+        for side in ("left", "right"):
+            shaft, brake = getattr(self, f"{side}_shaft"), getattr(self, f"{side}_brake")
+            wheel: Wheel = getattr(self, side)
+            yield connect(getattr(self.differential, side), shaft.flange_a)
             yield connect(shaft.flange_b, brake.flange_a)
             yield connect(brake.flange_b, wheel.hub)
-            yield connect(wheel.road, track)
-            yield connect(load, wheel.load)
+            yield connect(wheel.road, getattr(self.path, side))
+            yield connect(wheel.load, getattr(self.path, f"{side}_load"))
         yield connect(self.path.axle, self.body.rear)
         yield connect(self.body.rear_load, self.path.load)
         yield connect(self.curvature, self.path.curvature)
+
+    def initial(self) -> Equations:
+        """The cage turns with the wheels, and the half shafts are not twisted."""
+        yield self.cage.w == (self.left.w + self.right.w) / 2
+        yield self.left_shaft.phi_rel == 0
+        yield self.right_shaft.phi_rel == 0

@@ -22,19 +22,19 @@ class DrivenAxle(Component):
     load: Input = signal_input("N", "Load on the axle")
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
     brake: Input = signal_input("1", "Brake demand, 0 to 1", default=0.0)
-    crown: CrownGear = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
-    cage: Inertia = Inertia(J=0.1)
-    differential: Differential = BevelDifferential(eta=0.97)
-    left_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
-    right_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
-    left_brake: WheelBrake = WheelBrake(tau_max=1000)
-    right_brake: WheelBrake = WheelBrake(tau_max=1000)
+    path: AxlePath = AxlePath(track=1.5, h=0.55)
     left: Wheel = MagicFormulaWheel()
     right: Wheel = MagicFormulaWheel()
-    path: AxlePath = AxlePath(track=1.5, h=0.55)
+    left_brake: WheelBrake = WheelBrake(tau_max=1000)
+    right_brake: WheelBrake = WheelBrake(tau_max=1000)
+    left_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
+    right_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
+    differential: Differential = BevelDifferential(eta=0.97)
+    cage: Inertia = Inertia(J=0.1)
+    crown: CrownGear = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
 
     def equations(self) -> Equations:
-        """Both sides alike."""
+        """Both sides alike. The parts stand from the road up: at the start the road turns the wheels, and they the rest."""
         yield connect(self.pinion, self.crown.flange_a)
         yield connect(self.crown.flange_b, self.cage.flange_a)
         yield connect(self.cage.flange_b, self.differential.crown)
@@ -50,3 +50,9 @@ class DrivenAxle(Component):
         yield connect(self.load, self.path.load)
         yield connect(self.curvature, self.path.curvature)
         yield connect(self.brake, self.left_brake.demand, self.right_brake.demand)
+
+    def initial(self) -> Equations:
+        """The cage turns with the wheels, and the half shafts are not twisted."""
+        yield self.cage.w == (self.left.w + self.right.w) / 2
+        yield self.left_shaft.phi_rel == 0
+        yield self.right_shaft.phi_rel == 0

@@ -1,0 +1,78 @@
+"""The 4x4: what its centre differential shares, ice under one axle, a bend, rest on a slope."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
+from powertrain.components.gearless.circular_cam import CircularCamDifferential
+from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
+
+CENTRES: dict[str, Differential] = {
+    "bevel": BevelDifferential(eta=0.97),
+    "limited slip": LimitedSlipDifferential(preload=100, bias_drive=2.5, bias_coast=1.5),
+    "locking cam": CircularCamDifferential(mu=0.2),
+}
+ICE = {f"front_axle.{side}.mu": 0.1 for side in ("left", "right")}
+WHEELS = [f"{axle}_axle.{side}" for axle in ("front", "rear") for side in ("left", "right")]
+
+
+@lru_cache
+def plant(name: str) -> pt.Plant[FourWheelDriveCar]:
+    return pt.compile(FourWheelDriveCar(centre=CENTRES[name]))
+
+
+def drive(name: str, stop: float = 3.0, v: float = 3.0, **options: Any) -> Any:
+    return plant(name).simulate(stop, starts={"body.v": v, "engine.w": v / 0.3 * 3.5 * 3.9}, **options)
+
+
+@pytest.mark.parametrize("name", CENTRES)
+def test_ice_under_the_front_axle(name: str) -> None:
+    """An open centre differential lets the front spin; one that locks drives with the rear."""
+    result = drive(name, parameters=ICE, inputs={"throttle": 0.8})
+    front, rear = (-result[f"centre.{side}.tau"] for side in ("left", "right"))
+    late = result.time > 1.5
+    if name == "bevel":
+        assert result["front_axle.left.v_slip"][-1] > 5
+        np.testing.assert_allclose(front[late], 0.97 * rear[late], rtol=1e-6)
+    else:
+        assert np.abs(result["front_axle.left.v_slip"]).max() < 1
+        assert (rear > front)[late].all()
+        assert result["body.v"][-1] > drive("bevel", parameters=ICE, inputs={"throttle": 0.8})["body.v"][-1]
+
+
+@pytest.mark.parametrize("name", CENTRES)
+def test_one_wheel_on_ice_goes_round_with_open_differentials(name: str) -> None:
+    result = drive(name, inputs={"throttle": 0.4}, rtol=1e-8, atol=1e-10)
+    audit = pt.energy_audit(result)
+    assert not audit.hidden
+    assert audit.closure < 1e-6
+    for wheel in WHEELS:
+        assert result[f"{wheel}.w"][-1] * 0.3 == pytest.approx(result["body.v"][-1], rel=0.02)
+    forces = sum(result[f"{wheel}.f"] for wheel in WHEELS)
+    loads = sum(result[f"{wheel}.fn"] for wheel in WHEELS)
+    np.testing.assert_allclose(loads, 1700 * 9.80665, rtol=1e-9)
+    push = 1700 * result["body.chassis.a"] + result["body.chassis.drag"]
+    np.testing.assert_allclose(forces, push, atol=1e-6)
+
+
+def test_bend() -> None:
+    """Both axles follow the path: outer wheels faster by (1 + track/2R)/(1 - track/2R), load shifts outwards."""
+    result = drive("bevel", stop=2.0, inputs={"throttle": 0.2, "curvature": -0.1})
+    for axle in ("front_axle", "rear_axle"):
+        assert result[f"{axle}.left.w"][-1] / result[f"{axle}.right.w"][-1] == pytest.approx(1.075 / 0.925, rel=0.01)
+        shift = result[f"{axle}.left.fn"][-1] - result[f"{axle}.right.fn"][-1]
+        load = result[f"{axle}.load"][-1]
+        assert shift == pytest.approx(2 * load / 9.80665 * 0.1 * result["body.v"][-1] ** 2 * 0.55 / 1.5, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", CENTRES)
+def test_comes_to_rest_on_a_slope(name: str) -> None:
+    result = drive(name, stop=8.0, inputs={"brake": 0.5, "engaged": 0.0, "grade": 0.1})
+    assert np.abs(result["body.v"][result.time > 7]).max() < 1e-3
+    assert pt.energy_audit(result).closure < 1e-6

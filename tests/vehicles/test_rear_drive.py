@@ -1,0 +1,187 @@
+"""The rear-driven car with every differential: which wheel spins on ice, who gets the torque, the bend, rest, and the comparison."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.body import AxlePath
+from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
+from powertrain.components.gearless.circular_cam import CircularCamDifferential
+from powertrain.components.gearless.linkage import JointFriction, LinkageDifferential
+from powertrain.components.gearless.spherical_cam import SphericalCamDifferential
+from powertrain.components.rotational import IdealGear
+from powertrain.components.wheels import RigidWheel, SlipWheel
+from powertrain.vehicles.rear_drive import RearDriveCar
+
+JOINTS = JointFriction(mu_shaft=0.1, mu_pin=0.1, mu_ball=0.1, mu_rod=0.1)
+KINDS: dict[str, Differential] = {
+    "bevel": BevelDifferential(eta=0.97),
+    "limited slip": LimitedSlipDifferential(preload=20, bias_drive=2.5, bias_coast=1.5),
+    "cam": CircularCamDifferential(),
+    "locking cam": CircularCamDifferential(mu=0.2),
+    "spherical cam": SphericalCamDifferential(),
+    "linkage": LinkageDifferential.of(joints=JOINTS),
+}
+RATIO = 3.5 * 3.9
+TOP_GEAR = IdealGear(ratio=1)
+ICE: dict[str, Any] = {"parameters": {"left.mu": 0.15}, "inputs": {"throttle": 0.5}}
+DRY: dict[str, Any] = {"inputs": {"throttle": 0.25, "curvature": 0.1}}
+
+
+@lru_cache
+def plant(name: str) -> pt.Plant[RearDriveCar]:
+    return pt.compile(RearDriveCar(differential=KINDS[name]))
+
+
+def drive(name: str, stop: float = 3.0, v: float = 3.0, **options: Any) -> Any:
+    """From a speed with the clutch closed."""
+    return plant(name).simulate(stop, starts={"body.v": v, "engine.w": v / 0.3 * RATIO}, **options)
+
+
+def torques(result: Any) -> tuple[Any, Any]:
+    """What the half shafts get."""
+    return -result["differential.left.tau"], -result["differential.right.tau"]
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_wheel_speeds_in_a_bend_are_the_same_for_all(name: str) -> None:
+    """Cage 88 rad/s, radius 7 m, track 1.4 m (Madhavan, App. A): 96.8 rad/s outside, 79.2 rad/s inside."""
+    car = RearDriveCar(
+        differential=KINDS[name], left=RigidWheel(), right=RigidWheel(), path=AxlePath(track=1.4), gearbox=TOP_GEAR
+    )
+    result = pt.simulate(
+        car,
+        0.01,
+        starts={"body.v": 88 * 0.3, "engine.w": 88 * 3.9},
+        inputs={"curvature": 1 / 7, "throttle": 0.3},
+        atol=1e-12,
+    )
+    for signal, speed in {"cage.w": 88, "right.w": 96.8, "left.w": 79.2}.items():
+        assert result[signal][0] == pytest.approx(speed, rel=1e-9)
+    np.testing.assert_allclose(result["right.w"] / result["left.w"], 96.8 / 79.2, rtol=1e-9)
+
+
+def test_open_differential_spins_and_locking_cam_does_not() -> None:
+    free, locked = drive("bevel", **ICE), drive("locking cam", **ICE)
+    assert free["left.v_slip"][-1] > 10
+    assert np.abs(locked["left.v_slip"]).max() < 0.5
+    left, right = torques(free)
+    late = free.time > 1.5
+    np.testing.assert_allclose(left[late], 0.97 * right[late], rtol=1e-6)
+    traction = [(r["left.f"] + r["right.f"])[-1] for r in (free, locked)]
+    assert traction[1] > 3 * traction[0]
+    assert locked["body.v"][-1] > 1.3 * free["body.v"][-1]
+    assert set(np.unique(locked["differential.mode"][locked.time > 0.5])) == {0}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_wheel_that_grips_gets_what_the_law_says(name: str) -> None:
+    """While the left wheel spins: T_right - T_left is the friction between the sides, of the torque of the crown."""
+    result = drive(name, **ICE)
+    left, right = torques(result)
+    late = result.time > 1.5
+    total = result["differential.crown.tau"]
+    if name == "limited slip":
+        np.testing.assert_allclose((right - left)[late], (40 + 1.5 / 3.5 * total)[late], rtol=1e-6)
+    elif name in ("cam", "spherical cam"):
+        np.testing.assert_allclose((right - left)[late], (result["differential.kappa"] * total)[late], rtol=1e-6)
+        assert (right[late] / left[late]).mean() > 1.1
+    elif name == "locking cam":
+        assert (np.abs(right - left) <= result["differential.kappa"] * np.abs(total) + 1e-6).all()
+    else:
+        assert (right[late] / left[late]).mean() > 1.0
+    if name != "linkage":  # which has masses that take up torque
+        np.testing.assert_allclose(left + right, total, atol=1e-6)
+    assert total[-1] > 150
+
+
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("road", ["ice", "bend"])
+def test_energy_closes_and_mirrors(name: str, road: str) -> None:
+    """Ice on the other side, a bend to the other side: the same motion with left and right exchanged."""
+    options, mirrored = {
+        "ice": (ICE, {**ICE, "parameters": {"right.mu": 0.15}}),
+        "bend": (DRY, {"inputs": {"throttle": 0.25, "curvature": -0.1}}),
+    }[road]
+    one, other = (drive(name, stop=1.5, rtol=1e-8, atol=1e-10, **o) for o in (options, mirrored))
+    audit = pt.energy_audit(one)
+    assert not audit.hidden
+    assert audit.closure < 1e-6
+    if name == "linkage":
+        return  # its phase at the start is not the mirrored one
+    for a, b in (("left.w", "right.w"), ("right.f", "left.f"), ("body.v", "body.v")):
+        assert one[a][-1] == pytest.approx(other[b][-1], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_in_a_bend_the_inner_wheel_gets_more(name: str) -> None:
+    """Friction between the sides works against the faster outer wheel."""
+    result = drive(name, **DRY)
+    late = result.time > 2
+    left, right = (t[late].mean() for t in torques(result))
+    assert left > right
+    np.testing.assert_allclose(result["right.w"][late] / result["left.w"][late], 1.075 / 0.925, rtol=0.02)
+    assert pt.energy_audit(result).components.lost["differential"] > 0
+
+
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("grade", [0.1, -0.1])
+def test_comes_to_rest_and_stands_on_a_slope(name: str, grade: float) -> None:
+    result = drive(name, stop=8.0, inputs={"brake": 0.3, "engaged": 0.0, "grade": grade})
+    late = result.time > 6
+    assert np.abs(result["body.v"][late]).max() < 1e-6
+    assert pt.energy_audit(result).closure < 1e-6
+
+
+def test_starts_from_rest_with_its_clutch() -> None:
+    inputs: dict[str, Any] = {
+        "throttle": ([0, 1, 10], [0, 0.5, 0.5]),
+        "engaged": ([0, 0.2, 2, 10], [0, 0, 1, 1]),
+        "grade": 0.05,
+    }
+    result = plant("bevel").simulate(6.0, starts={"engine.w": 85.0}, inputs=inputs)
+    assert result["body.v"].min() > -1.0
+    assert result["body.v"][-1] == pytest.approx(5.3, abs=0.3)
+    assert result["clutch.mode"][-1] == 0
+    assert result["engine.w"][-1] == pytest.approx(result["body.v"][-1] / 0.3 * RATIO, rel=0.02)
+
+
+def test_any_wheels_fit() -> None:
+    """Rigid wheels on both sides and tyres with linear slip: the same car at small slip."""
+    ends = []
+    for wheel in (RigidWheel(), SlipWheel(C=5e5)):
+        result = pt.simulate(
+            RearDriveCar(left=wheel, right=wheel),
+            2.0,
+            starts={"body.v": 3.0, "engine.w": 3 / 0.3 * RATIO},
+            inputs={"throttle": 0.3},
+        )
+        ends.append(result["body.v"][-1])
+    assert ends[0] == pytest.approx(ends[1], rel=1e-2)
+
+
+def test_slot_takes_a_differential_only() -> None:
+    with pytest.raises(
+        pt.ModelError, match=r"RearDriveCar\.differential takes a component of kind Differential, not RigidWheel"
+    ):
+        RearDriveCar(differential=RigidWheel())  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"left\.nu"):
+        plant("bevel").simulate(1.0, parameters={"left.nu": 0.1})
+
+
+def test_comparison(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """The example's table and picture."""
+    example = Path(__file__).parents[2] / "examples" / "06_differentials_compared.py"
+    monkeypatch.setattr(sys, "argv", [str(example), str(tmp_path / "figure.png")])
+    names = runpy.run_path(str(example), run_name="__main__")
+    assert (tmp_path / "figure.png").stat().st_size > 50_000
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in names["DIFFERENTIALS"])
