@@ -108,6 +108,7 @@ PARTS: dict[str, tuple[Callable[[Pick], pt.Component], tuple[str, ...]]] = {
     "load": (lambda pick: QUADRATIC, ("flange",)),
     "speed": (lambda pick: rot.ConstantSpeed(w_fixed=pick((5.0, 0.0, -2.0))), ("flange",)),
     "motion": (lambda pick: rot.Speed(), ("flange",)),
+    "exact motion": (lambda pick: rot.Speed(exact=True), ("flange",)),
     "fixed": (lambda pick: rot.Fixed(), ("flange",)),
 }
 KINDS = tuple(PARTS)
@@ -131,7 +132,7 @@ def grow(builder: Builder, kind: str, loops: bool) -> None:
 
 
 SOFT = frozenset(("spring", "damper", "both", "clutch", "oneway", "freewheel"))
-FORCED = frozenset(("speed", "motion", "fixed"))
+FORCED = frozenset(("speed", "motion", "exact motion", "fixed"))
 
 
 def driveline(pick: Pick, size: int, careless: bool) -> Driveline:

@@ -10,6 +10,7 @@ import numpy as np
 
 from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
 from powertrain.compiler.blocks import Solved, solve_blocks
+from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Constant, Equation, Flat, Unknown, flatten
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Reset, Schedule, Switch, When
 from powertrain.compiler.index import differentiate, select_states
@@ -61,10 +62,11 @@ def compile_flat(flat: Flat) -> Compiled:
         known = {key(t.symbol) for t in torques}
         check_structure(reduced, torques)
         system = differentiate(reduced, known)
+        tops = dict(system.top)
         add_rates(system, torques)
         states = select_states(system, _wishes(reduced, torques, others), values)
     solved = solve_blocks(system, states, values)
-    return _assemble(reduced, states, solved, torques, others, inputs, values)
+    return _assemble(reduced, states, solved, torques, others, inputs, values, tops)
 
 
 def _bind_parameters(flat: Flat) -> None:
@@ -136,6 +138,7 @@ def _assemble(
     others: list[tuple[Place, Law]],
     inputs: list[Unknown],
     values: dict[int, float],
+    tops: dict[int, int],
 ) -> Compiled:
     flat, recorder = reduced.flat, reduced.flat.recorder
     x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
@@ -177,6 +180,7 @@ def _assemble(
         ),
         guards=tuple(_guard(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
+        smooth=smooth_variables(reduced, tops, states, resolver, set(layout)),
     )
     dae = _with_impacts(dae, resolver, torques)
     return Compiled(

@@ -107,12 +107,21 @@ class Guard:
 
 
 @dataclass(frozen=True)
+class Smooth:
+    """A variable of which the equations contain a derivative, given by signals: a jump of its ``value`` would be an impulse."""
+
+    names: str
+    unit: str
+    value: ca.SX
+
+
+@dataclass(frozen=True)
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
     ``shared`` are groups of friction laws on the same motion (index in m: sign of the motion against the group's): stuck together, they
     share a torque of which only the sum is determined. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
-    accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals.
+    accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
     """
 
     t: ca.SX
@@ -132,6 +141,7 @@ class HybridDae:
     guards: tuple[Guard, ...] = ()
     shared: tuple[dict[int, float], ...] = ()
     residual_places: tuple[str, ...] = ()
+    smooth: tuple[Smooth, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
 

@@ -1,0 +1,68 @@
+"""What must not jump: variables whose derivative the equations contain, and that signals of time give instead of a state.
+
+A jump of such a variable is an impulse: an exact speed source whose signal steps while an inertia turns with it, or a ratio that steps
+between two inertias. A polygon into an exact position is one in the speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import casadi as ca
+
+from powertrain.compiler.alias import Base, Reduced
+from powertrain.compiler.hybrid import Smooth
+from powertrain.compiler.resolver import Resolver
+from powertrain.errors import ModelError
+from powertrain.recorder import ScheduleEntry
+from powertrain.symbols import Symbol, free_symbols, key
+
+_NAMES = 4
+
+
+def smooth_variables(
+    reduced: Reduced, tops: Mapping[int, int], states: Sequence[Base], resolver: Resolver, held: set[int]
+) -> tuple[Smooth, ...]:
+    """The variables below their highest derivative (``tops``) that depend on ``held`` values. ModelError where a signal makes one jump."""
+    known = set(states)
+    bases = [(b, order) for b, top in tops.items() for order in range(top) if (b, order) not in known]
+    expressions = resolver.now([reduced.derivative(reduced.symbols[b], order) for b, order in bases])
+    found = []
+    for base, expression in zip(bases, expressions, strict=True):
+        inside = {key(s) for s in free_symbols(expression)} & held
+        if inside:
+            names, unit = _names(reduced, base)
+            found.append(Smooth(names, unit, expression))
+            for entry in reduced.flat.recorder.schedules:
+                _check(entry, expression, inside, found[-1])
+    return tuple(found)
+
+
+def _names(reduced: Reduced, base: Base) -> tuple[str, str]:
+    """What a variable is called in the text, and its unit."""
+    named: list[tuple[str, str]] = []
+    for k, unknown in reduced.flat.unknowns.items():
+        alias = reduced.aliases.get(k)
+        own = (k, 0) if alias is None or alias.root is None else (alias.root, alias.order)
+        if own == base and (alias is None or alias.plain):
+            named.append((unknown.name, unknown.unit))
+    named.sort(key=lambda each: (each[1] == "1", each[0].count(".")))
+    if not named:
+        return reduced.derivative(reduced.symbols[base[0]], base[1]).name(), "1"
+    return ", ".join(name for name, _ in named[:_NAMES]), named[0][1]
+
+
+def _check(entry: ScheduleEntry, expression: Symbol, inside: set[int], smooth: Smooth) -> None:
+    """Refuses a table whose jump certainly makes the variable jump."""
+    y0, t, y = entry.held[1], entry.times, entry.values
+    if key(y0) not in inside:
+        return
+    factor = ca.jacobian(expression, y0)
+    jumps = [i for i in range(1, t.size) if t[0] < t[i] == t[i - 1] and y[i] != y[i - 1]]
+    if jumps and factor.is_constant() and float(factor):
+        at, size = t[jumps[0]], (y[jumps[0]] - y[jumps[0] - 1]) * float(factor)
+        raise ModelError(
+            f"{entry.place}\n  the jump of this signal at t = {at:g} s makes {smooth.names} jump by {size:g} {smooth.unit}. "
+            "Something with inertia (or a derivative) follows it exactly, which takes an infinite torque or force: let the signal "
+            "change gradually, or use a source that is not exact"
+        )

@@ -1,0 +1,116 @@
+"""Signals that jump into sources that follow them exactly: an impulse, which is refused; corners of a speed are fine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import powertrain as pt
+from powertrain.components import blocks
+from powertrain.components import rotational as rot
+from powertrain.components.cvu import CVU
+
+
+class Moved(pt.Component):
+    """An inertia with a damper, moved by a signal."""
+
+    signal: pt.Component
+    source: Any
+    J: rot.Inertia = rot.Inertia(J=2.0)
+    damper: rot.Damper = rot.Damper(d=1.0)
+    ground: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        wanted = self.source.w_ref if isinstance(self.source, rot.Speed) else self.source.phi_ref
+        yield pt.connect(self.signal.y, wanted)  # type: ignore[attr-defined]
+        yield pt.connect(self.source.flange, self.J.flange_a, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+
+
+SPEED, POSITION = rot.Speed(exact=True), rot.Position(exact=True)
+STEP = blocks.Step(height=5.0, startTime=0.5)
+RAMP = blocks.Ramp(height=5.0, startTime=0.2, duration=0.4)
+PULSE = blocks.Pulse(period=0.3, amplitude=2.0)
+POLYGON = blocks.TimeTable(table=((0.0, 0.0), (1.0, 1.0), (2.0, 3.0)))
+TRAPEZOID = blocks.Trapezoid(period=1.0, rising=0.2, width=0.3, falling=0.2)
+
+
+@pytest.mark.parametrize(
+    ("source", "signal", "time", "what"),
+    [
+        (SPEED, STEP, 0.5, "jump by 5 rad/s, from 0 to 5 rad/s"),
+        (SPEED, PULSE, 0.15, "jump by -2 rad/s"),
+        (SPEED, blocks.Sine(f=1.0, startTime=0.3, phase=1.0), 0.3, "jump by 0.841471 rad/s"),
+        (POSITION, STEP, 0.5, "jump by 5 rad,"),
+        (POSITION, RAMP, 0.2, "jump by 12.5 rad/s"),
+        (POSITION, POLYGON, 1.0, "jump by 1 rad/s, from 1 to 2 rad/s"),
+        (POSITION, TRAPEZOID, 0.2, "jump by -5 rad/s"),
+    ],
+)
+def test_jumps_are_refused_where_they_happen(source: Any, signal: Any, time: float, what: str) -> None:
+    """The message names source and signal and the size of the jump; what was reached is kept."""
+    with pytest.raises(pt.SimulationError) as caught:
+        pt.simulate(Moved(signal=signal, source=source), 1.5)
+    said = str(caught.value)
+    assert what in said
+    assert "signal" in said
+    assert "source.w" in said or "source.phi" in said
+    assert f"at t = {time:g} s" in said
+    assert caught.value.result is not None
+
+
+@pytest.mark.parametrize("source", [SPEED, POSITION])
+def test_table_that_jumps_is_refused_before_a_run(source: Any) -> None:
+    table = blocks.TimeTable(table=((0.0, 0.0), (1.0, 1.0), (1.0, 3.5)))
+    with pytest.raises(pt.ModelError, match=r"signal: .*\n.* at t = 1 s makes .*source.* jump by 2.5 rad"):
+        pt.compile(Moved(signal=table, source=source))
+
+
+@pytest.mark.parametrize(
+    "signal", [RAMP, POLYGON, TRAPEZOID, blocks.Sine(f=1.0, startTime=0.3), blocks.Step(height=0.0, startTime=0.5)]
+)
+def test_corners_of_a_speed_are_fine(signal: Any) -> None:
+    result = pt.simulate(Moved(signal=signal, source=SPEED), 1.5, rtol=1e-9)
+    assert pt.energy_audit(result).closure < 1e-9
+
+
+def test_jump_of_a_filtered_source_is_fine() -> None:
+    result = pt.simulate(Moved(signal=STEP, source=rot.Speed()), 1.5, rtol=1e-9)
+    assert result["J.w"][-1] == pytest.approx(5.0)
+
+
+def test_jump_without_inertia_is_fine() -> None:
+    class Light(pt.Component):
+        step: blocks.Step = STEP
+        source: rot.Speed = SPEED
+        damper: rot.Damper = rot.Damper(d=1.0)
+        ground: rot.Fixed = rot.Fixed()
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.step.y, self.source.w_ref)
+            yield pt.connect(self.source.flange, self.damper.flange_a)
+            yield pt.connect(self.damper.flange_b, self.ground.flange)
+
+    assert pt.simulate(Light(), 1.0)["damper.tau"][-1] == pytest.approx(-5.0)
+
+
+def test_ratio_that_jumps_between_inertias() -> None:
+    """A variable unit whose ratio is an input of the model."""
+
+    class Geared(pt.Component):
+        V: pt.Input = pt.signal_input("1", "Ratio")
+        J1: rot.Inertia = rot.Inertia(J=1.0)
+        J2: rot.Inertia = rot.Inertia(J=2.0)
+        cvu: CVU = CVU()
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.J1.flange_b, self.cvu.flange_a)
+            yield pt.connect(self.cvu.flange_b, self.J2.flange_a)
+            yield pt.connect(self.V, self.cvu.ratio)
+
+    plant = pt.compile(Geared())
+    gradual = plant.simulate(1.0, starts={"J1.w": 10.0}, inputs={"V": ([0.0, 1.0], [1.0, 2.0])})
+    assert pt.energy_audit(gradual).closure < 1e-6
+    with pytest.raises(pt.SimulationError, match=r"at t = 0.5 s V makes .*(J2|cvu).* jump by .* rad/s"):
+        plant.simulate(1.0, starts={"J1.w": 10.0}, inputs={"V": ([0.0, 0.5, 0.5], [1.0, 1.0, 2.0])})
