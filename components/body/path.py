@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
 from powertrain import (
     Component,
     Equations,
@@ -30,7 +35,8 @@ class AxlePath(Component):
     left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = load/g curvature v^2 h/track
 
     Positive curvature bends to the left. The forces follow from the power that goes through. ``h`` is the height at which the axle's part
-    of the mass is turned over: 0 shares the load equally. Wheels that do not slip follow a curvature that changes smoothly in time only.
+    of the mass is turned over: 0 shares the load equally. The side force of the
+    bend takes nothing of the tyres' grip along the road. Wheels that do not slip follow a curvature that changes smoothly in time only.
     Source: B. Madhavan, M.S. thesis, University of Maryland 1996, App. A: with 88 rad/s in the middle, radius 7 m and track 1.4 m the
     wheels turn at 96.8 rad/s and 79.2 rad/s.
     """
@@ -61,7 +67,8 @@ class AxlePath(Component):
 class RoadProfile(Component):
     """The slope of a road along its length: grade = profile(s).
 
-    ``profile`` is a map of one argument, the path in m, to tan(alpha). ``from_heights`` makes one from heights.
+    ``profile`` is a map of one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights.
+    Errors: ParameterError for a map of other arguments.
     """
 
     profile: Map = Map.constant(0.0, x="s", x_unit="m", name="grade")
@@ -74,3 +81,25 @@ class RoadProfile(Component):
             names = ", ".join(axis.name for axis in self.profile.axes)
             raise ParameterError(f"{self._path}.profile takes one argument, the path s; this map takes {names}")
         yield self.grade.value == self.profile(self.s.value)
+
+    @classmethod
+    def from_heights(cls, s: ArrayLike, heights: ArrayLike) -> Self:
+        """A road by its heights [m] at places s [m] along it: the slope between two places holds in their middle, linear from there.
+
+        Before the first and after the last place the slope goes on. Errors: ParameterError for places that do not increase, or heights that
+        rise by more than the road is long.
+        """
+        places, z = np.asarray(s, float).ravel(), np.asarray(heights, float).ravel()
+        if places.size != z.size or places.size < 2:
+            raise ParameterError(f"a road needs as many heights as places, at least two: {z.size} and {places.size}")
+        steps, rises = np.diff(places), np.diff(z)
+        if not ((steps > 0).all() and np.isfinite(z).all()):
+            raise ParameterError("a road needs finite heights at places that increase")
+        if np.any(steep := np.abs(rises) >= steps):
+            i = int(np.argmax(steep))
+            raise ParameterError(
+                f"the road cannot rise by {rises[i]:g} m from s = {places[i]:g} m to {places[i + 1]:g} m, over {steps[i]:g} m of its length"
+            )
+        sines = rises / steps
+        middle, slopes = (places[:-1] + places[1:]) / 2, sines / np.sqrt(1 - sines**2)
+        return cls(profile=Map.curve(middle, slopes, x="s", x_unit="m", name="grade", outside="clip"))

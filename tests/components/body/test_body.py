@@ -100,26 +100,38 @@ def test_both_axles_push_alike() -> None:
     np.testing.assert_allclose(one["body.front_load"], other["body.front_load"], rtol=1e-9)
 
 
+class Hill(pt.Component):
+    """A body without drag on a road."""
+
+    body: VehicleBody = VehicleBody(Cd=0)
+    road: RoadProfile
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.body.s, self.road.s)
+        yield pt.connect(self.road.grade, self.body.grade)
+
+
 def test_road_profile_over_distance() -> None:
     """A hill of 20 m over a kilometre and down again: the car coasts over it as a pendulum would."""
-
-    class Hill(pt.Component):
-        body: VehicleBody = VehicleBody(Cd=0)
-        road: RoadProfile
-
-        def equations(self) -> pt.Equations:
-            yield pt.connect(self.body.s, self.road.s)
-            yield pt.connect(self.road.grade, self.body.grade)
-
     s = np.linspace(0, 2000, 201)
-    profile = pt.Map.curve(s, 20 * np.pi / 1000 * np.sin(np.pi * s / 500), x="s", x_unit="m", outside="clip")
-    result = run(Hill(road=RoadProfile(profile=profile)), 60.0, {"body.v": 30.0}, max_step=0.5)
+    heights = 10 * (1 - np.cos(np.pi * s / 500))
+    result = run(Hill(road=RoadProfile.from_heights(s, heights)), 50.0, {"body.v": 30.0}, max_step=0.5)
     v, height = result["body.v"], result["body.chassis.height"]
     np.testing.assert_allclose(v**2 / 2 + G * height, 450, rtol=1e-7)
-    assert height.max() == pytest.approx(20, rel=0.03)  # the road is as long as its arc
+    np.testing.assert_allclose(height, np.interp(result["body.s"], s, heights), atol=0.02)
+    assert height.max() == pytest.approx(20, abs=0.01)
+
+
+def test_roads_that_are_none() -> None:
     crooked = pt.Map((pt.Axis("s", "m", [0, 1]), pt.Axis("t", "s", [0, 1])), np.zeros((2, 2)), "1")
     with pytest.raises(pt.ParameterError, match=r"road.profile takes one argument, the path s; this map takes s, t"):
         pt.compile(Hill(road=RoadProfile(profile=crooked)))
+    with pytest.raises(pt.ParameterError, match=r"cannot rise by 30 m from s = 20 m to 40 m, over 20 m of its length"):
+        RoadProfile.from_heights([0, 20, 40], [0, 0, 30])
+    with pytest.raises(pt.ParameterError, match="places that increase"):
+        RoadProfile.from_heights([0, 20, 10], [0, 0, 1])
+    with pytest.raises(pt.ParameterError, match="as many heights as places, at least two: 1 and 2"):
+        RoadProfile.from_heights([0, 20], [0])
 
 
 class Bend(pt.Component):
