@@ -8,13 +8,16 @@ from powertrain.components.control import Driver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
-from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.engines import Engine, WillansEngine, best_fuel_line
 from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
 from powertrain.components.transmissions import Layout, SplitPathTransmission, UnitRatio
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
 
 LAYOUT: Layout = "aHb"
 BASIC_RATIO = -1.7
+ENGINE = WillansEngine()
+LINE = best_fuel_line(ENGINE, w_min=115, w_max=500, share=0.85, points=12).speeds()
+"""A sixth of the torque stays in hand for the acceleration of the engine itself."""
 
 
 class SplitPathCar(Component):
@@ -28,8 +31,8 @@ class SplitPathCar(Component):
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1300 / 6000)
-    control: OperatingLineControl = OperatingLineControl()
-    engine: Engine = WillansEngine()
+    control: OperatingLineControl = OperatingLineControl(line=LINE)
+    engine: Engine = ENGINE
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     shaft: Inertia = Inertia(J=0.02)
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)

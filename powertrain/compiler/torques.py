@@ -25,6 +25,8 @@ from powertrain.symbols import Symbol, column, free_symbols, key, total_derivati
 
 _FLOOR = 1e-9
 """Pivots of stuck laws below this part of what they are alone count as zero."""
+_HOLDS = 1e-6
+"""Pivot of a law that no torque can hold: where it would have to be held its torque is beyond all bounds."""
 _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
 
@@ -249,7 +251,7 @@ def _solve_linear(
         if pivot.is_constant() or (len(rows) < 2 and unmoved[i].is_zero()):
             return pivot
         nothing = ca.logic_or(own[i] == 0, unmoved[i])
-        floor = ca.if_else(nothing, -1, _FLOOR * own[i])
+        floor = ca.if_else(nothing, -_HOLDS, _FLOOR * own[i])
         small = ca.logic_or(unmoved[i], ca.fabs(pivot) <= _FLOOR * ca.fabs(own[i]))
         return ca.if_else(ca.logic_and(stuck[i], small), floor, pivot)
 
