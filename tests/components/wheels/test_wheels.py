@@ -86,12 +86,12 @@ def test_stiff_tyre_is_a_rigid_wheel() -> None:
 
 
 def test_wheels_start_rolling() -> None:
-    """A speed of the body is a speed of its wheels unless they are given another."""
+    """A speed of the body is a speed of its wheels unless they are given another; the contact bears the load at once."""
     for wheel in WHEELS.values():
         assert tight(plain(wheel), 0.01, {"body.v": 12.0})["front.w"][0] == pytest.approx(12 / 0.3)
-    assert tight(plain(SLIPPING["magic"]), 0.01, {"body.v": 12.0, "front.w": 0.0})["front.v_slip"][0] == pytest.approx(
-        -12
-    )
+    locked = tight(plain(SLIPPING["magic"]), 0.01, {"body.v": 12.0, "front.w": 0.0})
+    assert locked["front.v_slip"][0] == pytest.approx(-12)
+    assert locked["front.Fz"][0] == pytest.approx(locked["front.fn"][0]) != 4000
 
 
 @pytest.mark.parametrize(("demand", "torque"), [(0.2, 600.0), (1.7, 3000.0), (-1.0, 0.0)])
