@@ -5,7 +5,7 @@ Nothing here knows a result of a paper but as the text it is compared with: what
 
 from __future__ import annotations
 
-from powertrain.vehicles.reproductions.paper import PAPERS, Paper, Picture, paper
+from powertrain.vehicles.reproductions.papers import PAPERS, Paper, Picture, paper
 from powertrain.vehicles.reproductions.report import write_report
 from powertrain.vehicles.reproductions.table import Row, Table, Tally
 

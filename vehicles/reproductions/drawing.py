@@ -29,8 +29,11 @@ def panels(
     return figure, list(axes.flat)
 
 
-def drawn(package: str, name: str, size: tuple[float, float] = (7.5, 4.5)) -> Figure:
-    """The figure ``name`` of a package of components, such as ``drawn("gearless.linkage", "motion")``."""
-    figure, (ax,) = panels([""], 1, *size)
+def drawn(package: str, name: str, size: tuple[float, float] = (7.5, 4.5), projection: str | None = None) -> Figure:
+    """The figure ``name`` of a package of components, such as ``drawn("gearless.linkage", "motion")``; ``projection``: "3d" for some."""
+    import matplotlib.pyplot as plt
+
+    figure = plt.figure(figsize=size, layout="constrained")
+    ax = figure.add_subplot(projection=projection)
     getattr(import_module(f"powertrain.components.{package}.figures"), name)(ax=ax)
     return figure

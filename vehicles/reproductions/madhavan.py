@@ -28,7 +28,7 @@ from powertrain.vehicles.reproductions.madhavan_data import CM, CYCLE, DUTY, LIN
 from powertrain.vehicles.reproductions.madhavan_design import alternate_design, guidelines
 from powertrain.vehicles.reproductions.madhavan_forces import shaking_forces, torques
 from powertrain.vehicles.reproductions.madhavan_synthesis import enumeration, evaluation, figure_3_6
-from powertrain.vehicles.reproductions.paper import Paper, Picture
+from powertrain.vehicles.reproductions.papers import Paper, Picture
 from powertrain.vehicles.reproductions.table import Row, Table
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from powertrain.components.gearless.circular_cam import (
 )
 from powertrain.components.rotational import Fixed, Inertia, Torque
 from powertrain.vehicles.reproductions.drawing import drawn, panels
-from powertrain.vehicles.reproductions.paper import Paper, Picture
+from powertrain.vehicles.reproductions.papers import Paper, Picture
 from powertrain.vehicles.reproductions.table import Row, Table
 
 if TYPE_CHECKING:

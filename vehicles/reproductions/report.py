@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from powertrain.vehicles.reproductions.paper import Paper, Picture, paper
+from powertrain.vehicles.reproductions.papers import Paper, Picture, paper
 from powertrain.vehicles.reproductions.table import Row, Table, Tally
 
 VERDICTS = {

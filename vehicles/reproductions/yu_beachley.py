@@ -14,7 +14,7 @@ import powertrain as pt
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential, Planets, Ring, Sun
 from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmission
-from powertrain.vehicles.reproductions.paper import Paper, Picture
+from powertrain.vehicles.reproductions.papers import Paper, Picture
 from powertrain.vehicles.reproductions.table import Row, Table
 from powertrain.vehicles.split_path import SplitPathBench, split_path_designs
 
