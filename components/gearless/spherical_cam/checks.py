@@ -30,7 +30,9 @@ def check_angles(cam: CamGeometry) -> None:
             f"M = N = {cam.M}: as many lobes as rollers make the pressure angle vanish and the pitch curve nearly a cusp; change one",
         )
     _between(cam, "alpha_1", 0.0, math.pi / 2, "the axes of cam and carrier cross at an angle of at most 90°")
-    _between(cam, "alpha_3", 0.0, cam.alpha_1, "the roller's axis lies between the axes of carrier and cam", open_end=True)
+    _between(
+        cam, "alpha_3", 0.0, cam.alpha_1, "the roller's axis lies between the axes of carrier and cam", open_end=True
+    )
     rolling = cam.alpha_1 - cam.beta_1
     if cam.alpha_3 >= rolling:
         raise _refused(
@@ -55,21 +57,61 @@ def check_profile(cam: CamGeometry) -> None:
             f"the profile reaches the lobe's plane of symmetry {end}, and it must be beyond 0°: otherwise there is a gap "
             "between the strokes of the conjugate cams",
         )
-    psi = np.linspace(-cam.half, sigma, FINE)
-    speed = cam.profile_speed(psi)
-    if speed.max() >= 0:
-        where = _deg(float(psi[int(np.argmax(speed >= 0))]))
+    if (found := cusps(cam)).size:
         raise _refused(
             cam,
-            f"the profile is undercut: it has a cusp at psi = {where}, where the roller's half-angle alpha_4 = {_deg(cam.alpha_4)} "
-            "is larger than the radius of curvature of the pitch curve; take smaller rollers, or a smaller alpha_3",
+            f"the profile is undercut: it has a cusp at psi = {_deg(float(found[0]))}, where the roller's half-angle alpha_4 = "
+            f"{_deg(cam.alpha_4)} is larger than the radius of curvature of the pitch curve; take smaller rollers, or a smaller alpha_3",
         )
-    azimuth = _azimuth(cam, psi[1:])
-    if azimuth.max() >= cam.half:
-        where = _deg(float(psi[1:][int(np.argmax(azimuth >= cam.half))]))
-        raise _refused(cam, f"the profile has a double point: it crosses the middle of its own valley at psi = {where}")
+    if (crossings := double_points(cam)).size:
+        said = " and ".join(_deg(float(psi)) for psi in crossings[0])
+        raise _refused(
+            cam,
+            f"the profile has a double point: it meets itself at psi = {said}, and what is cut at one is missing at the other",
+        )
     if (cut := -clearance(cam)) > TOUCH:
-        raise _refused(cam, f"a roller cuts {_deg(cut)} into a lobe; no part of the profile may be nearer to its axis than alpha_4")
+        raise _refused(
+            cam, f"a roller cuts {_deg(cut)} into a lobe; no part of the profile may be nearer to its axis than alpha_4"
+        )
+
+
+def cusps(cam: CamGeometry) -> Array:
+    """Cam angles after the middle of a stroke at which the profile turns back [rad]; those before it are their mirror images.
+
+    The profile's speed (see ``CamGeometry.profile_speed``) changes its sign there. Searched up to the lobe's tip, sigma, or to pi/M where
+    the profile does not reach that.
+    """
+    psi = np.linspace(-cam.half, _end(cam), FINE)
+    back = cam.profile_speed(psi) >= 0
+    at = np.flatnonzero(back[1:] != back[:-1])
+    found = psi[at + 1]
+    return np.concatenate([psi[:1], found]) if back[0] else found
+
+
+def double_points(cam: CamGeometry, points: int = 400) -> Array:
+    """Pairs of cam angles at which one valley of the profile meets itself, one row each [rad], to a step of the chain of points.
+
+    The chain is projected from the pole at -z, and every two of its segments are tried. The tip, where two valleys meet, is not among them.
+    """
+    psi = np.linspace(-2 * cam.half - _end(cam), _end(cam), points)
+    x, y, z = cam.profile(psi).T
+    place = np.stack([x, y]) / (1 + z)
+    start, step = place[:, :-1], np.diff(place, axis=1)
+    between = start[:, None, :] - start[:, :, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        area = _cross(step[:, :, None], step[:, None, :])
+        along, other = _cross(between, step[:, None, :]) / area, _cross(between, step[:, :, None]) / area
+    i, j = np.nonzero((along >= 0) & (along < 1) & (other >= 0) & (other < 1))
+    apart = j > i + 1
+    return np.stack([psi[i[apart]], psi[j[apart]]], axis=-1)
+
+
+def _end(cam: CamGeometry) -> float:
+    return cam.half if math.isnan(cam.sigma) else cam.sigma - 1e-9
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
 def clearance(cam: CamGeometry, points: int = 241, positions: int = 60) -> float:
@@ -80,11 +122,6 @@ def clearance(cam: CamGeometry, points: int = 241, positions: int = 60) -> float
     psi = -cam.half + np.linspace(0.0, cam.N * cam.half, cam.N * positions + 1)
     nearest = (cam.pitch_curve(psi) @ cam.whole_profile(points).T).max(axis=1)
     return float(np.arccos(np.clip(nearest, -1, 1)).min()) - cam.alpha_4
-
-
-def _azimuth(cam: CamGeometry, psi: Array) -> Array:
-    x, y, _ = cam.profile(psi).T
-    return np.asarray(np.arctan2(y, x))
 
 
 def _between(cam: CamGeometry, name: str, low: float, high: float, reason: str, *, open_end: bool = False) -> None:

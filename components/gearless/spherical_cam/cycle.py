@@ -8,10 +8,9 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from powertrain import ParameterError
-from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, unit
+from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, bisected, unit
 
 Sharing: TypeAlias = Literal["elastic", "single"]
 """How the two rollers of one carrier that can carry at the same time share the load, one on each of the conjugate cams.
@@ -49,9 +48,13 @@ class CamFriction:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not (math.isfinite(value) and value >= 0):
-                raise ParameterError(f"CamFriction: {name} = {value:g} must be finite and not negative: it is a part of a friction torque")
+                raise ParameterError(
+                    f"CamFriction: {name} = {value:g} must be finite and not negative: it is a part of a friction torque"
+                )
         if self.pin >= 1:
-            raise ParameterError(f"CamFriction: pin = {self.pin:g} must be less than 1: the pin lies inside of the roller")
+            raise ParameterError(
+                f"CamFriction: pin = {self.pin:g} must be less than 1: the pin lies inside of the roller"
+            )
 
     def rolling(self, alpha_4: float) -> float:
         """Tangential over normal force at a turning roller: its pin carries N cos(alpha_4), its collar N sin(alpha_4); or it slips."""
@@ -78,23 +81,24 @@ class Mesh:
 class Cycle:
     """A cam with its friction and its rule of load sharing, as a differential: side wheels (carriers) left and right of the cam.
 
-    Let the cage rest and the cam turn with psi' > 0. The cage's torque T_C pushes the cam's shaft, and the cam pushes both carriers the same
-    way; relative to the motion the roller of one carrier drives the cam, and the cam drives the roller of the other carrier. Let s be the
-    cam's angle from the middle of a stroke. The carrier that is driven does its work at s in (0, pi/M + sigma), the carrier that drives
+    Let the cage rest and the cam turn with psi' > 0. The cage's torque T_C pushes the cam's shaft, and the cam pushes both carriers the
+    same way; relative to the motion the roller of one carrier drives the cam, and the cam drives the roller of the other carrier. Let s be
+    the cam's angle from the middle of a stroke. The carrier that is driven does its work at s in (0, pi/M + sigma), the carrier that drives
     is its mirror image: it does its work at -s. Both cams being half a stroke apart, everything has the period pi/M.
 
-    One contact: n, the normal on the roller; t, the tangent along the profile; v = (phi' e_phi - psi' e_psi) x e_c, the velocity of a roller
-    that does not turn against the cam, which is along t: v.n = 0 by conjugacy. The force on the roller is F = N (n - f sgn(v.t) t). A roller
-    that rolls spins on its pin with |v|/sin(alpha_4) and meets there the friction torque f N sin(alpha_4), with
+    One contact: n, the normal on the roller; t, the tangent along the profile; v = (phi' e_phi - psi' e_psi) x e_c, the velocity of a
+    roller that does not turn against the cam, which is along t: v.n = 0 by conjugacy. The force on the roller is F = N (n - f sgn(v.t) t).
+    A roller that rolls spins on its pin with |v|/sin(alpha_4) and meets there the friction torque f N sin(alpha_4), with
     f = mu_pin pin cos(alpha_4) + mu_thrust thrust sin(alpha_4) (or f = mu_contact: it slips). Virtual work:
 
     T_phi phi' - T_psi psi' = F . v = -f N |v|,  T_phi = e_phi . (e_c x F) on the carrier, T_psi = e_psi . (e_c x F) from the cam
 
-    |v| = |phi' e_phi - psi' e_psi| |sin(beta_3)|: nothing is lost where the axis of relative rotation passes through the contact. So with the
-    sums over the rollers that carry, the ratio of torques out and in is -(M/N) T_phi/T_psi where the cam drives, -(N/M) T_psi/T_phi where the
-    carrier drives. Between them the cam rubs on its shaft: T_psi(driving) = T_psi(driven) + mu_bearing (shaft |F_xy| + washer |F_z|), F the sum
-    of both carriers' forces. eta_0 = T_phi(driven)/T_phi(driving): the efficiency of the relative motion, kappa = (1 - eta_0)/(1 + eta_0).
-    It does not depend on which side is faster, nor on the sign of T_C, except that the cam turning backward at s is as forward at -s.
+    |v| = |phi' e_phi - psi' e_psi| |sin(beta_3)|: nothing is lost where the axis of relative rotation passes through the contact. So with
+    the sums over the rollers that carry, the ratio of torques out and in is -(M/N) T_phi/T_psi where the cam drives, -(N/M) T_psi/T_phi
+    where the carrier drives. Between them the cam rubs on its shaft: T_psi(driving) = T_psi(driven) + mu_bearing (shaft |F_xy| + washer
+    |F_z|), F the sum of both carriers' forces. eta_0 = T_phi(driven)/T_phi(driving): the efficiency of the relative motion, kappa = (1 -
+    eta_0)/(1 + eta_0). It does not depend on which side is faster, nor on the sign of T_C, except that the cam turning backward at s is as
+    forward at -s.
 
     ``eta_0`` <= 0: no torque of the cage turns the sides against each other at this angle (self-locking).
     """
@@ -121,19 +125,19 @@ class Cycle:
         def gain(s: float) -> float:
             return float(self._arm(np.array(s)) - self._arm(np.array(s + half)))
 
-        return float(brentq(gain, 0.0, sigma)) if gain(sigma) > 0 else sigma
+        return bisected(gain, 0.0, sigma) if gain(sigma) > 0 else sigma
 
     def weights(self, s: ArrayLike) -> tuple[Array, Array]:
         """Normal forces, up to a factor, of the roller at s (in [0, pi/M)) and of the one half a stroke ahead of it, at s + pi/M."""
-        s = np.mod(np.asarray(s, float), self.cam.half)
+        phase: Array = np.mod(np.asarray(s, float), self.cam.half)
         if self.sharing == "single":
-            taken = (s >= self.handover).astype(float)
+            taken = (phase >= self.handover).astype(float)
             return taken, 1.0 - taken
-        x = np.clip(s / self.cam.sigma, 0.0, 1.0)
-        return self._arm(s), self._arm(s + self.cam.half) * (1 - x) ** 2 * (1 + 2 * x)
+        x = np.clip(phase / self.cam.sigma, 0.0, 1.0)
+        return self._arm(phase), self._arm(phase + self.cam.half) * (1 - x) ** 2 * (1 + 2 * x)
 
     def _arm(self, s: Array) -> Array:
-        return -self.cam.lever_arms(s - self.cam.half)[0]
+        return np.asarray(-self.cam.lever_arms(s - self.cam.half)[0])
 
     def mesh(self, s: ArrayLike, *, cam_drives: bool) -> Mesh:
         """The carrier at e_phi = (1, 0, 0), its rollers working at s > 0, cam turning with psi' = 1 where it drives, else with -1."""
@@ -141,7 +145,11 @@ class Cycle:
         carrier, cam, force = np.zeros(phase.shape), np.zeros(phase.shape), np.zeros((*phase.shape, 3))
         for ahead, weight in zip((0.0, self.cam.half), self.weights(phase), strict=True):
             on_carrier, from_cam, pushed = self._contact(phase + ahead - self.cam.half, 1.0 if cam_drives else -1.0)
-            carrier, cam, force = carrier + weight * on_carrier, cam + weight * from_cam, force + weight[..., None] * pushed
+            carrier, cam, force = (
+                carrier + weight * on_carrier,
+                cam + weight * from_cam,
+                force + weight[..., None] * pushed,
+            )
         return Mesh(carrier, cam, force)
 
     def _contact(self, psi: Array, turns: float) -> tuple[Array, Array, Array]:
@@ -150,18 +158,17 @@ class Cycle:
         at = cam.contact(psi)
         side = unit(np.cross(cam.e_e, cam.roller_axis(psi)))
         normal = np.cross(side, at)
-        slip = turns * np.cross(-cam.M / cam.N * cam.e_phi - [0.0, 0.0, 1.0], at)
+        slip: Array = turns * np.cross(-cam.M / cam.N * cam.e_phi - [0.0, 0.0, 1.0], at)
         rubbing = self.friction.rolling(cam.alpha_4) * np.sign((slip * side).sum(-1))
         force = normal - rubbing[..., None] * side
         moment = np.cross(at, force)
-        return moment @ cam.e_phi, moment[..., 2], force
+        return np.asarray(moment @ cam.e_phi, float), np.asarray(moment[..., 2], float), force
 
     def eta_0(self, s: ArrayLike) -> Array:
         """Efficiency of the relative motion, cage at rest, at the cam angle s from the middle of a stroke, the cam turning forward."""
-        s = np.asarray(s, float)
         driven = self.mesh(s, cam_drives=True)
         # The driving carrier in its mirror image (y reversed: torques about x and z change sign), then half a turn about z to its own side.
-        driving = self.mesh(-s, cam_drives=False)
+        driving = self.mesh(-np.asarray(s, float), cam_drives=False)
         turned = driving.force * [-1.0, 1.0, 1.0]
         share = driving.cam / driven.cam
         for _ in range(60):
@@ -182,8 +189,10 @@ class Cycle:
         ``radius``: distance of the contacts from the centre [m]; ``cams``: pairs of conjugate cams around the axle that share the load.
         """
         if radius <= 0 or cams < 1:
-            raise ParameterError(f"radius = {radius:g} m must be positive and cams = {cams} at least 1: they carry the torque")
-        s = np.mod(np.asarray(s, float), self.cam.half)
-        first, second = self.weights(s)
-        factor = torque / radius / cams / (first * self._arm(s) + second * self._arm(s + self.cam.half))
+            raise ParameterError(
+                f"radius = {radius:g} m must be positive and cams = {cams} at least 1: they carry the torque"
+            )
+        phase: Array = np.mod(np.asarray(s, float), self.cam.half)
+        first, second = self.weights(phase)
+        factor = torque / radius / cams / (first * self._arm(phase) + second * self._arm(phase + self.cam.half))
         return first * factor, second * factor

@@ -22,9 +22,9 @@ COMBINATIONS = tuple((M, N) for M in (3, 4) for N in range(M, 9) if (M, N) != (3
 def pressure_angle_range(cam: CamGeometry) -> tuple[float, float]:
     """(least mu_n, mu_n where two conjugate cams half a stroke apart have the same) [rad]; nan where no such angle is reached.
 
-    The minimum is that of Table 1 for alpha_3 = 44 and alpha_4 = 19 degrees, which the paper does not state, to about 0.01 rad ((4, 7): 0.92, not the
-    printed 1.01; 0 for M = N). The maxima of Table 1 are not reproducible, neither as this intersection nor as that with the next
-    stroke of the same cam; "16.62" is no angle in radians. Both the range and its end here are what the equations give.
+    The minimum is that of Table 1 for alpha_3 = 44 and alpha_4 = 19 degrees, which the paper does not state, to about 0.01 rad ((4, 7):
+    0.92, not the printed 1.01; 0 for M = N). The maxima of Table 1 are not reproducible, neither as this intersection nor as that with the
+    next stroke of the same cam; "16.62" is no angle in radians. Both the range and its end here are what the equations give.
     """
     s = np.linspace(0.0, 3 * cam.half, 60_001)[1:-1]
     mu = cam.pressure_angle_n(-cam.half - s)
@@ -71,10 +71,10 @@ def search(
 ) -> list[Choice]:
     """All combinations with at least as many rollers as lobes, the best first: those that can be built, by their least pressure angle.
 
-    ``off_standard`` is the least distance of M/N times a standard final-drive ratio from a standard ratio, the paper's second criterion. ``mean_eta``:
-    efficiency of the relative motion, mean over a cycle. With the angles by default the first is {M = 4, N = 5}, before {3, 4}: the paper's
-    choice. M = N is refused; so are 7 and 8 rollers, which overlap at these angles. More than four lobes, which the paper leaves out,
-    have even smaller pressure angles ({5, 6}), in smaller lobes.
+    ``off_standard`` is the least distance of M/N times a standard final-drive ratio from a standard ratio, the paper's second criterion.
+    ``mean_eta``: efficiency of the relative motion, mean over a cycle. With the angles by default the first is {M = 4, N = 5}, before {3,
+    4}: the paper's choice. M = N is refused; so are 7 and 8 rollers, which overlap at these angles. More than four lobes, which the paper
+    leaves out, have even smaller pressure angles ({5, 6}), in smaller lobes.
     """
     rollers = tuple(rollers)
     found = [_judged(M, N, alpha_3, alpha_4, friction or CamFriction()) for M in lobes for N in rollers if N >= M]

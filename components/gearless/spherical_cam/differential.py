@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -25,9 +24,9 @@ class SphericalCamDifferential(Differential, Lossy):
     Conjugate profiles keep the speeds exact at every angle; that both halves turn alike does not depend on M and N, which only say how
     fast the cams spin. What changes with the angle psi of the cam is friction: with eta_0(psi) the efficiency of the relative motion (cage
     at rest, from one side wheel to the cam to the other), kappa = (1 - eta_0)/(1 + eta_0), and the torque-bias ratio is 1/eta_0. This is
-    the mesh law with R_o = -1. eta_0 follows by virtual work from the pressure angles, the friction of the rollers' pins, and that of the cam on
-    its shaft; the derivation stands at ``Cycle``. It repeats every pi/M of the cam, where one of the two conjugate cams hands over to the
-    other, with a jump for ``sharing`` = "single", smoothly (a few harmonics, see ``Wave``) for "elastic".
+    the mesh law with R_o = -1. eta_0 follows by virtual work from the pressure angles, the friction of the rollers' pins, and that of the
+    cam on its shaft; the derivation stands at ``Cycle``. It repeats every pi/M of the cam, where one of the two conjugate cams hands over
+    to the other, with a jump for ``sharing`` = "single", smoothly (a few harmonics, see ``Wave``) for "elastic".
     Turning the other way is the mirror image: psi becomes -psi. psi = 0 is the middle of a stroke on both sides.
 
     kappa >= 1 over a part of the cycle (steep flanks, rough rollers): there halves at rest stay at rest under any torque of the cage.

@@ -20,8 +20,8 @@ class PlanetaryFinalDrive(TwoFlanges):
     w_a = ratio w_b,  ratio = 1 + Z_ring/Z_sun;  flange_b.tau = -(1 + (ratio - 1) eta_ab) flange_a.tau where the sun drives
 
     The carrier carries the cage of the differential: connect flange_b with its crown. The planets turn against the sun, the carrier with
-    it. The ratio is that of the final drive alone: no differential changes the mean speed of its sides. Source: Chaudhary, Angeles & Morozov
-    2014, 4.3. Errors: ParameterError for a ratio of 2 or less, where the ring would be no larger than the sun.
+    it. The ratio is that of the final drive alone: no differential changes the mean speed of its sides. Source: Chaudhary, Angeles &
+    Morozov 2014, 4.3. Errors: ParameterError for a ratio of 2 or less, where the ring would be no larger than the sun.
     """
 
     ratio: Parameter = parameter("1", "Speed of the sun over speed of the carrier", above=2)

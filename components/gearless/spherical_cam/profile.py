@@ -7,13 +7,13 @@ the unit sphere. The middle of a stroke, where a roller is deepest between two l
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
 FINE = 721
@@ -117,7 +117,7 @@ class CamGeometry:
         if not after.size:
             return math.nan
         i = int(after[0])
-        return float(brentq(lambda x: float(self.profile(x)[1]), psi[i], psi[i + 1], xtol=1e-15))
+        return bisected(lambda x: float(self.profile(x)[1]), psi[i], psi[i + 1])
 
     @property
     def stroke(self) -> tuple[float, float]:
@@ -149,8 +149,8 @@ class CamGeometry:
     def pressure_angle_n(self, psi: ArrayLike) -> Array:
         """mu_n: between the roller's force on the cam and the velocity of the cam at the contact, roller driving (8) [rad].
 
-        v_c = e_psi x e_c (printed: e_phi x e_c), and the force is normal to e_e x e_p, which unlike e_e x e_c does not vanish at beta_3 = 0.
-        As the roller drives for psi' > 0 before the middle of its stroke, this is above 90 degrees after it; by symmetry
+        v_c = e_psi x e_c (printed: e_phi x e_c), and the force is normal to e_e x e_p, which unlike e_e x e_c does not vanish at beta_3 =
+        0. As the roller drives for psi' > 0 before the middle of its stroke, this is above 90 degrees after it; by symmetry
         mu_n(-2 pi/M - psi) = pi - mu_n(psi).
         """
         contact = self.contact(psi)
@@ -174,7 +174,8 @@ class SphericalCam(CamGeometry):
     angles of Table 1 belong to.
 
     Errors: ParameterError for fewer than 3 lobes or rollers, M = N, angles outside of their limits, rollers that overlap, a pitch curve
-    with cusps or loops, an undercut profile, a double point, a gap between the strokes of the conjugate cams, a roller that cuts into a lobe.
+    with cusps or loops, an undercut profile, a double point, a gap between the strokes of the conjugate cams, a roller that cuts into a
+    lobe.
 
     >>> cam = SphericalCam(4, 5)
     >>> round(cam.beta_1, 4), round(cam.minimum_pressure_angle, 2)
@@ -198,6 +199,14 @@ def turned(vectors: Array, angle: ArrayLike) -> Array:
 def unit(vectors: Array) -> Array:
     """Vectors of length one."""
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+def bisected(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where the function changes its sign, once, to round-off."""
+    sign = function(low) > 0
+    while low < (middle := (low + high) / 2) < high:
+        low, high = (middle, high) if (function(middle) > 0) == sign else (low, middle)
+    return middle
 
 
 def _angle(a: Any, b: Any) -> Array:

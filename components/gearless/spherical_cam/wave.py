@@ -22,7 +22,9 @@ NOTHING = 1e-13
 
 @dataclass(frozen=True)
 class Wave:
-    """kappa over x = 2 M s, of period 2 pi. With ``edge`` it jumps at x = +-edge, and ``even``, ``odd`` are Chebyshev coefficients (even and
+    """The coefficient kappa over x = 2 M s, of period 2 pi.
+
+    With ``edge`` it jumps at x = +-edge, and ``even``, ``odd`` are Chebyshev coefficients (even and
     odd in x) of the piece around 0 and of that around pi; without, they are those of cosines and sines.
     """
 

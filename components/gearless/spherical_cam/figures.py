@@ -1,0 +1,193 @@
+"""Figures of the spherical cam differential: profile, flat and on the sphere, pressure angles, load sharing, efficiency, mechanism."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+from typing import Any, cast
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
+
+from powertrain.components.gearless.spherical_cam.cycle import Cycle
+from powertrain.components.gearless.spherical_cam.profile import Array, CamGeometry, SphericalCam, turned, unit
+
+CAM = SphericalCam(4, 5)
+CYCLE = Cycle(CAM)
+INNER, OUTER, LEFT, RIGHT = "tab:blue", "tab:orange", "tab:green", "tab:red"
+SIZES = (0.82, 1.0)
+"""Radii at which the inner and the outer cam are drawn."""
+
+
+def _axes(ax: Axes | None) -> Axes:
+    return plt.subplots(layout="constrained")[1] if ax is None else ax
+
+
+def _solid_axes(ax: Axes | None) -> Axes3D:
+    made = plt.figure(layout="constrained").add_subplot(projection="3d") if ax is None else ax
+    assert isinstance(made, Axes3D)
+    return made
+
+
+def flat_profile(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
+    """Profile and pitch curve over x and y, as Fig. 2; dotted what lies beyond a lobe's tip and is cut off."""
+    ax = _axes(ax)
+    profile, psi = cam.whole_profile(), np.linspace(-2 * cam.half, 0.0, 361)
+    low, high = cam.stroke
+    beyond = cam.profile(np.linspace(high, high + 0.25 * cam.half, 61))
+    for i in range(cam.M):
+        turn = 2 * cam.half * i
+        x, y, _ = turned(cam.pitch_curve(psi), turn).T
+        ax.plot(x, y, color="0.6", lw=0.8, ls="--", label="pitch curve" if i == 0 else None)
+        for side in (1.0, -1.0):
+            x, y, _ = turned(beyond * [1.0, side, 1.0], turn).T
+            ax.plot(x, y, color=INNER, lw=0.8, ls=":", label="beyond the tip" if i == 0 and side > 0 else None)
+    ax.fill(profile[:, 0], profile[:, 1], facecolor=INNER, alpha=0.15)
+    ax.plot(*np.vstack([profile, profile[:1]])[:, :2].T, color=INNER, label="profile")
+    x, y, _ = cam.profile(np.linspace(low, high, 181)).T
+    ax.plot(x, y, color=RIGHT, lw=2, label="one valley")
+    ax.set(xlabel="x", ylabel="y", title=f"Profile, M = {cam.M}, N = {cam.N}")
+    ax.set_aspect("equal")
+    ax.legend(loc="upper right", fontsize=7)
+    return ax
+
+
+def profile_on_sphere(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
+    """The cam's cone on the unit sphere, the axes of cam, carrier and relative rotation, as Figs. 1 and 3."""
+    solid = _solid_axes(ax)
+    u, v = np.meshgrid(np.linspace(0, 2 * math.pi, 37), np.linspace(0, math.pi / 2, 13))
+    solid.plot_wireframe(
+        np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v), color="0.8", lw=0.3, rstride=2, cstride=2
+    )
+    _cone(solid, cam.whole_profile(91), 1.0, INNER)
+    psi = -0.7 * cam.half
+    _cone(solid, _roller(cam, cam.roller_axis(psi)), 1.0, RIGHT)
+    for vector, name in (
+        (np.array([0.0, 0.0, 1.0]), r"$e_\psi$"),
+        (cam.e_phi, r"$e_\phi$"),
+        (cam.e_e, "$e_e$"),
+        (cam.roller_axis(psi), "$e_p$"),
+    ):
+        solid.plot(*np.outer(vector, [0, 1.3]), color="k", lw=0.8)
+        x, y, z = 1.38 * vector
+        solid.text(x, y, z, name)
+    contact = cam.contact(psi)
+    solid.plot(*np.outer(contact, [0, 1]), color=RIGHT, lw=2)
+    _frame(solid, 1.1, f"Cam, one roller and their contact, M = {cam.M}, N = {cam.N}")
+    return cast(Axes, solid)
+
+
+def pressure_angles(cam: CamGeometry = CAM, ax: Axes | None = None, *, cycles: int = 3) -> Axes:
+    """mu_p and mu_n of successive strokes, as Fig. 5, those of the inner cam drawn, of the outer one dashed.
+
+    Drawn where each can drive: mu_p after the middle of a stroke, mu_n before it (mirrored onto the same side), as far as they touch.
+    """
+    ax = _axes(ax)
+    s = np.linspace(0.0, cam.half + cam.sigma, 721)[1:]
+    for mu, color, name in (
+        (cam.pressure_angle_p(s - cam.half), RIGHT, r"$\mu_p$, cam drives"),
+        (cam.pressure_angle_n(-s - cam.half), LEFT, r"$\mu_n$, roller drives (mirrored)"),
+    ):
+        for i in range(2 * cycles):
+            style, label = "--" if i % 2 else "-", name if i == 0 else None
+            ax.plot(np.degrees(s + i * cam.half), np.degrees(mu), color=color, ls=style, label=label)
+    ax.set(
+        xlabel=r"cam angle from the middle of a stroke [°]",
+        ylabel="pressure angle [°]",
+        ylim=(0, 90),
+        title=f"Pressure angles, M = {cam.M}, N = {cam.N}",
+    )
+    ax.grid(alpha=0.25)
+    ax.legend(fontsize=8)
+    return ax
+
+
+def load_sharing(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 2) -> Axes:
+    """Share of a side wheel's torque that the rollers on the inner and the outer cam carry, over the cam's angle."""
+    ax = _axes(ax)
+    half = cycle.cam.half
+    s = np.linspace(0.0, 2 * half * cycles, 1441)[:-1]
+    first, second = cycle.contact_force(s, 1.0, 1.0, cams=1)
+    phase = np.mod(s, half)
+    share = first * -cycle.cam.lever_arms(phase - half)[0]
+    on_inner = np.where(np.floor(s / half) % 2 == 0, share, 1 - share)
+    ax.plot(np.degrees(s), on_inner, color=INNER, label="inner cam")
+    ax.plot(np.degrees(s), 1 - on_inner, color=OUTER, label="outer cam")
+    ax.plot(np.degrees(s), first + second, color="0.4", lw=0.8, label="sum of normal forces, T/R = 1")
+    ax.set(xlabel="cam angle [°]", ylabel="share of the torque", title=f"Load sharing, {cycle.sharing}")
+    ax.grid(alpha=0.25)
+    ax.legend(fontsize=8)
+    return ax
+
+
+def efficiency(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 2) -> Axes:
+    """eta_0 and kappa over the cam's angle, turning forward (drawn) and backward (dashed)."""
+    ax = _axes(ax)
+    s = np.linspace(0.0, 2 * cycle.cam.half * cycles, 1441)
+    for sign, style in ((1, "-"), (-1, "--")):
+        way = "forward" if sign > 0 else "backward"
+        ax.plot(np.degrees(s), cycle.eta_0(sign * s), color=INNER, ls=style, label=rf"$\eta_0$, {way}")
+    other = ax.twinx()
+    for sign, style in ((1, "-"), (-1, "--")):
+        other.plot(np.degrees(s), cycle.kappa(sign * s), color=OUTER, ls=style)
+    other.set_ylabel(r"$\kappa$", color=OUTER)
+    ax.set(xlabel="cam angle [°]", ylabel=r"$\eta_0$", title=f"Efficiency of the relative motion, {cycle.sharing}")
+    ax.grid(alpha=0.25)
+    ax.legend(fontsize=8)
+    return ax
+
+
+def mechanism(cam: SphericalCam = CAM, theta: float = 0.0, ax: Axes | None = None) -> Axes:
+    """Both conjugate cams and the rollers of both side wheels, seen from the cage, the left side turned by theta against it [rad].
+
+    The inner cam and its rollers are blue, the outer ones orange; rollers that touch are filled.
+    """
+    solid = _solid_axes(ax)
+    s = cam.N / cam.M * theta
+    for size, color, shift in zip(SIZES, (INNER, OUTER), (0.0, cam.half), strict=True):
+        psi = s - cam.half - shift
+        _cone(solid, turned(cam.whole_profile(61), psi), size, color)
+        for side, roller in product((0.0, math.pi), range(cam.N)):
+            at = psi + side
+            circle = turned(_roller(cam, cam.roller_axis(at, roller)), side)
+            _cone(solid, circle, size, color, alpha=0.5 if _touches(cam, at, roller) else 0.08)
+    for sign, name in ((1.0, "right"), (-1.0, "left")):
+        solid.plot([0, sign * 1.5], [0, 0], [0, 0], color="k", lw=1)
+        solid.text(sign * 1.55, 0, 0, name)
+    _frame(solid, 1.0, rf"$\theta$ = {math.degrees(theta):.1f}°, cam {math.degrees(s):.1f}°", below=True)
+    return cast(Axes, solid)
+
+
+def _touches(cam: CamGeometry, psi: float, roller: int) -> bool:
+    """Whether this roller is in a stroke: its own angle from the middle, in strokes of the cam, is less than half a stroke and sigma."""
+    own = psi + cam.half - 2 * cam.half * roller
+    around = 2 * cam.half * cam.N
+    own = (own + around / 2) % around - around / 2
+    return abs(own) <= cam.half + cam.sigma
+
+
+def _roller(cam: CamGeometry, axis: Array, points: int = 25) -> Array:
+    """Circle in which a roller's cone meets the unit sphere."""
+    across = unit(np.cross(axis, [0.3, 0.5, 0.81]))
+    angle = np.linspace(0, 2 * math.pi, points)[:, None]
+    circle = np.cos(angle) * across + np.sin(angle) * np.cross(axis, across)
+    return np.asarray(math.cos(cam.alpha_4) * axis + math.sin(cam.alpha_4) * circle)
+
+
+def _cone(solid: Axes3D, edge: Array, size: float, color: str, alpha: float = 0.35) -> None:
+    """The part of a cone between 0.8 of its size and its size."""
+    following = np.roll(edge, -1, axis=0)
+    strips = np.stack([0.8 * edge, edge, following, 0.8 * following], axis=1) * size
+    solid.add_collection3d(Poly3DCollection(list(strips), facecolor=color, edgecolor="none", alpha=alpha))
+    closed: Any = np.vstack([edge, edge[:1]]).T * size
+    solid.plot(*closed, color=color, lw=0.8, alpha=min(1.0, 2.5 * alpha))
+
+
+def _frame(solid: Axes3D, reach: float, title: str, *, below: bool = False) -> None:
+    solid.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach if below else 0.0, reach), title=title)
+    solid.set_box_aspect((1, 1, 1 if below else 0.5), zoom=1.45)  # pyright: ignore[reportArgumentType]
+    solid.set_axis_off()
+    solid.view_init(elev=28, azim=-50)

@@ -1,0 +1,67 @@
+"""The figures of the spherical cam differential: what they show is what was computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.animation import FuncAnimation
+from matplotlib.axes import Axes
+
+from powertrain.components.gearless.spherical_cam import Cycle, SphericalCam
+from powertrain.components.gearless.spherical_cam import figures as drawn
+from powertrain.components.gearless.spherical_cam.animation import animation
+
+CAM = SphericalCam(3, 4)
+
+
+@pytest.fixture(autouse=True)
+def _no_window() -> Iterator[None]:
+    plt.switch_backend("Agg")
+    yield
+    plt.close("all")
+
+
+@pytest.mark.parametrize("draw", [drawn.flat_profile, drawn.pressure_angles, drawn.profile_on_sphere, drawn.mechanism])
+def test_of_a_cam(draw: Callable[..., Axes]) -> None:
+    ax = draw(CAM)
+    assert isinstance(ax, Axes)
+    assert ax.lines
+    assert draw(CAM, ax=ax) is ax
+    assert isinstance(draw(), Axes)
+
+
+@pytest.mark.parametrize("draw", [drawn.load_sharing, drawn.efficiency])
+@pytest.mark.parametrize("sharing", ["elastic", "single"])
+def test_of_a_cycle(draw: Callable[..., Axes], sharing: str) -> None:
+    cycle = Cycle(CAM, sharing=sharing)  # type: ignore[arg-type]
+    ax = draw(cycle)
+    assert draw(cycle, ax=ax) is ax
+    y = np.asarray(ax.lines[0].get_ydata())
+    assert ((y >= -1e-12) & (y <= 1 + 1e-12)).all()
+
+
+def test_minimum_of_the_drawn_pressure_angle() -> None:
+    ax = drawn.pressure_angles(CAM)
+    lowest = min(float(np.min(np.asarray(line.get_ydata()))) for line in ax.lines if line.get_color() == drawn.LEFT)
+    assert lowest == pytest.approx(np.degrees(CAM.minimum_pressure_angle), abs=1e-3)
+
+
+def test_cams_of_the_mechanism_turn_with_the_carriers() -> None:
+    """After a pitch of the rollers it looks the same."""
+    first, second = (drawn.mechanism(CAM, theta) for theta in (0.1, 0.1 + 2 * np.pi / CAM.N))
+    for one, other in zip(first.lines[:1], second.lines[:1], strict=True):
+        a, b = (np.array(line.get_data_3d()).T for line in (one, other))  # type: ignore[attr-defined]
+        for point in a:
+            assert np.linalg.norm(b - point, axis=1).min() < 1e-9
+    assert first.get_title() != second.get_title()
+
+
+def test_animation(tmp_path: Path) -> None:
+    moving = animation(CAM, frames=2)
+    assert isinstance(moving, FuncAnimation)
+    moving.save(tmp_path / "cams.gif", writer="pillow")
+    assert (tmp_path / "cams.gif").stat().st_size > 1000
