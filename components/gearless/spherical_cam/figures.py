@@ -35,13 +35,13 @@ def _solid_axes(ax: Axes | None) -> Axes3D:
 def flat_profile(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
     """Profile and pitch curve over x and y, as Fig. 2; dotted what lies beyond a lobe's tip and is cut off."""
     ax = _axes(ax)
-    profile, psi = cam.whole_profile(), np.linspace(-2 * cam.half, 0.0, 361)
     low, high = cam.stroke
+    profile, psi = cam.whole_profile(), np.linspace(low, high, 361)
     beyond = cam.profile(np.linspace(high, high + 0.25 * cam.half, 61))
     for i in range(cam.M):
         turn = 2 * cam.half * i
         x, y, _ = turned(cam.pitch_curve(psi), turn).T
-        ax.plot(x, y, color="0.6", lw=0.8, ls="--", label="pitch curve" if i == 0 else None)
+        ax.plot(x, y, color="0.6", lw=0.8, ls="--", label="axis of a roller that touches" if i == 0 else None)
         for side in (1.0, -1.0):
             x, y, _ = turned(beyond * [1.0, side, 1.0], turn).T
             ax.plot(x, y, color=INNER, lw=0.8, ls=":", label="beyond the tip" if i == 0 and side > 0 else None)
