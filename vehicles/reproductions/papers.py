@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 PAPERS = {
     "yu-beachley": "yu_beachley",
     "provatidis": "provatidis",
+    "chaudhary": "chaudhary",
     "madhavan": "madhavan",
 }
 """The names of the papers and the modules that reproduce them."""
