@@ -34,11 +34,13 @@ def book(dae: HybridDae) -> Book:
         ("contact", dae.contacts),
         ("when", dae.whens),
     ]
+    modes = [f.index for f in dae.frictions] + [s.index for s in dae.switches]
+    modes += [c.index for c in dae.contacts] + [w.index for w in dae.whens]
     entries = {schedule.index + k for schedule in dae.schedules for k in range(3)}
     return Book(
         kinds=tuple((law.index, law.name, kind) for kind, laws in groups for law in laws),
         quiet=frozenset(entries | {s.index for s in dae.switches if s.continuous}),
         chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},
         counted=tuple(guard for guard in dae.guards if guard.action == "count"),
-        modes=tuple(law.index for law in (*dae.frictions, *dae.switches, *dae.contacts, *dae.whens)),
+        modes=tuple(modes),
     )

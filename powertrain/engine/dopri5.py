@@ -39,7 +39,7 @@ def step(rhs: Callable[[ca.SX, ca.SX], ca.SX], t: ca.SX, h: ca.SX, y: ca.SX, k1:
 
     ``stiffness`` is Hairer's estimate of h times the spectral radius from the last two stages.
     """
-    zero = ca.SX.zeros(y.numel())
+    zero = type(y).zeros(y.numel())
     stages, points = [k1], [y]
     for row, c in zip(A, C, strict=True):
         points.append(y + h * sum((a * k for a, k in zip(row, stages, strict=True) if a), zero))

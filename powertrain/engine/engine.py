@@ -33,6 +33,8 @@ Method = Literal["auto", "dopri5", "rodas5p"]
 _METHODS = ("auto", "dopri5", "rodas5p")
 _LARGE = 100
 """Unknowns above which linear systems are solved numerically instead of by expressions."""
+_LONG = 8000
+"""Instructions of a step above which its machine code calls functions: written out it would no longer fit the processor's cache."""
 _EXPLICIT_STEPS = 5000.0
 """With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
 
@@ -64,7 +66,7 @@ class Engine:
         self._functions: dict[str, ca.Function] = {}
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
-        self.special = SpecialSteps(dae.m, self.book.modes, self._special_step)
+        self.special = SpecialSteps(dae.m, self.book.modes, self._step, compile)
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
@@ -138,17 +140,19 @@ class Engine:
                 large = [SparseStep(model, self.memory, side) for side in (0, 1)]
                 self._steps[name] = (large[0].call, large[1].call)
             else:
-                self._steps[name] = self._step(name, model)
+                self._steps[name] = self._step(name, None)
         return self._steps[name]
 
-    def _step(self, method: str, model: steps.Common) -> Calls:
-        function = steps.explicit_step(model) if method == "dopri5" else steps.rosenbrock_step(model)
+    def _step(self, method: str, held: ca.SX | None) -> Calls:
+        """The step for any modes, or for those that ``held`` has as numbers."""
+        make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
+        rows = self._shared().rows
+        function = make(steps.common(self.dae, rows, held))
+        if self.compile and function.n_instructions() > _LONG:
+            function = make(steps.common(self.dae, rows, held, ca.MX))
         function = self._finished({method: function})[method]
         self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
         return bound[0].call, bound[1].call
-
-    def _special_step(self, method: str, held: ca.SX) -> Calls:
-        return self._step(method, steps.common(self.dae, self._shared().rows, held))
 
     def first_method(self, span: float) -> str:
         """The method a run begins with, from the start that memory holds."""

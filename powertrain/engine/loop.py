@@ -69,7 +69,7 @@ class Run:
                 self._next_stop()
                 before = len(self.recorder.times)
                 located = self._smooth()
-                self.engine.special.count(self.memory.m, len(self.recorder.times) - before)
+                self.engine.special.count(len(self.recorder.times) - before)
                 self._pass(located)
         except NotConsistent as error:
             raise SimulationError(f"at t = {self.t:.9g} s {error}", self._trajectory()) from None

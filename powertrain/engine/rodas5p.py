@@ -105,8 +105,8 @@ def step(
     linear solves (see :func:`powertrain.engine.pivots.match_rows`).
     """
     n = y.numel()
-    zero = ca.SX.zeros(n)
-    mass = ca.diag(ca.vertcat(ca.SX.ones(states), ca.SX(n - states, 1)))
+    zero = type(y).zeros(n)
+    mass = ca.diag(ca.vertcat(ca.DM.ones(states), ca.DM(n - states, 1)))
     solve = factorize(mass / (h * GAMMA) - jacobian, rows)
     stages: list[ca.SX] = []
     for i in range(8):
@@ -120,7 +120,7 @@ def step(
     rise = end - y
     first, second, third = (_combine(row, stages, zero) for row in DENSE)
     dense = ca.horzcat(y, rise + first, second - first, third - second, -third)
-    return Step(end=end, slope=zero, error=stages[7], dense=dense, stiffness=ca.SX(0))
+    return Step(end=end, slope=zero, error=stages[7], dense=dense, stiffness=type(y)(0))
 
 
 def _combine(weights: Sequence[float], stages: Sequence[ca.SX], zero: ca.SX) -> ca.SX:

@@ -4,43 +4,69 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import casadi as ca
 
 Solve = Callable[[ca.SX], ca.SX]
+Factors = tuple[list[dict[int, ca.SX]], list[dict[int, ca.SX]], list[ca.SX]]
+"""The strict lower and upper rows, and the inverse pivots, in the order of elimination."""
 
 
-def factorize(matrix: ca.SX, rows: Sequence[int] | None = None) -> Solve:
+def factorize(matrix: ca.SX | ca.MX, rows: Sequence[int] | None = None) -> Solve:
     """Return ``solve(b)`` for ``matrix @ x == b``, as expressions without any pivoting at run time.
 
     ``rows[i]`` is the row whose entry in column i serves as pivot (default: the diagonal). It must be structurally non-zero; see
     :func:`powertrain.engine.pivots.match_rows`.
     """
-    n = matrix.size1()
-    pivot_row = list(range(n)) if rows is None else list(rows)
-    position_of_row = {row: column for column, row in enumerate(pivot_row)}
-    entries = _entries(matrix, position_of_row)
-    order = _minimum_degree(n, entries)
-    lower, upper, inverse = _eliminate(n, entries, order)
+    pivot_row = list(range(matrix.size1())) if rows is None else list(rows)
+    if isinstance(matrix, ca.MX):
+        return _called(matrix, pivot_row)
+    order, factors = _factors(matrix, pivot_row)
+    return lambda b: _substitute(pivot_row, order, factors, b)
 
-    def solve(b: ca.SX) -> ca.SX:
-        y: list[ca.SX] = []
-        for i in range(n):
-            value = b[pivot_row[order[i]]]
-            for j, factor in lower[i].items():
-                value = value - factor * y[j]
-            y.append(value)
-        for i in range(n - 1, -1, -1):
-            value = y[i]
-            for j, factor in upper[i].items():
-                value = value - factor * y[j]
-            y[i] = value * inverse[i]
-        solution: list[ca.SX] = [ca.SX(0)] * n
-        for i in range(n):
-            solution[order[i]] = y[i]
-        return ca.vertcat(*solution)
 
-    return solve
+def _called(matrix: ca.MX, pivot_row: list[int]) -> Solve:
+    """One function that gives the factors and one for the solution, instead of their expressions."""
+    pattern = matrix.sparsity()
+    entries, right = ca.SX.sym("entries", pattern.nnz()), ca.SX.sym("right", matrix.size1())
+    order, (lower, upper, inverse) = _factors(ca.SX(pattern, entries), pivot_row)
+    values = [value for rows in (lower, upper) for row in rows for value in row.values()] + inverse
+    known = ca.SX.sym("factors", len(values))
+    places = iter(ca.vertsplit(known))
+    below, above = ([{j: next(places) for j in row} for row in rows] for rows in (lower, upper))
+    solution = _substitute(pivot_row, order, (below, above, list(places)), right)
+    eliminate = ca.Function("powertrain_factors", [entries], ca.cse([ca.vertcat(*values)]))
+    substitute = ca.Function("powertrain_substitute", [known, right], [solution])
+    found: Any = eliminate(matrix.nz[:])
+    return lambda b: substitute(found, b)
+
+
+def _factors(matrix: ca.SX, pivot_row: list[int]) -> tuple[list[int], Factors]:
+    entries = _entries(matrix, {row: column for column, row in enumerate(pivot_row)})
+    order = _minimum_degree(len(pivot_row), entries)
+    return order, _eliminate(len(pivot_row), entries, order)
+
+
+def _substitute(pivot_row: list[int], order: list[int], factors: Factors, b: ca.SX) -> ca.SX:
+    """The solution for the right side ``b``."""
+    lower, upper, inverse = factors
+    n = len(order)
+    y: list[ca.SX] = []
+    for i in range(n):
+        value = b[pivot_row[order[i]]]
+        for j, factor in lower[i].items():
+            value = value - factor * y[j]
+        y.append(value)
+    for i in range(n - 1, -1, -1):
+        value = y[i]
+        for j, factor in upper[i].items():
+            value = value - factor * y[j]
+        y[i] = value * inverse[i]
+    solution: list[ca.SX] = [ca.SX(0)] * n
+    for i in range(n):
+        solution[order[i]] = y[i]
+    return ca.vertcat(*solution)
 
 
 def _entries(matrix: ca.SX, position_of_row: dict[int, int]) -> list[dict[int, ca.SX]]:
@@ -78,10 +104,8 @@ def _minimum_degree(n: int, entries: list[dict[int, ca.SX]]) -> list[int]:
     return order
 
 
-def _eliminate(
-    n: int, entries: list[dict[int, ca.SX]], order: list[int]
-) -> tuple[list[dict[int, ca.SX]], list[dict[int, ca.SX]], list[ca.SX]]:
-    """Gaussian elimination in ``order``; return the strict lower and upper rows and the inverse pivots."""
+def _eliminate(n: int, entries: list[dict[int, ca.SX]], order: list[int]) -> Factors:
+    """Gaussian elimination in ``order``."""
     position = {v: k for k, v in enumerate(order)}
     rows: list[dict[int, ca.SX]] = [{} for _ in range(n)]
     below: list[set[int]] = [set() for _ in range(n)]

@@ -33,7 +33,7 @@ class SparseStep:
     def _bind(self, model: Common) -> None:
         dae, memory = model.dae, self._memory
         now = ca.SX.sym("now")
-        rates, g = model.both(now, model.y)
+        rates, g = model.rates(now, model.y), model.watch(now, model.y)
         inputs, arrays = [now, model.y, dae.m, dae.p], [self._now, self._point, memory.m, memory.p]
         self._rates = Bound(ca.Function(PREFIX + "rates", inputs, ca.cse([rates])), arrays, [self._rate])
         self._watch = Bound(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -24,44 +25,62 @@ _SETTLED = 1e-9
 
 @dataclass(frozen=True)
 class Common:
-    """Symbols and inlined expressions of time, unknowns y = (x, z), held values and parameters.
+    """Symbols and functions of time, unknowns y = (x, z), held values and parameters.
 
-    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step).
+    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX``, where everything is written out into
+    one list of instructions, as suits CasADi's interpreter, or ``ca.MX``, where functions are called, as suits a machine with small caches.
     """
 
     dae: HybridDae
+    kind: Any
     time: ca.SX
     y: ca.SX
+    m: ca.SX
+    p: ca.SX
     tolerance: ca.SX
     rates: Callable[[ca.SX, ca.SX], ca.SX]
     guards: Callable[[ca.SX, ca.SX], ca.SX]
-    both: Callable[[ca.SX, ca.SX], tuple[ca.SX, ca.SX]]
+    watch: Callable[[ca.SX, ca.SX], ca.SX]
+    partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
     rows: Sequence[int] | None
     indicators: int
 
 
-def common(dae: HybridDae, rows: Sequence[int] | None = None, held: ca.SX | None = None) -> Common:
+def common(dae: HybridDae, rows: Sequence[int] | None = None, held: ca.SX | None = None, kind: Any = ca.SX) -> Common:
     """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns; ``held`` is m with numbers for known modes."""
-    m = dae.m if held is None else held
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
     counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
-    y = ca.SX.sym("y", n + dae.z.numel())
-    symbols = [dae.t, dae.x, dae.z, dae.m, dae.p]
-    evaluate = ca.Function(PREFIX + "evaluate", symbols, [rates, ca.densify(found), ca.densify(counted)])
+    found, counted = ca.densify(found), ca.densify(counted)
+    if held is not None:
+        general = ca.Function(PREFIX + "general", [dae.t, dae.x, dae.z, dae.m, dae.p], [rates, found, counted])
+        rates, found, counted = general.call([dae.t, dae.x, dae.z, held, dae.p])
+    called = kind is not ca.SX
+    m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
+    known: dict[str, ca.Function] = {}
 
-    def call(t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
-        return list(evaluate.call([t, unknowns[:n, :], unknowns[n:, :], m, dae.p]))
+    def call(name: str, outputs: Callable[[], list[ca.SX]], t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
+        if name not in known:
+            inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+            known[name] = ca.Function(PREFIX + name, inputs, ca.cse(outputs()) if called else outputs())
+        return list(known[name].call([t, unknowns[:n, :], unknowns[n:, :], m, p]))
+
+    def partials() -> list[ca.SX]:
+        return [ca.jacobian(rates, ca.vertcat(dae.x, dae.z)), ca.densify(ca.jacobian(rates, dae.t))]
 
     return Common(
         dae=dae,
-        time=ca.SX.sym("time", 2),
-        y=y,
-        tolerance=ca.SX.sym("tolerance", 3),
-        rates=lambda t, u: call(t, u)[0],
-        guards=lambda t, u: call(t, u)[2],
-        both=lambda t, u: (call(t, u)[0], call(t, u)[1]),
+        kind=kind,
+        time=kind.sym("time", 2),
+        y=kind.sym("y", n + dae.z.numel()),
+        m=m,
+        p=p,
+        tolerance=kind.sym("tolerance", 3),
+        rates=lambda t, u: call("rates", lambda: [rates], t, u)[0],
+        guards=lambda t, u: call("guards", lambda: [counted], t, u)[0],
+        watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
+        partials=lambda t, u: call("partials", partials, t, u),
         rows=rows,
         indicators=found.numel(),
     )
@@ -69,25 +88,17 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, held: ca.SX | None
 
 def explicit_step(model: Common) -> ca.Function:
     """Dormand-Prince 5(4): (time, y, m, p, slope, tolerance) -> (y, slope, info, dense, outside)."""
-    slope = ca.SX.sym("slope", model.y.numel())
+    slope = model.kind.sym("slope", model.y.numel())
     taken = dopri5.step(model.rates, model.time[0], model.time[1], model.y, slope)
     return _step_function(model, PREFIX + "dopri5", slope, taken)
 
 
 def rosenbrock_step(model: Common) -> ca.Function:
     """Rodas5P, same arguments and results as the explicit step; ``slope`` is not used."""
-    dae = model.dae
-    n = dae.x.numel()
-    slope = ca.SX.sym("slope", model.y.numel())
+    n = model.dae.x.numel()
+    slope = model.kind.sym("slope", model.y.numel())
     t, h = model.time[0], model.time[1]
-    base = ca.SX.sym("t")
-    rates = model.rates(base, model.y)
-    partials = ca.Function(
-        PREFIX + "partials",
-        [base, model.y, dae.m, dae.p],
-        [ca.jacobian(rates, model.y), ca.densify(ca.jacobian(rates, base))],
-    )
-    jacobian, time_slope = partials.call([t, model.y, dae.m, dae.p])
+    jacobian, time_slope = model.partials(t, model.y)
     rows = list(range(n)) + [n + row for row in model.rows or ()]
     taken = rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, rows)
     return _step_function(model, PREFIX + "rodas5p", slope, taken)
@@ -97,12 +108,20 @@ def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Fu
     t, h = model.time[0], model.time[1]
     scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     norm = ca.sqrt(ca.sumsqr(taken.error / scale) / max(model.y.numel(), 1))
-    samples = [model.both(t + q * h, on_polynomial(taken.dense, q))[1] for q in CHECKS]
-    samples.append(model.both(t + h, taken.end)[1])
-    info = verdict(norm, model.tolerance[2], taken.stiffness, samples)
+    samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
+    samples.append(model.watch(t + h, taken.end))
+    info = verdict_function(model.indicators)(norm, model.tolerance[2], taken.stiffness, ca.horzcat(*samples))
     outside = ca.densify(model.guards(t + h, taken.end))
-    results = [taken.end, taken.slope, info, ca.vec(taken.dense), outside]
-    return _function(name, [model.time, model.y, model.dae.m, model.dae.p, slope, model.tolerance], results)
+    results = [ca.densify(r) for r in (taken.end, taken.slope, info, ca.vec(taken.dense), outside)]
+    return ca.Function(name, [model.time, model.y, model.m, model.p, slope, model.tolerance], ca.cse(results))
+
+
+def verdict_function(indicators: int) -> ca.Function:
+    """(norm, error norm before, stiffness, one column of indicators for each sample) -> info, see ``verdict``."""
+    norm, before, stiffness = (ca.SX.sym(name) for name in ("norm", "before", "stiffness"))
+    samples = ca.SX.sym("samples", indicators, len(CHECKS) + 1)
+    info = ca.densify(verdict(norm, before, stiffness, ca.horzsplit(samples)))
+    return ca.Function(PREFIX + "verdict", [norm, before, stiffness, samples], ca.cse([info]))
 
 
 def fresh(model: Common) -> ca.Function:
@@ -169,7 +188,7 @@ def locate(model: Common) -> ca.Function:
     if dae.z.numel():
         for _ in range(2):
             y = _corrected(model, t, y, n)
-    g = model.both(t, y)[1]
+    g = model.watch(t, y)
     smallest = ca.SX(1e300)
     for i in range(model.indicators):
         smallest = ca.fmin(smallest, ca.if_else(mask[i] > 0, g[i], 1e300))
@@ -191,7 +210,7 @@ def newton(model: Common) -> ca.Function:
     """Three full steps of Newton's method for z: (time, y, m, p) -> (z, [0 if the last ends the search]); pivots are fixed beforehand."""
     dae = model.dae
     n = dae.x.numel()
-    z, before, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0)
+    z, before, last, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0), ca.SX(0)
     for k in range(3):
         residual, jacobian = _algebra(dae).call([model.time[0], model.y[:n, :], z, dae.m, dae.p])
         step = factorize(jacobian, model.rows)(residual)
