@@ -207,7 +207,7 @@ def figure_5() -> Figure:
     """Pressure angles for {4, 5} and {4, 4}."""
     from powertrain.components.gearless.spherical_cam.figures import pressure_angles
 
-    figure, axes = panels(["", ""], height=4.0)
+    figure, axes = panels(["", ""], width=6.2, height=4.4)
     for ax, (M, N) in zip(axes, ((4, 5), (4, 4)), strict=True):
         pressure_angles(geometry(M, N), ax)
     return figure
@@ -237,7 +237,7 @@ PAPER = Paper(
         Picture(
             "figure-4",
             f"Fig. 4b: conjugate cams and rollers of both sides; {DATA}.",
-            lambda: drawn(CAMS, "mechanism", (7, 7), "3d"),
+            lambda: drawn(CAMS, "mechanism", (10, 7), "3d"),
         ),
         Picture("figure-5", "Fig. 5: pressure angles over the cam's angle, {4, 5} and {4, 4}.", figure_5),
         Picture("load-sharing", f"Share of the rollers on both cams; {DATA}.", lambda: drawn(CAMS, "load_sharing")),
