@@ -35,7 +35,7 @@ class OperatingLineControl(Component):
 
     line: Map = LINE
     F_max: Parameter = parameter("N", "Tractive force that a full accelerator asks for", default=6000.0, above=0)
-    v_0: Parameter = parameter("m/s", "Speed for which power is asked at standstill", default=2.0, above=0)
+    v_0: Parameter = parameter("m/s", "Speed for which power is asked at standstill", default=4.0, above=0)
     tau_max: Parameter = parameter("N.m", "Torque of the engine with an open throttle", default=150.0, above=0)
     ratio_min: Parameter = parameter("1", "Least ratio of the transmission", default=0.5, above=0)
     ratio_max: Parameter = parameter("1", "Greatest ratio of the transmission", default=2.0, above=0)

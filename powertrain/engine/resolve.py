@@ -179,7 +179,7 @@ class Resolver:
 
     def _rates(self, side: int) -> Array:
         self._fresh[side].call()
-        return self.memory.slope[1 - side].copy()
+        return self.memory.slope[1 - side][: self.n].copy()
 
     def _solve(self, side: int) -> None:
         if self.algebra is not None:

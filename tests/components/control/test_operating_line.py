@@ -12,10 +12,10 @@ LINE = pt.Map.curve([0, 40e3], [100, 300], x="power", x_unit="W", outside="clip"
 @pytest.mark.parametrize(
     ("accelerator", "v", "w", "w_out", "w_ref", "throttle", "ratio"),
     [
-        (0.5, 8, 150, 200, 250, 30e3 / (150 * 150), 0.8),  # 0.5 * 6000 N * (8 + 2) m/s = 30 kW
-        (0.5, 8, 150, 40, 250, 30e3 / (150 * 150), 0.5),  # wanted 0.16
+        (0.5, 6, 150, 200, 250, 30e3 / (150 * 150), 0.8),  # 0.5 * 6000 N * (6 + 4) m/s = 30 kW
+        (0.5, 6, 150, 40, 250, 30e3 / (150 * 150), 0.5),  # wanted 0.16
         (0.0, 20, 150, 400, 100, 0.0, 2.0),  # wanted 4
-        (0.1, 0, 50, 0, 106, 1.2e3 / (150 * 95), 0.5),  # below the clutch's speed w counts as w_open
+        (0.1, 0, 50, 0, 112, 2.4e3 / (150 * 95), 0.5),  # below the clutch's speed w counts as w_open
     ],
 )
 def test_power_speed_torque_and_ratio(
