@@ -10,7 +10,7 @@ from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, v
 from powertrain.components.wheels.slip import SlippingWheel
 
 NEWTON_STEPS = 8
-"""Steps from below towards the root of a concave function: enough for 1e-9 where pEx1 <= 0.97."""
+"""Steps from below towards the root of a concave function: enough for 1e-8 in the range of pEx1 and pCx1."""
 SMALL = 1e-6
 """Part of the peak force below which force and slip are proportional."""
 
@@ -39,16 +39,16 @@ class MagicFormulaWheel(SlippingWheel):
     sigma_c der(kappa_c) = |v_creep + v_slide| - |v| kappa_c
     The tyre's spring c makes the force follow slip over the relaxation length K/c. The load follows the wheel's in the time T:
     T der(Fz) = fn - Fz. Deflection is stored energy, c u^2/2; the secant of the rising branch is taken at the spring's force, so
-    that no loss is negative in transients; the load does no work.
+    that no loss is negative in transients; the load does no work. C <= 2 keeps the force from turning round at large slip.
 
     Sources: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4 (names, formula without shifts), ch. 7 (carcass spring and
     contact patch). The defaults are plain values of a car tyre's order, not a measured tyre.
     """
 
-    pCx1: Parameter = parameter("1", "Shape factor C", default=1.65, above=1, max=3)
+    pCx1: Parameter = parameter("1", "Shape factor C", default=1.65, above=1, max=2)
     pDx1: Parameter = parameter("1", "Friction coefficient at Fz0", default=1.0, above=0)
     pDx2: Parameter = parameter("1", "Change of the friction coefficient with dfz", default=0.0)
-    pEx1: Parameter = parameter("1", "Curvature factor E", default=-0.5, min=-20, max=0.97)
+    pEx1: Parameter = parameter("1", "Curvature factor E", default=-0.5, min=-20, max=0.99)
     pKx1: Parameter = parameter("1", "Slip stiffness over load at Fz0", default=20.0, above=0)
     pKx2: Parameter = parameter("1", "Change of the slip stiffness over load with dfz", default=0.0)
     pKx3: Parameter = parameter("1", "Exponent of the slip stiffness with dfz", default=0.0)

@@ -13,6 +13,9 @@ from powertrain.components import translational as tr
 from powertrain.components.blocks import Constant, Sine
 from powertrain.components.body import AxlePath, RoadProfile, VehicleBody
 from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
+from powertrain.components.gearless.circular_cam import CircularCamDifferential
+from powertrain.components.gearless.linkage import LinkageDifferential
+from powertrain.components.gearless.spherical_cam import SphericalCamDifferential
 from powertrain.components.wheels import RigidWheel
 
 G = 9.80665
@@ -155,7 +158,17 @@ class Bend(pt.Component):
         yield pt.connect(self.curvature.y, self.path.curvature)
 
 
-@pytest.mark.parametrize("differential", [BevelDifferential(eta=0.95), LimitedSlipDifferential(preload=20)], ids=repr)
+KINDS = [
+    BevelDifferential(eta=0.95),
+    LimitedSlipDifferential(preload=20),
+    CircularCamDifferential(),
+    CircularCamDifferential(mu=0.2),
+    SphericalCamDifferential(),
+    LinkageDifferential(),
+]
+
+
+@pytest.mark.parametrize("differential", KINDS, ids=lambda kind: type(kind).__name__)
 @pytest.mark.parametrize(("side", "outer", "inner"), [(1, "right", "left"), (-1, "left", "right")])
 def test_wheel_speeds_in_a_bend(differential: Differential, side: int, outer: str, inner: str) -> None:
     """Madhavan, App. A: cage 88 rad/s, radius 7 m, track 1.4 m."""

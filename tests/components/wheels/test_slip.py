@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from wheel_rigs import Drum, plain, tight
 
+import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Constant
@@ -40,6 +41,7 @@ TYRES: list[dict[str, Any]] = [
     {"pCx1": 1.65, "pDx1": 1.0, "pDx2": 0.0, "pEx1": -0.5, "pKx1": 20.0, "pKx2": 0.0, "pKx3": 0.0},
     {"pCx1": 1.9, "pDx1": 0.9, "pDx2": -0.1, "pEx1": 0.97, "pKx1": 17.0, "pKx2": 3.0, "pKx3": -0.3},
     {"pCx1": 1.3, "pDx1": 1.1, "pDx2": -0.05, "pEx1": -5.0, "pKx1": 25.0, "pKx2": -2.0, "pKx3": 0.2},
+    {"pCx1": 2.0, "pDx1": 0.3, "pDx2": 0.0, "pEx1": 0.99, "pKx1": 3.0, "pKx2": 0.0, "pKx3": 0.0},
 ]
 
 
@@ -61,13 +63,20 @@ def test_linear_tyre_relaxes_over_its_length() -> None:
     np.testing.assert_allclose(result["wheel.f"], f, rtol=1e-6, atol=1e-6)
 
 
-@pytest.mark.parametrize("tyre", TYRES, ids=["plain", "sharp", "flat"])
+@pytest.mark.parametrize("tyre", TYRES, ids=["plain", "sharp", "flat", "snow"])
 @pytest.mark.parametrize("kappa", [0.004, -0.04, 0.09, 0.2, -0.6, 2.0])
 def test_magic_formula_at_steady_slip(tyre: dict[str, Any], kappa: float) -> None:
     """Below the peak, at it, beyond it, driving and braking, at two loads and on a slippery road."""
     for load, mu in ((4000.0, 1.0), (2500.0, 0.4)):
         force = steady(MagicFormulaWheel(**tyre, mu=mu), 10.0, kappa, load)
         assert force == pytest.approx(formula(tyre, kappa, load, mu), rel=2e-6)
+
+
+def test_shapes_that_have_no_peak_or_turn_round() -> None:
+    with pytest.raises(pt.ParameterError, match=r"MagicFormulaWheel\.pCx1 = 2\.3 1 is outside its range \(1, 2\]"):
+        MagicFormulaWheel(pCx1=2.3)
+    with pytest.raises(pt.ParameterError, match=r"MagicFormulaWheel\.pEx1 = 1 1 is outside its range \[-20, 0\.99\]"):
+        MagicFormulaWheel(pEx1=1.0)
 
 
 def test_magic_formula_has_a_relaxation_length() -> None:
