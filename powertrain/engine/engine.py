@@ -34,7 +34,7 @@ _METHODS = ("auto", "dopri5", "rodas5p")
 _LARGE = 100
 """Unknowns above which linear systems are solved numerically instead of by expressions."""
 _LONG = 8000
-"""Instructions of a step above which its machine code calls functions: written out it would no longer fit the processor's cache."""
+"""Instructions of a step above which its machine code calls functions: written out it takes longer to compile, and to run."""
 _EXPLICIT_STEPS = 5000.0
 """With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
 
