@@ -1,0 +1,133 @@
+"""What there is: components and vehicles, found by walking the packages."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
+
+import powertrain as pt
+from powertrain.connectors import Connector
+from powertrain.errors import suggestion
+
+NO_PARTS = {"figures", "animation", "cli", "reproductions", "__main__"}
+"""Modules without components of their own, which need not be imported."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A final component class with its family: the package or module below ``components`` or ``vehicles``."""
+
+    kind: type[pt.Component]
+    family: str
+
+    @property
+    def name(self) -> str:
+        """The name of the class."""
+        return self.kind.__name__
+
+    @property
+    def full_name(self) -> str:
+        """With the family, where the name alone is not enough: rotational.Fixed."""
+        return f"{self.family}.{self.name}"
+
+
+@cache
+def components() -> tuple[Entry, ...]:
+    """The parts of the library."""
+    import powertrain.components as package
+
+    return tuple(_entries(package))
+
+
+@cache
+def assembled() -> tuple[Entry, ...]:
+    """The models put together from parts: vehicles and benches."""
+    import powertrain.vehicles as package
+
+    return tuple(_entries(package))
+
+
+def vehicles() -> list[Entry]:
+    """The assembled models with a body that moves along a road."""
+    return [entry for entry in assembled() if is_vehicle(entry.kind)]
+
+
+def is_vehicle(kind: type[pt.Component]) -> bool:
+    """It has the slot ``body``, of that kind."""
+    from powertrain.components.body import Body
+
+    return _takes(kind, "body", Body)
+
+
+def drives_cycles(kind: type[pt.Component]) -> bool:
+    """It has a driver for a cycle: the slot ``cycle``."""
+    from powertrain.components.cycles import CycleSpeed
+
+    return _takes(kind, "cycle", CycleSpeed)
+
+
+def fitting(kind: object) -> list[Entry]:
+    """The components that a slot of this kind takes."""
+    if not isinstance(kind, type):
+        return []
+    return [entry for entry in components() if issubclass(entry.kind, kind)]
+
+
+def find(name: str, among: Iterable[Entry], what: str) -> Entry:
+    """The entry of a name; case, - and _ do not matter. Errors: ParameterError for an unknown and for an ambiguous name."""
+    entries = list(among)
+    wanted = _plain(name)
+    found = [
+        e for e in entries if wanted in (_plain(e.name), _plain(e.full_name), _plain(e.kind.__module__ + "." + e.name))
+    ]
+    found = [e for e in found if e.name == name] or found
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise pt.ParameterError(f"{name} is the name of several: {', '.join(e.full_name for e in found)}")
+    near = suggestion(name, [e.name for e in entries])
+    few = "" if len(entries) > 25 else f" ({what}: {', '.join(e.name for e in entries)})"
+    raise pt.ParameterError(f"there is no {what} {name!r}{near}{few}")
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("-", "").replace("_", "")
+
+
+def _takes(kind: type[pt.Component], slot: str, part: type[pt.Component]) -> bool:
+    given = kind._slot_types().get(slot)
+    default = kind._fields.get(slot)
+    return (isinstance(given, type) and issubclass(given, part)) or isinstance(default, part)
+
+
+def _entries(package: ModuleType) -> Iterator[Entry]:
+    for module in sorted(_modules(package), key=lambda module: module.__name__):
+        path = module.__name__.removeprefix(f"{package.__name__}.").split(".")
+        family = ".".join(path[:-1]) or path[0]
+        for kind in vars(module).values():
+            if _is_final(kind) and kind.__module__ == module.__name__:
+                yield Entry(kind, family if not hasattr(module, "__path__") else ".".join(path))
+
+
+def _modules(package: ModuleType) -> Iterator[ModuleType]:
+    for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+        if found.name.rpartition(".")[2] not in NO_PARTS:
+            module = importlib.import_module(found.name)
+            yield module
+            if found.ispkg:
+                yield from _modules(module)
+
+
+def _is_final(kind: object) -> bool:
+    return (
+        inspect.isclass(kind)
+        and issubclass(kind, pt.Component)
+        and not issubclass(kind, Connector)
+        and not kind.__name__.startswith("_")
+        and kind.equations is not pt.Component.equations
+    )

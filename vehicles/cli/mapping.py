@@ -1,0 +1,199 @@
+"""``powertrain map``: the efficiency of a transmission over its ratio and its load, with the cases of the power flow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from powertrain.vehicles.cli.options import (
+    DATA,
+    PICTURE,
+    Command,
+    Span,
+    configured,
+    of_the_command_line,
+    progress,
+    settings,
+)
+from powertrain.vehicles.cli.text import columns, number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    import powertrain as pt
+    from powertrain.components.transmissions import SplitPathTransmission
+    from powertrain.vehicles.cli.catalogue import Entry
+
+UNIT = "transmission.cvu"
+SHAFTS = ("transmission.flange_a", "transmission.flange_b")
+
+
+class Mapped(click.ParamType):
+    """A vehicle, or a transmission by itself."""
+
+    name = "vehicle|transmission"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Entry:
+        """By the class's name."""
+        from powertrain.components.transmissions import SplitPathTransmission
+        from powertrain.vehicles.cli import catalogue
+
+        known = [e for e in catalogue.components() if e.kind is SplitPathTransmission]
+        with of_the_command_line():
+            return catalogue.find(str(value), (*catalogue.vehicles(), *known), "vehicle or transmission")
+
+
+@click.command(
+    "map",
+    cls=Command,
+    short_help="Efficiency of a split-path transmission over ratio and load, with its power flow.",
+    examples=(
+        "map SplitPathCar --plot map.png",
+        "map SplitPathCar --ratio 0.5:2:61 --load 5:150:30 --set transmission.cvu=VBelt --out map.nc",
+        "map SplitPathTransmission --set layout=abH --plot map.png",
+    ),
+)
+@click.argument("what", metavar="VEHICLE|TRANSMISSION", type=Mapped())
+@click.option(
+    "--ratio",
+    type=Span(counted=True),
+    default=(0.5, 2.0, 61.0),
+    help="Ratio r = output over input speed, and how many. Default: 0.5:2:61.",
+)
+@click.option(
+    "--load",
+    type=Span(counted=True),
+    default=(5.0, 150.0, 30.0),
+    help="Torque at the output [N.m], and how many. Default: 5:150:30.",
+)
+@click.option(
+    "--speed",
+    type=click.FloatRange(0, min_open=True),
+    default=200.0,
+    show_default=True,
+    help="Speed of the input [rad/s].",
+)
+@settings
+@click.option("--out", type=DATA, help="Write the map: netCDF (.nc) or .csv.")
+@click.option(
+    "--plot", type=PICTURE, help="Draw the map with the cases of the power flow, and K and efficiency over the ratio."
+)
+def command(
+    what: Entry,
+    ratio: tuple[float, ...],
+    load: tuple[float, ...],
+    speed: float,
+    texts: tuple[str, ...],
+    params: Path | None,
+    out: Path | None,
+    plot: Path | None,
+) -> None:
+    """Put a split-path transmission (of a vehicle, or by itself) on a test bench: efficiency over ratio and load.
+
+    K is the power into the variable unit over the input power; the case tells whether power splits or goes round (Yu & Beachley 1986,
+    Fig. 8). Where friction rests (r = 1) nothing is printed: efficiency and K may lie anywhere between the values beside it.
+    """
+    import numpy as np
+
+    import powertrain as pt
+    from powertrain.vehicles.split_path import SplitPathBench
+
+    model, _ = configured(what, params, texts)
+    transmission = _transmission(model)
+    grid = {"r": _values(ratio, 61), "load": -_values(load, 30)}
+    if 0 in grid["r"]:
+        raise click.UsageError("--ratio: nothing is delivered at r = 0; leave it out")
+    with of_the_command_line():
+        plant = pt.compile(SplitPathBench(transmission=transmission))
+    flow = pt.power_flow(
+        plant,
+        grid,
+        outputs={"V": "V"},
+        parameters={"drive.w_fixed": speed},
+        variator=UNIT,
+        shafts=SHAFTS,
+        progress=progress(),
+    )
+    click.echo(report(flow, transmission, speed))
+    if not np.isfinite(flow.efficiency.values).any():
+        raise click.ClickException("the transmission delivers at no point of this map")
+    if plot is not None:
+        picture(flow).savefig(plot, dpi=120)
+        click.echo(f"wrote {plot}")
+    if out is not None:
+        _write(flow, out)
+        click.echo(f"wrote {out}")
+
+
+def report(flow: pt.PowerFlow, transmission: SplitPathTransmission, speed: float) -> str:
+    """V, efficiency, K and case over the ratio at the middle load."""
+    middle = flow.isel(load=flow.data.sizes["load"] // 2)
+    share = middle.variator(UNIT)
+    values = (middle.data["r"], middle.data["V"], middle.efficiency, share["K"])
+    step = max(middle.data.sizes["r"] // 15, 1)
+    rows = [
+        (*(number(float(v[k]), 4) for v in values), str(share["case"].values[k]) or "friction rests")
+        for k in range(0, middle.data.sizes["r"], step)
+    ]
+    torque = abs(float(middle.data["load"]))
+    about = (
+        f"{type(transmission).__name__}, layout {transmission.layout}, {transmission.coupling}-coupled, at {speed:g} rad/s "
+        f"and {torque:g} N.m at the output; efficiency from {_extreme(flow, 'min')} to {_extreme(flow, 'max')} over all loads"
+    )
+    return f"{about}\n\n{columns(rows, ('r', 'V', 'efficiency', 'K', 'power flow'), right=[0, 1, 2, 3])}"
+
+
+def picture(flow: pt.PowerFlow) -> Figure:
+    """The map with its cases, and a line of it."""
+    from matplotlib.figure import Figure
+
+    from powertrain.power.powerplot import plot_efficiency_map, plot_variator
+
+    figure = Figure(figsize=(13, 5.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    load = flow.data["load"].values
+    turned = type(flow)(
+        flow.graph, flow.data.assign_coords(load=("load", -load, {"units": "N.m", "long_name": "Torque at the output"}))
+    )
+    plot_efficiency_map(turned, "r", "load", variator=UNIT, ax=left)
+    left.set_title("Efficiency", fontsize=10)
+    plot_variator(flow.isel(load=load.size // 2), UNIT, "r", ax=right)
+    right.set_title(f"At {abs(load[load.size // 2]):.3g} N.m at the output", fontsize=10)
+    return figure
+
+
+def _values(span: tuple[float, ...], number_of: int) -> Any:
+    import numpy as np
+
+    return np.linspace(span[0], span[1], int(span[2]) if len(span) > 2 else number_of).round(9)
+
+
+def _transmission(model: pt.Component) -> SplitPathTransmission:
+    from powertrain.component import children
+    from powertrain.components.transmissions import SplitPathTransmission
+
+    found = model if isinstance(model, SplitPathTransmission) else dict(children(model)).get("transmission")
+    if not isinstance(found, SplitPathTransmission):
+        raise click.UsageError(f"{type(model).__name__} has no SplitPathTransmission in its slot 'transmission'")
+    return found
+
+
+def _extreme(flow: pt.PowerFlow, which: str) -> str:
+    return number(float(getattr(flow.efficiency, which)()), 4)
+
+
+def _write(flow: pt.PowerFlow, path: Path) -> None:
+    import xarray as xr
+
+    share = flow.variator(UNIT)
+    data = xr.Dataset({"efficiency": flow.efficiency, "V": flow.data["V"], **share.data_vars})
+    data["case"] = data["case"].astype(str)
+    data = data.assign_coords(
+        load=("load", -data["load"].values, {"units": "N.m", "long_name": "Torque at the output"})
+    )
+    if path.suffix == ".csv":
+        data.to_dataframe().reset_index().to_csv(path, index=False)
+    else:
+        data.to_netcdf(path)

@@ -1,0 +1,190 @@
+"""``powertrain run``: a vehicle over a drive cycle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from powertrain.vehicles.cli.options import (
+    DATA,
+    PICTURE,
+    Command,
+    Cycle,
+    OutputFile,
+    Span,
+    Vehicle,
+    of_the_command_line,
+    settings,
+)
+from powertrain.vehicles.cli.text import columns, number, title
+
+if TYPE_CHECKING:
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.vehicles.cli.catalogue import Entry
+    from powertrain.vehicles.trials import CycleRun
+
+COUNTED = ("sources", "lost", "stored")
+"""Columns of the audit that are shown."""
+
+
+@click.command(
+    "run",
+    cls=Command,
+    short_help="A vehicle over a drive cycle: consumption, energy audit, pictures.",
+    examples=(
+        "run SplitPathCar --cycle wltc --plot run.png",
+        "run SplitPathCar --cycle udds --set body.m=1500 --set body.Cd=0.28 --out run.nc",
+        "run SplitPathCar --span 0:200 --set transmission.cvu=VBelt --set 'engine=MappedEngine.gasoline()'",
+        "run SplitPathCar --write-params car.toml",
+        "run SplitPathCar --params car.toml --cycle my_cycle.csv",
+    ),
+)
+@click.argument("vehicle", type=Vehicle())
+@click.option(
+    "--cycle",
+    type=Cycle(),
+    help="wltc, udds, hwfet, nedc, or a CSV file (header time_s,speed_km_h). Default: the vehicle's.",
+)
+@click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
+@settings
+@click.option(
+    "--write-params", type=OutputFile(".toml"), help="Write all parameters with units and ranges to this TOML file."
+)
+@click.option("--out", type=DATA, help="Write the signals: netCDF (.nc) with units, or .csv.")
+@click.option(
+    "--signals",
+    multiple=True,
+    metavar="PATTERN",
+    help="Only these signals into --out, such as 'engine.*'; may be repeated.",
+)
+@click.option(
+    "--plot", type=PICTURE, help="Draw speed, engine and ratio, power, energy and operating points (.png, .pdf, .svg)."
+)
+@click.option(
+    "--rtol",
+    type=click.FloatRange(1e-12, 1e-2),
+    default=1e-6,
+    show_default=True,
+    help="Relative tolerance of the integrator.",
+)
+def command(
+    vehicle: Entry,
+    cycle: DriveCycle | None,
+    span: tuple[float, float] | None,
+    texts: tuple[str, ...],
+    params: Path | None,
+    write_params: Path | None,
+    out: Path | None,
+    signals: tuple[str, ...],
+    plot: Path | None,
+    rtol: float,
+) -> None:
+    """Simulate a vehicle over a drive cycle and print consumption and where the energy went.
+
+    `powertrain list vehicles` names the vehicles, `powertrain info VEHICLE` what can be set.
+
+    A span of a cycle should begin at rest, as the vehicle does.
+    """
+    import powertrain as pt
+    from powertrain.vehicles.cli import catalogue, files
+    from powertrain.vehicles.cli.options import configured, progress
+    from powertrain.vehicles.cli.settings import free_or_error
+    from powertrain.vehicles.trials import drive_cycle
+
+    if not catalogue.drives_cycles(vehicle.kind):
+        able = ", ".join(entry.name for entry in catalogue.vehicles() if catalogue.drives_cycles(entry.kind))
+        raise click.UsageError(f"{vehicle.name} has no driver who follows a cycle; these have one: {able}")
+    model, paths = configured(vehicle, params, texts)
+    driven: DriveCycle = cycle or model.cycle.cycle  # type: ignore[attr-defined]
+    if span is not None:
+        with of_the_command_line():
+            driven = _part(driven, *span)
+    model = pt.replace(model, {"cycle.cycle": driven})
+    plant = pt.compile(model)
+    with of_the_command_line():
+        free_or_error(paths, model, plant.parameters)
+    if write_params is not None:
+        write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
+    run = drive_cycle(plant, progress=progress(), rtol=rtol)
+    click.echo(report(run))
+    if out is not None:
+        _write(run, out, signals)
+    if plot is not None:
+        from powertrain.vehicles.trials.figures import cycle_figure
+
+        cycle_figure(run).savefig(plot, dpi=120)
+    for path in (write_params, out, plot):
+        if path is not None:
+            click.echo(f"wrote {path}")
+    if run.message:
+        raise click.ClickException(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}")
+
+
+def report(run: CycleRun) -> str:
+    """The results in text: the run, its table, the energy audit."""
+    cycle, name = run.cycle, type(run.plant.model).__name__
+    about = f"{cycle.duration:.0f} s, {cycle.distance / 1e3:.2f} km, up to {cycle.top_speed * 3.6:.1f} km/h"
+    results = [
+        (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)
+    ]
+    return "\n".join(
+        [
+            f"{name} over {cycle.name} ({about})",
+            "",
+            columns(results, right=[1]),
+            title("Energy by component"),
+            _energies(run),
+        ]
+    )
+
+
+def _energies(run: CycleRun) -> str:
+    """A line for every component that supplied, lost or stored energy; parts stand below their whole, indented."""
+    table = run.audit.components
+    supplied, floor = float(table.sources[""]), 1e-6 * run.audit.turnover
+    rows = []
+    amounts = {str(path): [float(row[name]) for name in COUNTED] for path, row in table.iterrows()}
+    for path, own in amounts.items():
+        alone = amounts.get(path.rpartition(".")[0]) == own  # the only part of its whole that does anything
+        if path and not alone and max(map(abs, own)) > floor:
+            rows.append((_indented(path), table.type[path], *map(_kilojoules, own), _share(own[1], supplied)))
+    total = amounts[""]
+    rows.append(("all", "", *map(_kilojoules, total), _share(total[1], supplied)))
+    head = ("component", "kind", "supplied [kJ]", "lost [kJ]", "stored [kJ]", "lost/supplied")
+    closes = f"  left over: {number(run.audit.residual, 3)} J, {run.audit.closure:.1e} of the energy that changed hands"
+    return "\n".join([columns(rows, head, right=[2, 3, 4, 5]), closes])
+
+
+def _indented(path: str) -> str:
+    return "  " * path.count(".") + path.rpartition(".")[2]
+
+
+def _kilojoules(energy: float) -> str:
+    return f"{energy / 1e3:.1f}" if abs(energy) >= 50 else "-"
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{part / whole:.1%}" if whole > 0 and abs(part) > 5e-4 * whole else "-"
+
+
+def _part(cycle: DriveCycle, start: float, stop: float) -> DriveCycle:
+    from powertrain import ParameterError
+
+    first, last = float(cycle.times[0]), float(cycle.times[-1])
+    if start < first or stop > last:
+        raise ParameterError(f"--span {start:g}:{stop:g} s is not within the cycle {cycle.name}, {first:g}:{last:g} s")
+    return cycle.part(start, stop)
+
+
+def _write(run: CycleRun, path: Path, signals: tuple[str, ...]) -> None:
+    """The signals over time."""
+    with of_the_command_line():
+        chosen = [name for pattern in signals for name in run.result.names(pattern)]
+    if signals and not chosen:
+        raise click.UsageError(f"--signals {' '.join(signals)}: the model has no such signal")
+    if path.suffix == ".csv":
+        run.result.to_dataframe(*chosen).to_csv(path)
+    else:
+        run.result.save(path, *chosen)

@@ -1,0 +1,217 @@
+"""What a vehicle did on a cycle as pictures: speed within its band, engine and ratio, power, energy, operating points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+import powertrain as pt
+from powertrain.component import children
+from powertrain.components.cvu.interfaces import VariableUnit
+from powertrain.components.rotational import TwoFlanges
+from powertrain.components.wheels import WheelBrake
+from powertrain.power.powerplot import REGIMES
+from powertrain.power.variator import VARIATOR_CASES, port_motion
+from powertrain.vehicles.trials.cycle import RATE, SPEED_BAND, TIME_BAND, CycleRun
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RPM = 30 / math.pi
+KM_H = 3.6
+POINTS = 2001
+"""Samples of the power flow."""
+STORED = "stored at the end"
+Array = NDArray[np.float64]
+
+
+def cycle_figure(run: CycleRun) -> Figure:
+    """All pictures of a run on one page."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 15), layout="constrained")
+    grid = figure.add_gridspec(4, 2, height_ratios=[1.0, 1.0, 1.0, 1.5])
+    top = figure.add_subplot(grid[0, :])
+    second = figure.add_subplot(grid[1, :], sharex=top)
+    plot_speed(run, ax=top)
+    plot_engine_and_ratio(run, ax=second)
+    plot_powers(run, ax=figure.add_subplot(grid[2, :], sharex=top))
+    for ax in (top, second):
+        ax.label_outer()
+    plot_energy(run, ax=figure.add_subplot(grid[3, 0]))
+    plot_operating_points(run, ax=figure.add_subplot(grid[3, 1]))
+    name = type(run.plant.model).__name__
+    said = f"{run.litres_per_100km:.2f} l/100 km, {run.co2_per_km:.0f} g/km CO₂" if run.distance > 1 else "not driven"
+    figure.suptitle(f"{name} over {run.cycle.name}: {run.distance / 1e3:.2f} km, {said}", fontsize=13)
+    return figure
+
+
+def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
+    """Speed [km/h] over time [s] with the cycle and the regulation's band; where the speed leaves the band the line is red."""
+    ax = _axes(ax)
+    t = run.cycle.times[0] + np.arange(round(run.cycle.duration * RATE) + 1) / RATE
+    wanted = np.interp(t, run.cycle.times, run.cycle.speeds)
+    size = 2 * round(TIME_BAND * RATE) + 1
+    high = maximum_filter1d(wanted, size, mode="nearest") + SPEED_BAND
+    low = np.maximum(minimum_filter1d(wanted, size, mode="nearest") - SPEED_BAND, 0.0)
+    ax.fill_between(t, low * KM_H, high * KM_H, color="0.85", label="band: ±2 km/h, ±1 s")
+    ax.plot(t, wanted * KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
+    time, v = run.result.time, run.result["body.v"] * KM_H
+    ax.plot(time, v, color="C0", lw=1.1, label="vehicle")
+    outside = run.excess != 0
+    if outside.any():
+        ax.plot(time, np.where(outside, v, np.nan), color="C3", lw=2, label=f"outside, {run.time_outside:.1f} s")
+    ax.set(ylabel="Speed [km/h]", xlabel="Time [s]", xlim=(t[0], t[-1]))
+    return _finish(ax)
+
+
+def plot_engine_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axes:
+    """Speed of the engine [rpm] and, on the right, the ratio of the transmission: output speed over input speed [1]."""
+    ax = _axes(ax)
+    time = run.result.time
+    lines = ax.plot(time, run.result["engine.w"] * RPM, color="C1", lw=0.9, label="engine speed")
+    ax.set(ylabel="Engine speed [rpm]", xlabel="Time [s]", ylim=(0, 1.3 * float(run.result["engine.w"].max()) * RPM))
+    found = transmission_ratio(run)
+    if found is not None:
+        right = ax.twinx()
+        lines += right.plot(time, found, color="C2", lw=0.9, label="transmission, output over input speed")
+        right.set_ylabel("Ratio [1]", color="C2")
+        right.set_ylim(0, 1.3 * np.nanmax(found, initial=1.0))
+    ax.grid(visible=True, alpha=0.3)
+    ax.legend(handles=lines, loc="upper left", ncols=2, fontsize=8)
+    return ax
+
+
+def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
+    """Power [kW] of the engine at the crank, into the variable unit and into the brakes over time.
+
+    Where there is a variable unit, the cases of its power flow are shaded; the legend says which part of the transmission's energy went
+    through it in each.
+    """
+    ax = _axes(ax)
+    ax.plot(run.result.time, run.result["engine.power"] / 1e3, color="C1", lw=0.9, label="engine")
+    first, last = run.result.time[[0, -1]]
+    flow = pt.power_flow(run.result, at=np.linspace(first, last, POINTS))
+    time = flow.data["time"].values
+    brakes = [flow.data["loss"].sel(component=path).values / 1e3 for path in parts_of(run.plant.model, WheelBrake)]
+    ax.plot(time, np.sum(brakes, axis=0), color="C3", lw=0.9, label="into the brakes")
+    for unit in parts_of(run.plant.model, VariableUnit):
+        share = flow.variator(unit)
+        power = share["power"].values / 1e3
+        ax.plot(time, power, color="C0", lw=0.9, label=f"into {unit}")
+        _shade(ax, time, share["case"].values, power)
+        break
+    ax.axhline(0, color="0.5", lw=0.6)
+    ax.set(ylabel="Power [kW]", xlabel="Time [s]", xlim=(first, last))
+    ax.set_ylim(top=1.3 * ax.get_ylim()[1])  # room for the legend
+    return _finish(ax)
+
+
+def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
+    """Where the supplied energy went, by component [MJ], the largest on top, with its share of the supply."""
+    ax = _axes(ax)
+    table = run.audit.components
+    whole = table.loc[""]
+    lost = {_short(table.lost, path): _own_loss(table.lost, path) for path in map(str, table.index) if path}
+    shown = sorted(((n, e) for n, e in lost.items() if e > 5e-4 * float(whole.lost)), key=lambda pair: pair[1])
+    if abs(whole.stored) > 5e-4 * whole.lost:
+        shown.insert(0, (STORED, float(whole.stored)))
+    y = np.arange(len(shown))
+    values = np.array([energy for _, energy in shown]) / 1e6
+    colours = ["C7" if n == STORED else "C1" if n == "engine" else "C3" if "brake" in n else "C0" for n, _ in shown]
+    bars = ax.barh(y, values, color=colours)
+    supplied = float(whole.sources)
+    ax.bar_label(bars, [f"{v:.3g} MJ, {v * 1e6 / supplied:.1%}" for v in values], padding=3, fontsize=8)
+    ax.set_yticks(y, [name for name, _ in shown])
+    ax.set_xlim(min(values.min(initial=0.0), 0.0) * 1.1, 1.35 * values.max(initial=1e-9))
+    ax.set_xlabel("Lost [MJ]")
+    ax.set_title(f"Of {supplied / 1e6:.3g} MJ supplied (left over: {run.audit.closure:.0e})", fontsize=10)
+    ax.grid(visible=True, axis="x", alpha=0.3)
+    return ax
+
+
+def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
+    """The engine's operating points on its consumption map; the area of a point is the fuel that was burnt there.
+
+    Points are gathered in cells of 100 rpm by a thirtieth of the largest torque.
+    """
+    from powertrain.components.engines.figures import plot_engine_map
+
+    ax = _axes(ax)
+    engine: Any = run.plant.model.engine  # type: ignore[attr-defined]
+    own = {n.removeprefix("engine."): v for n, v in run.parameters.items() if n.startswith("engine.")}
+    engine = pt.replace(engine, own)
+    plot_engine_map(engine, ax=ax)
+    time, w, tau = run.result.time, run.result["engine.w"] * RPM, run.result["engine.tau"]
+    fuel = run.result["engine.fuel_rate"] * np.gradient(time)
+    cells = (np.arange(0, w.max() + 200, 100.0), np.linspace(tau.min() - 1e-3, tau.max() + 1e-3, 61))
+    burnt, across, up = np.histogram2d(w, tau, bins=cells, weights=fuel)
+    i, j = np.nonzero(burnt > 1e-4 * burnt.sum())
+    area = 5000 * burnt[i, j] / max(burnt.sum(), 1e-300)
+    x, y = (across[:-1] + across[1:])[i] / 2, (up[:-1] + up[1:])[j] / 2
+    ax.scatter(x, y, s=area, color="C0", edgecolors="w", linewidths=0.4, alpha=0.85, zorder=3, label="area: fuel burnt")
+    ax.legend(loc="lower right", fontsize=8, framealpha=0.9)
+    return ax
+
+
+def transmission_ratio(run: CycleRun) -> Array | None:
+    """Output speed over input speed of the part ``transmission`` at ``run.result.time``; NaN at rest, None where there is no such part."""
+    part = dict(children(run.plant.model)).get("transmission")
+    if not isinstance(part, TwoFlanges):
+        return None
+    ports = [port_motion(run.result.compiled, f"transmission.{name}") for name in ("flange_a", "flange_b")]
+    w_in, w_out = run.result.evaluate(ports).T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(np.abs(w_in) > 1.0, w_out / w_in, np.nan)
+
+
+def parts_of(model: pt.Component, kind: type[pt.Component], path: str = "") -> Iterator[str]:
+    """The paths of all parts of a kind; parts of such parts are not looked for."""
+    for name, part in children(model):
+        if isinstance(part, kind):
+            yield f"{path}{name}"
+        else:
+            yield from parts_of(part, kind, f"{path}{name}.")
+
+
+def _short(lost: Any, path: str) -> str:
+    """The whole's name for a part that alone loses what the whole loses."""
+    whole = path.rpartition(".")[0]
+    return _short(lost, whole) if whole and lost[whole] == lost[path] != 0 else path
+
+
+def _own_loss(lost: Any, path: str) -> float:
+    """What a composite loses beside its parts."""
+    parts = [n for n in lost.index if str(n).startswith(f"{path}.") and "." not in str(n)[len(path) + 1 :]]
+    return float(lost[path] - lost[parts].sum())
+
+
+def _shade(ax: Axes, time: Array, cases: NDArray[Any], power: Array) -> None:
+    """The cases of the power flow as bands behind the lines."""
+    steps = np.gradient(time) * np.abs(np.nan_to_num(power))
+    total = max(float(steps.sum()), 1e-300)
+    for case in VARIATOR_CASES:
+        here = cases == case
+        if case != "idle" and here.any():
+            said = f"{case}: {steps[here].sum() / total:.0%} of the energy into it"
+            ax.fill_between(
+                time, 0, 1, where=here, transform=ax.get_xaxis_transform(), color=REGIMES[case], lw=0, label=said
+            )
+
+
+def _axes(ax: Axes | None) -> Axes:
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(figsize=(9, 4), layout="constrained")[1] if ax is None else ax
+
+
+def _finish(ax: Axes) -> Axes:
+    ax.grid(visible=True, alpha=0.3)
+    ax.legend(loc="upper left", ncols=3, fontsize=8)
+    return ax
