@@ -27,8 +27,9 @@ _SETTLED = 1e-9
 class Common:
     """Symbols and functions of time, unknowns y = (x, z), held values and parameters.
 
-    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX``, where everything is written out into
-    one list of instructions, as suits CasADi's interpreter, or ``ca.MX``, where functions are called, as suits the C compiler where the list is long.
+    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX``, where everything is written out
+    into one list of instructions, as suits CasADi's interpreter, or ``ca.MX``, where functions are called, as suits the C compiler where
+    the list is long.
     """
 
     dae: HybridDae
