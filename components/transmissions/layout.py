@@ -5,9 +5,9 @@ D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technolo
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal, overload
 
-from powertrain import ParameterError
+from powertrain import ParameterError, Symbol
 
 Layout = Literal["bHa", "Hba", "baH", "abH", "Hab", "aHb"]
 """The members at 1 (input), 2 (variable unit) and 3 (output)."""
@@ -43,7 +43,11 @@ def members(layout: str) -> tuple[str, str, str]:
     return first, second, third
 
 
-def relative_ratio(layout: str, R_o: float) -> float:
+@overload
+def relative_ratio(layout: str, R_o: float) -> float: ...
+@overload
+def relative_ratio(layout: str, R_o: Symbol) -> Symbol: ...
+def relative_ratio(layout: str, R_o: Any) -> Any:
     """R = (w_3 - w_2)/(w_1 - w_2) of a layout, from the basic speed ratio R_o = (w_a - w_h)/(w_b - w_h); eqs. (1), (2), (24).
 
     >>> [round(relative_ratio(layout, -1.7), 2) for layout in TYPES.values()]

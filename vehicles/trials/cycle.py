@@ -30,8 +30,8 @@ class CycleRun:
     """
 
     cycle: DriveCycle
-    plant: pt.Plant
-    result: pt.Result
+    plant: pt.Plant[Any]
+    result: pt.Result[Any]
     parameters: dict[str, float]
     message: str = ""
 
@@ -103,7 +103,7 @@ class CycleRun:
 
 
 def drive_cycle(
-    vehicle: pt.Component | pt.Plant,
+    vehicle: pt.Component | pt.Plant[Any],
     cycle: DriveCycle | str | None = None,
     *,
     parameters: dict[str, float] | None = None,
@@ -125,7 +125,7 @@ def drive_cycle(
         if cycle is not None:
             vehicle = pt.replace(vehicle, cycle=pt.replace(vehicle.cycle, cycle=cycle))  # type: ignore[attr-defined]
         plant = pt.compile(vehicle)
-    driven: DriveCycle = plant.model.cycle.cycle  # type: ignore[attr-defined]
+    driven: DriveCycle = plant.model.cycle.cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
     given, message = dict(parameters or {}), ""

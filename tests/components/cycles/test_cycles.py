@@ -46,7 +46,8 @@ def test_files(tmp_path: Path) -> None:
     file = tmp_path / "town.csv"
     file.write_text("# a town\ntime_s,speed_km_h\n0,0\n10,36\n20,0\n", encoding="utf-8")
     town = DriveCycle.from_csv(file)
-    assert (town.name, town.distance) == ("town", pytest.approx(100))
+    assert town.name == "town"
+    assert town.distance == pytest.approx(100)
     for text, said in {
         "t,v\n0,0\n": "the header is 't,v'",
         "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a time and a speed",

@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.control import SetPedals
+from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles.trials import CycleRun, drive_cycle
+from powertrain.vehicles.trials.performance import climbs, time_between
+
+WLTC = DriveCycle.named("wltc")
+
+
+@pytest.fixture(scope="module")
+def town() -> CycleRun:
+    """The first hill of the WLTC and the halt after it."""
+    return drive_cycle(SplitPathCar(), WLTC.part(0, 140))
+
+
+@pytest.fixture(scope="module")
+def start() -> pt.Result[Any]:
+    """From rest with a full accelerator."""
+    car = pt.replace(SplitPathCar(), driver=SetPedals(accelerator_set=1))
+    return pt.simulate(car, 20, points=2000)
+
+
+def test_car_stays_in_the_band_and_balances(town: CycleRun) -> None:
+    assert town.message == ""
+    assert town.time_outside == 0
+    work = float(np.trapezoid(np.abs(town.result["engine.power"]), town.result.time))
+    assert abs(town.audit.residual) < 1e-6 * work
+
+
+def test_numbers_of_the_table_follow_from_signals(town: CycleRun) -> None:
+    table = town.table["value"]
+    distance = float(np.trapezoid(town.result["body.v"], town.result.time))
+    assert table["distance"] == pytest.approx(distance / 1e3, rel=1e-3)  # trapezoidal rule at 10 Hz
+    flow = float(np.trapezoid(town.result["engine.fuel_rate"], town.result.time))
+    assert table["fuel"] == pytest.approx(flow, rel=1e-3)
+    assert table["consumption"] == pytest.approx(table["fuel"] / 0.745 / table["distance"] * 100)
+    assert table["carbon dioxide"] == pytest.approx(table["consumption"] * 0.745 * 3.17 * 10)
+
+
+def test_a_cycle_too_fast_is_driven_as_far_as_it_goes() -> None:
+    sprint = DriveCycle("sprint", ((0.0, 0.0), (10.0, 60.0), (12.0, 60.0)))
+    run = drive_cycle(SplitPathCar(), sprint)
+    assert run.message == ""
+    assert run.time_outside > 5
+    assert run.excess.min() < -20
+    assert run.table.loc["largest excess over the band", "value"] == pytest.approx(run.excess.min() * 3.6)
+
+
+def test_a_run_that_ends_early_is_kept() -> None:
+    car = SplitPathCar()
+    weak = pt.replace(
+        car, transmission=pt.replace(car.transmission, cvu=pt.replace(car.transmission.cvu, ratio_max=1.2))
+    )
+    run = drive_cycle(weak, WLTC.part(0, 60))
+    assert "speed ratio of the variable unit" in run.message
+    assert run.result.time[-1] < 60
+    assert run.time_outside > 60 - run.result.time[-1] - 1e-9
+
+
+def test_parameters_change_the_numbers_and_wrong_names_are_refused() -> None:
+    plant = pt.compile(pt.replace(SplitPathCar(), cycle=pt.replace(SplitPathCar().cycle, cycle=WLTC.part(0, 60))))
+    light = drive_cycle(plant, parameters={"body.m": 1000.0, "engine.fuel_density": 700.0})
+    heavy = drive_cycle(plant, parameters={"body.m": 1600.0})
+    assert light.fuel < heavy.fuel
+    assert light.litres_per_100km == pytest.approx(light.fuel / 0.7 / light.distance * 1e5)
+    with pytest.raises(pt.ParameterError, match=r"did you mean body"):
+        drive_cycle(plant, parameters={"body.mas": 1000.0})
+    with pytest.raises(pt.ParameterError, match=r"keeps its cycle"):
+        drive_cycle(plant, "wltc")
+
+
+def test_acceleration_time_against_newton(start: pt.Result[Any]) -> None:
+    """Time = integral of dv/a over the speeds passed, from the accelerations that the model states."""
+    t, v, a = start.time, start["body.v"], start["body.chassis.a"]
+    low, high = 5.0, 20.0
+    inside = (v >= low) & (v <= high)
+    assert time_between(start, low, high) == pytest.approx(float(np.trapezoid(1 / a[inside], v[inside])), abs=0.03)
+    assert np.isnan(time_between(start, low, 100.0))
+    assert t[-1] == 20
+
+
+def test_steep_slopes_stop_the_car() -> None:
+    """Full force in the lowest ratio is some 3 kN; a quarter of the weight of 1,300 kg is 3.2 kN."""
+    assert climbs(SplitPathCar(), 0.1)
+    assert not climbs(SplitPathCar(), 0.4)
+
+
+@pytest.mark.slow
+def test_the_whole_wltc() -> None:
+    run = drive_cycle(SplitPathCar(), "wltc")
+    assert run.message == ""
+    assert run.time_outside == 0
+    assert run.distance == pytest.approx(WLTC.distance, rel=2e-3)
+    work = float(np.trapezoid(np.abs(run.result["engine.power"]), run.result.time))
+    assert abs(run.audit.residual) < 1e-6 * work
+    assert 5.0 < run.litres_per_100km < 7.0

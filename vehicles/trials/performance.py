@@ -1,0 +1,71 @@
+"""What a vehicle can do with a full accelerator: acceleration, top speed, the steepest slope."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import powertrain as pt
+from powertrain.components.body import RoadProfile
+from powertrain.components.control import SetPedals
+
+KM_H = 1 / 3.6
+SETTLED = 1e-3
+"""Acceleration [m/s2] below which a vehicle no longer gains speed."""
+
+
+def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
+    """From rest with a full accelerator until the top speed is reached, in steps of a minute.
+
+    Errors: SimulationError where that takes more than ten minutes.
+    """
+    plant = pt.compile(pt.replace(vehicle, driver=SetPedals(accelerator_set=1)))
+    for minutes in range(1, 11):
+        result = plant.simulate(60.0 * minutes, points=6000 * minutes, **options)
+        t, v = result.time, result["body.v"]
+        if v[-1] - v[np.searchsorted(t, t[-1] - 5)] < 5 * SETTLED:
+            return result
+    raise pt.SimulationError(f"the vehicle still accelerates after ten minutes, at {v[-1] / KM_H:.1f} km/h")
+
+
+def time_between(result: pt.Result[Any], low: float, high: float) -> float:
+    """Time [s] from the speed ``low`` to ``high`` [m/s], nan where the vehicle does not reach them."""
+    t, v = result.time, result["body.v"]
+    if v.max() < high:
+        return float("nan")
+    return float(t[np.argmax(v >= high)] - t[np.argmax(v >= low)])
+
+
+def climbs(vehicle: pt.Component, grade: float, time: float = 20.0) -> bool:
+    """Whether the vehicle moves off and up a slope tan(alpha) = ``grade`` within a time [s]."""
+    road = RoadProfile(profile=pt.Map.constant(grade, x="s", x_unit="m", name="grade"))
+    uphill = pt.replace(vehicle, road=road, driver=SetPedals(accelerator_set=1))
+    result = pt.simulate(uphill, time, points=100)
+    return bool(result["body.v"][-1] > 1.0 and result["body.s"][-1] > 0)
+
+
+def gradeability(vehicle: pt.Component, accuracy: float = 0.005) -> float:
+    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. The wheels' grip is what its tyres have."""
+    low, high = 0.0, 1.0
+    while high - low > accuracy:
+        middle = (low + high) / 2
+        low, high = (middle, high) if climbs(vehicle, middle) else (low, middle)
+    return low
+
+
+def performance(vehicle: pt.Component) -> pd.DataFrame:
+    """Acceleration times, top speed and gradeability: value and unit.
+
+    The vehicle has the parts ``driver``, ``body`` and ``road``.
+    """
+    result = full_accelerator(vehicle)
+    rows = {
+        "0 to 50 km/h": (time_between(result, 1e-3, 50 * KM_H), "s"),
+        "0 to 100 km/h": (time_between(result, 1e-3, 100 * KM_H), "s"),
+        "80 to 120 km/h": (time_between(result, 80 * KM_H, 120 * KM_H), "s"),
+        "top speed": (float(result["body.v"].max()) / KM_H, "km/h"),
+        "gradeability": (100 * gradeability(vehicle), "%"),
+    }
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
