@@ -10,6 +10,7 @@ import xarray as xr
 from split_path import Bench, closed_form
 
 import powertrain as pt
+from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential
 from powertrain.components.rotational import (
     BearingFriction,
@@ -94,6 +95,36 @@ def test_large_maps_are_the_small_ones(layout: Any, lines: tuple[int, int]) -> N
         row = pt.steady(plant, {"r": r[k], "load": load}, outputs=OUTPUTS)
         for large in (whole, walked):
             same(large.isel(r=k), row)
+
+
+@pytest.mark.parametrize("axes", [("ratio", "w_a"), ("ratio", "tau")])
+def test_large_maps_through_tables_are_the_small_ones(axes: tuple[str, str]) -> None:
+    """Efficiencies by interpolation: explicit along rows over speed, implicit over torque."""
+    units = {"ratio": "1", "w_a": "rad/s", "tau": "N.m"}
+    points = {"ratio": [-3.0, 0.0, 0.7, 3.0], "w_a": [0.0, 60.0, 200.0], "tau": [0.0, 5.0, 300.0]}
+    values = np.random.default_rng(1).uniform(0.6, 0.95, [len(points[a]) for a in axes])
+    table = pt.Map([pt.Axis(a, units[a], points[a], "clip") for a in axes], values, "1")
+    plant = pt.compile(Bench(transmission=SplitPathTransmission(cvu=CVU(map_ab=table, map_ba=table))))
+    r, load = np.linspace(-1.4, 2.4, 39), np.linspace(-40, 40, 80)
+    whole = pt.steady(plant, {"r": r, "load": load}, outputs=OUTPUTS)
+    for k in range(0, r.size, 9):
+        same(whole.isel(r=k), pt.steady(plant, {"r": r[k], "load": load}, outputs=OUTPUTS))
+    k, i = 30, 20
+    V, T = float(whole["V"][k, i]), float(whole["transmission.flange_a.tau"][k, i])
+    b = float(whole["transmission.differential.b.tau"][k, i])
+    unit_a, unit_b = T - b, -float(whole["transmission.differential.carrier.tau"][k, i])
+    eta = table(V, 100.0 if axes[1] == "w_a" else abs(unit_a))
+    assert -unit_b * V / unit_a == pytest.approx(eta if unit_a > 0 else 1 / eta, rel=1e-9)
+
+
+def test_combinations_that_are_not_tried_are_said(bench: pt.Plant[Bench], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert pt.steady(bench, {"r": 0.3, "load": -1.0}).attrs["problems"] == ""
+    monkeypatch.setattr("powertrain.steadystate.walk._ALTERNATIVES", 0)
+    grid = {"r": np.linspace(0.3, 0.5, 40), "load": np.linspace(-2, -1, 60)}
+    assert "not all were tried" in pt.steady(pt.compile(Bench()), grid).attrs["problems"]
+    monkeypatch.setattr("powertrain.steadystate.implicit._COMBINATIONS", 0)
+    found = pt.steady(Held(), {"tau": 1.0, "grip": 0.0}, exhaustive=True)
+    assert "not all were tried" in found.attrs["problems"]
 
 
 def same(found: xr.Dataset, expected: xr.Dataset) -> None:

@@ -48,7 +48,13 @@ class Quantity:
 
 
 def dataset(
-    compiled: Compiled, problem: Equilibrium, quantities: list[Quantity], grid: Grid, ordered: Grid, sheet: Sheet
+    compiled: Compiled,
+    problem: Equilibrium,
+    quantities: list[Quantity],
+    grid: Grid,
+    ordered: Grid,
+    sheet: Sheet,
+    doubts: str = "",
 ) -> xr.Dataset:
     """Variables over the dimensions of ``grid``; ``sheet`` holds them in the order of ``ordered``."""
     import xarray as xr
@@ -73,7 +79,8 @@ def dataset(
     named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
     if sheet.blame is not None:
         data["status_laws"] = (grid.dims, shaped(sheet.blame), _law_flags([n for n, _ in named]))
-    return xr.Dataset(data, coords=coords, attrs={"problems": _problems(sheet, grid.size, named)})
+    lines = [_problems(sheet, grid.size, named), doubts]
+    return xr.Dataset(data, coords=coords, attrs={"problems": "\n".join(filter(None, lines))})
 
 
 def _coordinate(axis: Axis) -> str:

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
+from powertrain.steadystate.lanes import called
 from powertrain.symbols import Symbol
-
-
-class CallsOthersError(Exception):
-    """The expressions call other functions, such as interpolated maps, and are no plain forms of x."""
 
 
 @dataclass(frozen=True)
@@ -53,19 +51,22 @@ class _Replay:
         self.x = x
         self.away_from_zero = False
 
-    def run(self, scalar: ca.Function, arguments: Sequence[Sequence[Form]]) -> list[Form]:
+    def run(self, expressions: Sequence[Symbol], symbols: Sequence[Symbol], arguments: Sequence[Form]) -> list[Form]:
+        scalar = ca.Function("powertrain_row", list(symbols), list(expressions))
+        functions = called(scalar, expressions)
         work: dict[int, Form] = {}
         results: dict[int, Form] = {}
         for k in range(scalar.n_instructions()):
             operation = scalar.instruction_id(k)
             inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
             if operation == ca.OP_CALL:
-                raise CallsOthersError
-            if operation == ca.OP_CONST:
+                found = self._call(functions[k], [work[i] for i in inputs])
+                work |= {place: found[i] for i, place in enumerate(outputs) if place >= 0}
+            elif operation == ca.OP_CONST:
                 value = scalar.instruction_constant(k)
                 work[outputs[0]] = Form(Symbol(value)) if value else Form()
             elif operation == ca.OP_INPUT:
-                work[outputs[0]] = arguments[inputs[0]][inputs[1]]
+                work[outputs[0]] = arguments[inputs[0]]
             elif operation == ca.OP_OUTPUT:
                 results[outputs[0]] = work[inputs[0]]
             else:
@@ -77,6 +78,16 @@ class _Replay:
             return form.curve
         a = Symbol(0) if form.a is None else form.a
         return a if form.b is None else a + form.b * self.x
+
+    def _call(self, function: ca.Function, arguments: Sequence[Form]) -> list[Form]:
+        values, columns, first = [self.value(each) for each in arguments], [], 0
+        for i in range(function.n_in()):
+            columns.append(ca.vertcat(*values[first : first + function.nnz_in(i)]))
+            first += function.nnz_in(i)
+        whole: list[Any] = function.call(columns)
+        results: list[Symbol] = [e for found in whole for e in ca.vertsplit(ca.densify(found))]
+        constant = all(each.constant for each in arguments)
+        return [Form(a=e) if constant else Form(curve=e) for e in results]
 
     def _operate(self, operation: int, f: list[Form]) -> Form:
         if all(each.constant for each in f):
@@ -117,13 +128,12 @@ def row_forms(
 ) -> RowForms:
     """Expressions of x and of the other ``symbols`` along a row whose least and greatest x are ``ends``.
 
-    ``margins`` must not be negative anywhere; of each group in ``rivals`` some margin must be negative everywhere. CallsOthersError
-    where the expressions call other functions.
+    ``margins`` must not be negative anywhere; of each group in ``rivals`` some margin must be negative everywhere.
     """
     flat = [*margins, *(m for rival in rivals for m in rival)]
-    scalar = ca.Function("powertrain_row", [x, *symbols], [ca.densify(e) for e in ca.cse([*wanted, *flat])])
     replay = _Replay(x)
-    forms = replay.run(scalar, [[Form(b=Symbol(1))], *([Form(s)] for s in symbols)])
+    expressions = [ca.densify(e) for e in ca.cse([*wanted, *flat])]
+    forms = replay.run(expressions, [x, *symbols], [Form(b=Symbol(1)), *(Form(s) for s in symbols)])
     n = len(wanted)
     fits, along = Symbol(1), None
     for form in forms[n : n + len(margins)]:

@@ -30,11 +30,14 @@ from powertrain.symbols import Symbol, column
 
 _FEW = 64
 _PASSES = 30
+_FAILURES = 3
+"""Modes are no longer improved at a point after as many times without unknowns that fit."""
 _COMBINATIONS = 4096
 _TRIED = 256
 _COLUMNS = 4096
 _KNOWN = 16
-_BATCH = 4
+_BATCH = 8
+_GROWTH = 32
 _REASON = np.array([OK, SEVERAL, DIVERGED, NONE], np.int8)
 """What the outcomes of Newton's method mean for a point."""
 _SAME = 1e-9
@@ -82,37 +85,61 @@ class Implicit:
         count = grid.shape[1]
         points = Points.empty(len(self.problem.u), len(self.choices), count)
         allowed = self._possible(grid) >= 0.0
-        if exhaustive and self._most(allowed) <= _COMBINATIONS:
-            self._combine(grid, points, np.arange(count), side, allowed, self._all, every=True)
-            return points
-        open_ = np.arange(count)
+        if exhaustive:
+            if self._most(allowed) <= _COMBINATIONS:
+                self._combine(grid, points, np.arange(count), side, allowed, self._all, every=True)
+                return points
+            self.untried = True
+        self._known = []
+        open_, size, guessing = np.arange(count), _BATCH, True
+        while open_.size:
+            left = here = open_[:: max(1, open_.size // size)][:size]
+            if not guessing:
+                left = self._like_others(grid, points, left, side, near=False)
+            tried = left.size
+            left = self._guess(grid, points, left, side, allowed)
+            if tried:
+                guessing = 2 * left.size < tried
+            size *= _GROWTH
+            left = self._like_others(grid, points, left, side, near=True)
+            for laws in (self._laws, self._all):
+                left = self._combine(grid, points, left, side, allowed, laws)
+            open_ = np.setdiff1d(open_, here)
+        return points
+
+    def _like_others(self, grid: Rows, points: Points, left: Index, side: Rows, near: bool) -> Index:
+        """Tries the modes of other points, and from ``near`` these points' unknowns; which points are left."""
+        for modes, u in self._known:
+            begin = self.problem.u_start if not near else u
+            trial = self._iterate(
+                grid[:, left],
+                side[:, left],
+                _Begin(_spread(modes, left.size), _spread(begin, left.size), self._all),
+                kicks=False,
+            )
+            good = trial.status == OK
+            points.put(left[good], trial.some(good))
+            left = left[~good]
+            if not left.size:
+                break
+        return left
+
+    def _guess(self, grid: Rows, points: Points, open_: Index, side: Rows, allowed: Mask) -> Index:
+        """Modes and unknowns in turns from several guesses; which points are left to try."""
         for guess in self._guesses():
+            if not open_.size:
+                break
             begin = self._begin(allowed[:, open_], guess)
             trial = self._iterate(grid[:, open_], side[:, open_], begin)
             worse = (trial.status == NONE) & (points.status[open_] != OK)
             keep = ~worse if guess else np.ones(open_.size, bool)
             points.put(open_[keep], trial.some(keep))
-            open_ = open_[trial.status != OK]
-            if not open_.size:
-                return points
-        self._search(grid, points, open_[points.status[open_] != SEVERAL], side, allowed)
-        return points
-
-    def _search(self, grid: Rows, points: Points, open_: Index, side: Rows, allowed: Mask) -> None:
-        """Tries combinations of modes, at a few points first, since their neighbours mostly have the same."""
-        size = _BATCH
-        while open_.size and self._all:
-            here, size = open_[:: max(1, open_.size // size)][:size], 4 * size
-            left = here
-            for modes, u in self._known:
-                begin = _Begin(_spread(modes, left.size), _spread(u, left.size), self._all)
-                trial = self._iterate(grid[:, left], side[:, left], begin, kicks=False)
-                good = trial.status == OK
-                points.put(left[good], trial.some(good))
-                left = left[~good]
-            for tried in (self._laws, self._all):
-                left = self._combine(grid, points, left, side, allowed, tried)
-            open_ = np.setdiff1d(open_, here)
+            good = trial.status == OK
+            for k in np.flatnonzero(good)[:: max(1, int(good.sum()) // 4)]:
+                self._remember(trial.modes[:, k], trial.u[:, k])
+            open_ = open_[~good]
+        left: Index = open_[points.status[open_] != SEVERAL]
+        return left
 
     def _combine(
         self, grid: Rows, points: Points, where: Index, side: Rows, allowed: Mask, tried: list[int], every: bool = False
@@ -201,7 +228,7 @@ class Implicit:
         count, frozen = grid.shape[1], begin.frozen
         points = Points.empty(len(self.problem.u), len(self.choices), count)
         points.u[:], points.modes[:] = begin.u, begin.modes
-        active = np.arange(count)
+        active, failed = np.arange(count), np.zeros(count, int)
         for _ in range(_PASSES):
             u, outcome = self._solve(grid[:, active], points.modes[:, active], points.u[:, active], kicks)
             usable = (outcome == CONVERGED) | (outcome == SINGULAR)
@@ -217,7 +244,8 @@ class Implicit:
             modes[frozen] = begin.modes[frozen][:, active]
             settled |= (modes == points.modes[:, active]).all(axis=0)
             points.modes[:, active] = modes
-            active = active[~settled & ~wrong]
+            failed[active] += ~usable
+            active = active[~settled & ~wrong & (failed[active] < _FAILURES)]
             if not active.size:
                 break
         points.status[active] = NONE

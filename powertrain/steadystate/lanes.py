@@ -31,7 +31,7 @@ class Tape:
     ) -> None:
         self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
         scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
-        self.function = lifted(scalar, len(varying), lanes)
+        self.function = lifted(scalar, len(varying), lanes, outputs)
         buffer: tuple[Any, Any] = self.function.buffer()
         self._buffer, self._call = buffer
         self._common = zeros(common.numel())
@@ -72,11 +72,13 @@ class Tape:
         return result
 
 
-def lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
-    """The same function of columns of ``lanes`` values for its first inputs; the other inputs are the same for all lanes."""
+def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[Symbol]) -> ca.Function:
+    """The same function of columns of ``lanes`` values for its first inputs; the other inputs are the same for all lanes.
+
+    ``expressions`` are those that ``scalar`` was made of.
+    """
     operations = [scalar.instruction_id(k) for k in range(scalar.n_instructions())]
-    if ca.OP_CALL in operations:
-        return scalar.map(f"{scalar.name()}_map", "serial", lanes, list(range(varying, scalar.n_in())), [])
+    functions = called(scalar, expressions)
     arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
     others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
     scalars = [ca.vertsplit(o) if o.numel() else [] for o in others]
@@ -91,12 +93,47 @@ def lifted(scalar: ca.Function, varying: int, lanes: int) -> ca.Function:
             work[outputs[0]] = arguments[i] if i < varying else scalars[i - varying][j]
         elif operation == ca.OP_OUTPUT:
             results[outputs[0]] = work[inputs[0]]
+        elif operation == ca.OP_CALL:
+            values = _call(functions[k], [work[i] for i in inputs], lanes)
+            work |= {place: values[i] for i, place in enumerate(outputs) if place >= 0}
         elif len(inputs) == 1:
             work[outputs[0]] = ca.MX.unary(operation, work[inputs[0]])
         else:
             work[outputs[0]] = ca.MX.binary(operation, work[inputs[0]], work[inputs[1]])
     wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
     return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
+
+
+def called(scalar: ca.Function, expressions: Sequence[Symbol]) -> dict[int, ca.Function]:
+    """The functions behind the calls of a tape, found by following the expressions backwards along it."""
+    nodes: dict[int, Symbol] = {}
+    found: dict[int, ca.Function] = {}
+    if all(scalar.instruction_id(k) != ca.OP_CALL for k in range(scalar.n_instructions())):
+        return found
+    for k in reversed(range(scalar.n_instructions())):
+        operation, inputs, outputs = scalar.instruction_id(k), scalar.instruction_input(k), scalar.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            nodes[inputs[0]] = ca.densify(expressions[outputs[0]]).nz[outputs[1]]
+            continue
+        results = [nodes.pop(place) for place in outputs if place in nodes]
+        if operation in (ca.OP_CONST, ca.OP_INPUT) or not results:
+            continue
+        node = results[0].dep(0) if operation == ca.OP_CALL else results[0]
+        if operation == ca.OP_CALL:
+            found[k] = node.which_function()
+        nodes |= {place: node.dep(i) for i, place in enumerate(inputs)}
+    return found
+
+
+def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:
+    """One function called for every lane: its results one after the other, a column of lanes each."""
+    rows = [_filled(a, lanes).T for a in arguments]
+    columns, first = [], 0
+    for i in range(function.n_in()):
+        columns.append(ca.vertcat(*rows[first : first + function.nnz_in(i)]))
+        first += function.nnz_in(i)
+    found: list[Any] = function.map(lanes).call(columns)
+    return [part.T for each in found for part in ca.vertsplit(each)]
 
 
 def _filled(value: ca.MX, lanes: int) -> ca.MX:

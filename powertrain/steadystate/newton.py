@@ -13,7 +13,8 @@ Evaluate = Callable[[Rows, NDArray[np.intp]], tuple[Rows, NDArray[np.float64]]]
 
 CONVERGED, SINGULAR, DIVERGED, IMPOSSIBLE = range(4)
 _ITERATIONS = 50
-_STALLED = 8
+_STALLED = 5
+_HALVINGS = 8
 _STEP = 1e-12
 _RANK = 1e-11
 
@@ -62,7 +63,7 @@ def _damped(
     found, slopes = evaluate(tried, active)
     ok: NDArray[np.bool_] = np.asarray(np.isfinite(step).all(axis=0))
     bad = ~ok
-    for _ in range(12):
+    for _ in range(_HALVINGS):
         new = np.abs(found * scale).max(axis=0)
         small = np.abs(length * step).max(axis=0) <= 1e-9 * (1.0 + np.abs(base).max(axis=0))
         bad = ok & ~((new <= old * (1.0 - 0.1 * length)) | (small & np.isfinite(new)))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from powertrain.engine.buffers import Array, Bound, zeros
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.forms import CallsOthersError, Form, RowForms, row_forms
+from powertrain.steadystate.forms import Form, RowForms, row_forms
 from powertrain.steadystate.lanes import Rows, Tape, lifted
 from powertrain.steadystate.walk import Key, Walker
 from powertrain.symbols import Symbol
@@ -79,12 +79,10 @@ class _Curved:
     ) -> None:
         values = [_value(f, x) for f in forms.outputs]
         along = Symbol(1) if forms.fits_along is None else forms.fits_along
-        scalar = ca.Function(
-            "powertrain_steady_row",
-            [x, ca.vertcat(Symbol(0, 1), *slow), ends, problem.common],
-            [*values, forms.fits * along],
-        )
-        wide = lifted(scalar, 1, width).map("powertrain_rows", "serial", BLOCK, [0, 2, 3], [])
+        outputs = [ca.densify(e) for e in (*values, forms.fits * along)]
+        inputs = [x, ca.vertcat(Symbol(0, 1), *slow), ends, problem.common]
+        scalar = ca.Function("powertrain_steady_row", inputs, outputs)
+        wide = lifted(scalar, 1, width, outputs).map("powertrain_rows", "serial", BLOCK, [0, 2, 3], [])
         self._x, self._ends, self._common = zeros(width), zeros(2), zeros(problem.common.numel())
         self._slow, self._count = zeros(len(slow) * BLOCK), len(slow)
         self._results = [zeros(BLOCK * width) for _ in range(len(values) + 1)]
@@ -118,7 +116,7 @@ class RowMap:
 
     def __init__(self, walker: Walker) -> None:
         self.walker = walker
-        self._forms: dict[tuple[Key, int], RowForms | None] = {}
+        self._forms: dict[tuple[Key, int], RowForms] = {}
         self._ends: dict[tuple[Key, int], Symbol] = {}
         self._tapes: dict[tuple[Key, int, int], _Flat | _Curved] = {}
 
@@ -143,8 +141,6 @@ class RowMap:
             left = np.arange(count)
             for key in self.walker.keys if last - first >= _SHORT else []:
                 tape = self._tape(key, fast, last - first)
-                if tape is None:
-                    continue
                 tape.set_row(np.ascontiguousarray(x[first:last]), common)
                 good, fine = tape.write(slow, left, [t[:, first:last] for t in tables])
                 finite &= fine
@@ -158,21 +154,16 @@ class RowMap:
             done(count * last)
         return finite
 
-    def _tape(self, key: Key, fast: int, width: int) -> _Flat | _Curved | None:
+    def _tape(self, key: Key, fast: int, width: int) -> _Flat | _Curved:
         problem = self.walker.problem
         x, slow = problem.grid[fast], [s for i, s in enumerate(problem.grid) if i != fast]
         if (key, fast) not in self._forms:
             ends = Symbol.sym("ends", 2)
             others = [*slow, *(problem.common[i] for i in range(problem.common.numel())), ends[0], ends[1]]
             wanted, margins, rivals = self.walker.parts(key)
-            try:
-                self._forms[key, fast] = row_forms(x, ends, others, wanted, margins, rivals)
-                self._ends[key, fast] = ends
-            except CallsOthersError:
-                self._forms[key, fast] = None
+            self._forms[key, fast] = row_forms(x, ends, others, wanted, margins, rivals)
+            self._ends[key, fast] = ends
         forms = self._forms[key, fast]
-        if forms is None:
-            return None
         place = (key, fast, 0 if forms.flat else width)
         if place not in self._tapes:
             if len(self._tapes) > _KEPT:

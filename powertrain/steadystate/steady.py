@@ -53,12 +53,14 @@ def steady(
     that hold everywhere. ``free``: inputs or parameters to be found, one for each prescribed variable; by default the inputs without a
     value where there are as many. A prescribed state for which nothing is found is *held*: its own balance is left open, and
     ``der(name)`` says how it would change. ``guesses``: where the search for unknowns begins. ``exhaustive``: try all combinations of
-    modes also where unknowns are implicit. ``progress``: a bar; by default for work that takes more than two seconds.
+    modes also where unknowns are implicit; else the first consistent one counts there. ``progress``: a bar; by default for work that
+    takes more than two seconds.
 
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. Where the status is ``stuck``, friction
     rests under a prescribed motion, whose torque equilibrium does not determine: ``<name>_low`` and ``<name>_high`` are then the values
     at both ends of the law's bounds. Values at points that are not ``ok`` are nan; ``undefined_value`` concerns the signals that are
-    nan there only, such as an efficiency at zero power. ``status_laws`` are the laws that the status is about.
+    nan there only, such as an efficiency at zero power. ``status_laws`` are the laws that the status is about; the attribute ``problems``
+    says it in words, also where the laws have too many combinations of modes to try them all.
 
     Raises ParameterError where names or values are wrong, or the conditions do not determine the state.
     """
@@ -70,7 +72,7 @@ def steady(
     common = _common(plant, parameters, inputs or {})
     map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
     ordered, sheet = map_.run(spanned, common, exhaustive, progress)
-    found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet)
+    found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet, map_.doubts)
     return found.assign_attrs(model=type(plant.model).__name__, powertrain_version=_version())
 
 

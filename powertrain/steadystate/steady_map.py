@@ -23,6 +23,7 @@ from powertrain.steadystate.walk import Walker
 _FAST = 2048
 _SLOW_BLOCK = 8192
 _SHORT_ROW = 64
+_DOUBTS = "the laws have too many combinations of modes: not all were tried, other solutions are possible"
 
 
 class SteadyMap:
@@ -42,6 +43,14 @@ class SteadyMap:
     def valid(self, parameters: Array) -> bool:
         """Whether the problem is formulated rightly for these parameters too."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
+
+    @property
+    def doubts(self) -> str:
+        """What was left out because the laws have too many combinations of modes; empty where nothing was."""
+        implicit = self.solver.implicit
+        if (self.walker is not None and self.walker.unchecked) or (implicit is not None and implicit.untried):
+            return _DOUBTS
+        return ""
 
     def run(self, grid: Grid, common: Array, exhaustive: bool, progress: bool | None) -> tuple[Grid, Sheet]:
         """Solves all points of a grid: the grid with its dimensions in the order of the results, and these."""

@@ -1,0 +1,35 @@
+"""Tapes that call functions, as interpolated maps do, at many points together."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from powertrain.steadystate.lanes import Tape
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_calls_are_followed_through_a_tape(seed: int) -> None:
+    """Several functions, one of them of several inputs and outputs, one called twice, one inside another's argument."""
+    rng = np.random.default_rng(seed)
+    grid = [np.linspace(-3, 3, 5), np.linspace(-3, 3, 4)]
+    table = ca.interpolant("table", "linear", grid, rng.normal(size=20), {"inline": False})
+    curve = ca.interpolant("curve", "linear", [grid[0]], rng.normal(size=5), {"inline": False})
+    u, v = ca.SX.sym("u", 2), ca.SX.sym("v")
+    pair = ca.Function("pair", [u, v], [u * v, ca.sin(u[0]) + v], {"never_inline": True})
+    x, y, c = ca.SX.sym("x"), ca.SX.sym("y"), ca.SX.sym("c", 2)
+    first, second = pair(ca.vertcat(x, c[0]), y)
+    inner = curve(ca.fmin(ca.fmax(x * c[1], -3), 3))
+    outputs = [
+        table(ca.vertcat(x, y)) * 2 + first[1],
+        table(ca.vertcat(ca.tanh(inner), x)) - second * curve(y),
+        ca.SX(1.5),
+        x + inner,
+    ]
+    tape = Tape("test", [x, y], c, outputs, 16)
+    common, rows = rng.normal(size=2), rng.uniform(-2, 2, (2, 50))
+    tape.set_common(common)
+    plain = ca.Function("plain", [x, y, c], [ca.vertcat(*outputs)])
+    exact = np.array([np.array(plain(*row, common)).ravel() for row in rows.T]).T
+    np.testing.assert_allclose(tape(rows), exact, rtol=1e-13, atol=1e-13)
