@@ -1,7 +1,8 @@
-"""``python -m powertrain.vehicles.cli`` is the command ``powertrain``."""
+"""``python -m powertrain.vehicles.cli`` is the command ``powertrain``, also where nothing is installed."""
 
 from __future__ import annotations
 
 from powertrain.vehicles.cli.app import main
 
-main(prog_name="powertrain")
+if __name__ == "__main__":
+    main(prog_name="powertrain")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.vehicles.cli.options import Command, OutputFile, Span, of_the_command_line, progress
+from powertrain.vehicles.cli.options import ArgumentType, Command, OutputFile, Span, of_the_command_line, progress
 from powertrain.vehicles.cli.text import columns, number
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ SHOWN = ("mean_efficiency", "min_efficiency", "max_K", "V_min", "V_max")
 Unit = tuple[float, float] | float
 
 
-class UnitRange(click.ParamType):
+class UnitRange(ArgumentType):
     """``low:high`` of V, or a number: its span V_max/V_min."""
 
     name = "low:high|span"
@@ -167,23 +167,13 @@ def command(
 def report(found: SplitPathDesigns, top: int) -> str:
     """The first lines of the table."""
     duty, table = found.duty, found.table.head(top)
-    unit = (
-        "any V"
-        if found.unit is None
-        else f"V from {found.unit[0]:g} to {found.unit[1]:g}"
-        if isinstance(found.unit, tuple)
-        else f"a span of V of {found.unit:g}"
-    )
-    rows = [
-        (
-            row.coupling,
-            str(row.type),
-            f"{row.R_o:.4g}",
-            *(number(float(getattr(row, name)), 3) for name in SHOWN),
-            row.problem or row.regimes,
-        )
-        for row in table.itertuples()
-    ]
+    unit = "any V" if found.unit is None else f"a span of V of {found.unit}"
+    if isinstance(found.unit, tuple):
+        unit = f"V from {found.unit[0]:g} to {found.unit[1]:g}"
+    rows = []
+    for _, row in table.iterrows():
+        numbers = [number(float(row[name]), 3) for name in SHOWN]
+        rows.append([str(row.coupling), str(row.type), f"{row.R_o:.4g}", *numbers, str(row.problem or row.regimes)])
     head = (
         "coupling",
         "type",
@@ -216,7 +206,5 @@ def _teeth(R_o: float) -> str:
     sets = sets_near(R_o, tolerance=0.005).head(5)
     if sets.empty:
         return f"\nNo set of teeth comes within 0.5 % of R_o = {R_o:.4f}"
-    rows = [
-        tuple(number(v, 5) if isinstance(v, float) else str(v) for v in row) for row in sets.itertuples(index=False)
-    ]
+    rows = [[str(value) for value in row] for row in sets.round(5).itertuples(index=False)]
     return f"\nTeeth near R_o = {R_o:.4f}\n{columns(rows, tuple(map(str, sets.columns)))}"

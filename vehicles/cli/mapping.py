@@ -10,6 +10,7 @@ import click
 from powertrain.vehicles.cli.options import (
     DATA,
     PICTURE,
+    ArgumentType,
     Command,
     Span,
     configured,
@@ -30,7 +31,7 @@ UNIT = "transmission.cvu"
 SHAFTS = ("transmission.flange_a", "transmission.flange_b")
 
 
-class Mapped(click.ParamType):
+class Mapped(ArgumentType):
     """A vehicle, or a transmission by itself."""
 
     name = "vehicle|transmission"
@@ -187,7 +188,7 @@ def _extreme(flow: pt.PowerFlow, which: str) -> str:
 def _write(flow: pt.PowerFlow, path: Path) -> None:
     import xarray as xr
 
-    share = flow.variator(UNIT)
+    share = flow.variator(UNIT).rename(efficiency="unit_efficiency", power="unit_power")
     data = xr.Dataset({"efficiency": flow.efficiency, "V": flow.data["V"], **share.data_vars})
     data["case"] = data["case"].astype(str)
     data = data.assign_coords(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -15,6 +15,10 @@ from powertrain import Component, ModelError, ParameterError
 if TYPE_CHECKING:
     from powertrain.components.cycles import DriveCycle
     from powertrain.vehicles.cli.catalogue import Entry
+
+    ArgumentType = click.ParamType[Any]
+else:
+    ArgumentType = click.ParamType  # has parameters in newer versions only
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -47,7 +51,7 @@ def of_the_command_line() -> Iterator[None]:
         raise click.UsageError(str(error)) from None
 
 
-class Vehicle(click.ParamType):
+class Vehicle(ArgumentType):
     """The name of a vehicle or a bench."""
 
     name = "vehicle"
@@ -60,7 +64,7 @@ class Vehicle(click.ParamType):
             return catalogue.find(str(value), catalogue.vehicles(), "vehicle")
 
 
-class Cycle(click.ParamType):
+class Cycle(ArgumentType):
     """A legislated cycle's name, or a CSV file."""
 
     name = "cycle"
@@ -80,7 +84,7 @@ class Cycle(click.ParamType):
             return DriveCycle.named(text.lower()) if text.lower() in CYCLES else DriveCycle.from_csv(text)
 
 
-class Span(click.ParamType):
+class Span(ArgumentType):
     """``low:high``, and ``low:high:number`` where ``counted``."""
 
     def __init__(self, counted: bool = False) -> None:
@@ -91,17 +95,16 @@ class Span(click.ParamType):
         """Two increasing numbers, and how many."""
         if isinstance(value, tuple):
             return value
-        try:
-            numbers = tuple(float(text) for text in str(value).split(":"))
-        except ValueError:
-            numbers = ()
+        numbers: list[float] = []
+        with suppress(ValueError):
+            numbers = [float(text) for text in str(value).split(":")]
         if len(numbers) not in ((2, 3) if self.counted else (2,)):
             self.fail(f"{value!r} is not {self.name}, such as {'-4:-0.25:16' if self.counted else '0.5:2'}", param, ctx)
         if not numbers[0] < numbers[1]:
             self.fail(f"{value!r} does not go upwards", param, ctx)
         if len(numbers) == 3 and (numbers[2] < 2 or numbers[2] % 1):
             self.fail(f"{value!r}: the number of points is a whole number from 2 on", param, ctx)
-        return numbers
+        return tuple(numbers)
 
 
 class OutputFile(click.Path):
@@ -115,7 +118,7 @@ class OutputFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Its ending is known, its folder is there."""
-        path = Path(super().convert(value, param, ctx))
+        path = Path(str(super().convert(value, param, ctx)))
         if path.suffix.lower() not in self.suffixes:
             self.fail(f"{str(path)!r} ends in none of {', '.join(self.suffixes)}", param, ctx)
         if not path.parent.is_dir():

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from powertrain.vehicles.cli.catalogue import Entry
     from powertrain.vehicles.trials import CycleRun
 
+WORTH_A_REPORT = 1.0
+"""Distance [m] from which a run that ended early is reported."""
 COUNTED = ("sources", "lost", "stored")
 """Columns of the audit that are shown."""
 
@@ -108,6 +110,9 @@ def command(
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
     run = drive_cycle(plant, progress=progress(), rtol=rtol)
+    ended = f"the run ended at {run.result.time[-1]:.4g} s. {run.message}"
+    if run.message and run.distance < WORTH_A_REPORT:
+        raise click.ClickException(ended)
     click.echo(report(run))
     if out is not None:
         _write(run, out, signals)
@@ -119,7 +124,7 @@ def command(
         if path is not None:
             click.echo(f"wrote {path}")
     if run.message:
-        raise click.ClickException(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}")
+        raise click.ClickException(ended)
 
 
 def report(run: CycleRun) -> str:

@@ -18,10 +18,10 @@ M = TypeVar("M", bound=pt.Component)
 
 @dataclass(frozen=True)
 class Place:
-    """Something that can be set: a parameter (``spec``), a part, or another field; ``kind`` is what it takes, as far as that is known."""
+    """Something that can be set: a parameter (``spec``, else None), a part, or another field; ``kind`` is what it takes, if known."""
 
     path: str
-    spec: pt.Parameter | None
+    spec: Any
     kind: Any
     value: Any
 
@@ -107,7 +107,7 @@ def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
         if not other or other[0] in fits:
             raise
     names = ", ".join(entry.name for entry in fits)
-    raise pt.ParameterError(f"{where} takes a {said}, which {name} is not; these are: {names}")
+    raise pt.ParameterError(f"{where} takes a component of kind {said}, which {name} is not; these are: {names}")
 
 
 def _built(node: ast.expr, where: str, kind: Any = None) -> Any:
@@ -147,6 +147,7 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
 
 def _read(text: str, found: Place) -> Any:
     """The value of a plain field from its text."""
+    _check_plain(found)
     if isinstance(found.value, str):
         return text
     if text.lower() in ("true", "false"):
@@ -170,11 +171,17 @@ def _fitted(value: Any, found: Place) -> Any:
         return value
     if isinstance(old, float) and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    if not isinstance(old, (bool, int, float, str, tuple)):
-        raise pt.ParameterError(f"{found.path} ({type(old).__name__}) cannot be set from text, only in Python")
+    _check_plain(found)
     if type(value) is not type(old):
         raise pt.ParameterError(f"{found.path} = {value!r} is not a {type(old).__name__} like {old!r}")
     return value
+
+
+def _check_plain(found: Place) -> None:
+    if not isinstance(found.value, (bool, int, float, str, tuple)):
+        raise pt.ParameterError(
+            f"{found.path} (a {type(found.value).__name__}) cannot be set from text, only in Python"
+        )
 
 
 def _tuples(value: Any) -> Any:

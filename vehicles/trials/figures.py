@@ -117,16 +117,15 @@ def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Where the supplied energy went, by component [MJ], the largest on top, with its share of the supply."""
     ax = _axes(ax)
     table = run.audit.components
-    whole = table.loc[""]
+    supplied, all_lost, stored = (float(table[name][""]) for name in ("sources", "lost", "stored"))
     lost = {_short(table.lost, path): _own_loss(table.lost, path) for path in map(str, table.index) if path}
-    shown = sorted(((n, e) for n, e in lost.items() if e > 5e-4 * float(whole.lost)), key=lambda pair: pair[1])
-    if abs(whole.stored) > 5e-4 * whole.lost:
-        shown.insert(0, (STORED, float(whole.stored)))
+    shown = sorted(((n, e) for n, e in lost.items() if e > 5e-4 * all_lost), key=lambda pair: pair[1])
+    if abs(stored) > 5e-4 * all_lost:
+        shown.insert(0, (STORED, stored))
     y = np.arange(len(shown))
     values = np.array([energy for _, energy in shown]) / 1e6
     colours = ["C7" if n == STORED else "C1" if n == "engine" else "C3" if "brake" in n else "C0" for n, _ in shown]
     bars = ax.barh(y, values, color=colours)
-    supplied = float(whole.sources)
     ax.bar_label(bars, [f"{v:.3g} MJ, {v * 1e6 / supplied:.1%}" for v in values], padding=3, fontsize=8)
     ax.set_yticks(y, [name for name, _ in shown])
     ax.set_xlim(min(values.min(initial=0.0), 0.0) * 1.1, 1.35 * values.max(initial=1e-9))
@@ -144,7 +143,7 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     from powertrain.components.engines.figures import plot_engine_map
 
     ax = _axes(ax)
-    engine: Any = run.plant.model.engine  # type: ignore[attr-defined]
+    engine: Any = run.plant.model.engine
     own = {n.removeprefix("engine."): v for n, v in run.parameters.items() if n.startswith("engine.")}
     engine = pt.replace(engine, own)
     plot_engine_map(engine, ax=ax)

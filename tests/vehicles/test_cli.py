@@ -1,0 +1,390 @@
+"""The command line: what it prints and writes, its exit codes, and what it says to a user who mistypes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner, Result
+
+import powertrain as pt
+from powertrain.vehicles.cli import main
+from powertrain.vehicles.cli.catalogue import assembled, components, drives_cycles, vehicles
+from powertrain.vehicles.cli.files import applied, read, written
+from powertrain.vehicles.cli.settings import assigned, places
+from powertrain.vehicles.split_path_car import SplitPathCar
+
+PNG = b"\x89PNG"
+
+
+def powertrain(*arguments: str) -> Result:
+    return CliRunner().invoke(main, list(arguments))
+
+
+def done(*arguments: str) -> str:
+    result = powertrain(*arguments)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def refused(*arguments: str, code: int = 2) -> str:
+    """The message; there is no traceback."""
+    result = powertrain(*arguments)
+    assert result.exit_code == code, result.output
+    assert isinstance(result.exception, SystemExit)
+    assert "Traceback" not in result.output
+    return " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Half a minute: off to 30 km/h and back."""
+    path = tmp_path_factory.mktemp("cycles") / "short.csv"
+    path.write_text("time_s,speed_km_h\n0,0\n3,0\n13,30\n18,30\n27,0\n30,0\n")
+    return str(path)
+
+
+def test_help_of_every_command_has_examples() -> None:
+    assert "Examples:" in done("--help")
+    for name in main.commands if main.commands else ("list", "info", "run", "map", "split-path", "reproduce"):
+        text = done(name, "--help")
+        assert f"powertrain {name}" in text, name
+        assert "Examples:" in text
+
+
+def test_version() -> None:
+    assert pt.__version__ in done("--version")
+
+
+def test_real_process_help_is_light() -> None:
+    """Nothing heavy is imported for a help text (so it comes in half a second)."""
+    heavy = ["scipy", "pandas", "xarray", "matplotlib", "powertrain.components.cycles", "powertrain.vehicles.trials"]
+    program = f"""
+import sys
+from powertrain.vehicles.cli import main
+main(["--help"], standalone_mode=False)
+print(*(name for name in {heavy!r} if name in sys.modules), file=sys.stderr)
+"""
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert "split-path" in ran.stdout
+    assert ran.stderr.split() == []
+
+
+def test_real_process_exit_codes() -> None:
+    command = [sys.executable, "-W", "error", "-m", "powertrain.vehicles.cli"]
+    ran = subprocess.run([*command, "info", "Inertia"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert "J der(w)" in ran.stdout or "kg.m2" in ran.stdout
+    ran = subprocess.run([*command, "info", "Inertai"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 2
+    assert "did you mean Inertia" in ran.stderr
+    assert "Traceback" not in ran.stderr
+
+
+def test_unknown_command() -> None:
+    assert "did you mean list" in refused("lst")
+
+
+# list and info
+
+
+def test_list_finds_vehicles_and_families_by_walking() -> None:
+    text = done("list")
+    assert {"SplitPathCar", "RearDriveCar", "FourWheelDriveCar"} <= {entry.name for entry in vehicles()}
+    for entry in (*assembled(), *components()):
+        assert entry.name in text
+    assert {entry.kind for entry in vehicles() if drives_cycles(entry.kind)} >= {SplitPathCar}
+    assert "wltc" in text
+    assert "yu-beachley" in text
+
+
+def test_list_one_family() -> None:
+    text = done("list", "--family", "differentials")
+    assert "BevelDifferential" in text
+    assert "Clutch" not in text
+    assert "did you mean differentials" in refused("list", "--family", "differntials")
+
+
+def test_info_has_parameters_slots_ports_equations_and_source() -> None:
+    text = done("info", "Clutch")
+    for part in ("fn_max", "must be given", "[0, inf)", "mue_pos", "flange_a", "tau [N.m]", "f_normalized", "w_rel"):
+        assert part in text
+    assert "yield friction(self.w_rel, self.tau, -limit, limit, peak=self.peak)" in text
+    assert "def _transmit" in text  # a helper of a partial class
+    assert "powertrain.components.rotational.clutch" in text
+
+
+def test_info_of_a_vehicle_lists_what_can_be_set() -> None:
+    text = done("info", "split-path-car")
+    assert "transmission.differential.ratio" in text
+    assert "crown.mesh.ratio" not in text  # the crown gear determines it
+    assert "takes MappedEngine, WillansEngine" in " ".join(text.split())
+
+
+@pytest.mark.parametrize("name", [entry.full_name for entry in (*assembled(), *components())])
+def test_info_of_everything(name: str) -> None:
+    assert name.rpartition(".")[2] in done("info", name)
+
+
+def test_info_of_an_ambiguous_name() -> None:
+    assert "rotational.Fixed, translational.Fixed" in refused("info", "Fixed")
+
+
+# run
+
+
+@pytest.fixture(scope="module")
+def ran(short: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    folder = tmp_path_factory.mktemp("run")
+    text = done(
+        *(
+            "run",
+            "SplitPathCar",
+            "--cycle",
+            short,
+            "--set",
+            "body.m=1400",
+            "--set",
+            "transmission.cvu=CVU(eta_ab=0.8, eta_ba=0.8)",
+        ),
+        *(
+            "--out",
+            str(folder / "run.nc"),
+            "--plot",
+            str(folder / "run.png"),
+            "--write-params",
+            str(folder / "car.toml"),
+        ),
+    )
+    return text, folder
+
+
+def test_run_prints_consumption_and_audit(ran: tuple[str, Path]) -> None:
+    text, _ = ran
+    assert "SplitPathCar over short (30 s, 0.12 km, up to 30.0 km/h)" in text
+    for part in ("l/100 km", "g/km", "time outside of the band", "Energy by component", "WillansEngine", "left over"):
+        assert part in text
+
+
+def test_run_writes_signals_picture_and_parameters(ran: tuple[str, Path]) -> None:
+    _, folder = ran
+    data = pt.load(folder / "run.nc")
+    assert data["body.v"].attrs["units"] == "m/s"
+    assert float(data["body.v"].max()) == pytest.approx(30 / 3.6, abs=0.6)
+    assert (folder / "run.png").read_bytes().startswith(PNG)
+    written_values = tomllib.loads((folder / "car.toml").read_text())
+    assert written_values["body"]["m"] == 1400
+    assert written_values["transmission"]["cvu"] == {"class": "CVU"} | {
+        name: written_values["transmission"]["cvu"][name] for name in ("eta_ab", "eta_ba", "ratio_min", "ratio_max")
+    }
+    assert written_values["transmission"]["cvu"]["eta_ab"] == 0.8
+
+
+def test_parameter_file_gives_the_same_run(ran: tuple[str, Path], short: str, tmp_path: Path) -> None:
+    text, folder = ran
+    out = tmp_path / "again.csv"
+    again = done(
+        *(
+            "run",
+            "SplitPathCar",
+            "--cycle",
+            short,
+            "--params",
+            str(folder / "car.toml"),
+            "--out",
+            str(out),
+            "--signals",
+            "engine.fuel",
+        )
+    )
+    assert again.split("wrote")[0] == text.split("wrote")[0]
+    fuel = pd.read_csv(out)
+    assert list(fuel.columns) == ["time", "engine.fuel"]
+    np.testing.assert_allclose(
+        fuel["engine.fuel"].iloc[-1], pt.load(folder / "run.nc")["engine.fuel"].values[-1], rtol=1e-9
+    )
+
+
+def test_parts_can_be_exchanged(short: str) -> None:
+    text = done(
+        "run",
+        "SplitPathCar",
+        "--cycle",
+        short,
+        "--set",
+        "transmission.cvu=VBelt",
+        "--set",
+        "engine=MappedEngine.gasoline()",
+    )
+    assert "VBelt" in text
+    assert "MappedEngine" in text
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("body.mass=3", "did you mean body.m"),
+        ("bodi.m=3", "did you mean body.m"),
+        ("body.m=-3", "body.m = -3 kg is outside its range (0, inf) kg (Mass of the vehicle"),
+        ("body.m=heavy", "body.m = 'heavy' is not a number"),
+        ("body.m", "write path=value"),
+        ("engine=WilansEngine", "did you mean WillansEngine"),
+        ("engine=Clutch", "engine takes a component of kind Engine, which Clutch is not; these are:"),
+        ("engine=WillansEngine(J=-1)", "outside its range"),
+        ("engine=WillansEngine(Jay=1)", "has no field Jay"),
+        ("engine=MappedEngine.gasolin()", "did you mean gasoline"),
+        ("engine=MappedEngine", "must be given"),
+        ("engine=2", "engine is a part: give the name of a component"),
+        ("transmission.layout=aHc", "is none of bHa"),
+        ("crown.mesh.ratio=3", "is not free: crown determines it"),
+        ("cycle.cycle=wltc", "cannot be set from text"),
+    ],
+)
+def test_wrong_settings_are_told(setting: str, said: str, short: str) -> None:
+    assert said in refused("run", "SplitPathCar", "--cycle", short, "--set", setting)
+
+
+def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
+    assert "did you mean SplitPathCar" in refused("run", "SplitPathCr")
+    assert "has no driver who follows a cycle; these have one:" in refused("run", "RearDriveCar")
+    assert "did you mean wltc" in refused("run", "SplitPathCar", "--cycle", "wtlc")
+    assert "ends in none of .nc, .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
+    assert "is not there" in refused("run", "SplitPathCar", "--cycle", short, "--out", str(tmp_path / "no" / "run.nc"))
+    assert "0:30 s" in refused("run", "SplitPathCar", "--cycle", short, "--span", "0:31")
+    bad = tmp_path / "bad.csv"
+    bad.write_text("time,speed\n0,0\n")
+    assert "the header is" in refused("run", "SplitPathCar", "--cycle", str(bad))
+    toml = tmp_path / "bad.toml"
+    toml.write_text("body.m = \n")
+    assert "is no TOML file" in refused("run", "SplitPathCar", "--params", str(toml))
+    toml.write_text('class = "RearDriveCar"\n')
+    assert "is for RearDriveCar" in refused("run", "SplitPathCar", "--params", str(toml))
+
+
+def test_failing_model_is_code_1_with_a_message(short: str) -> None:
+    """The ratio that the car needs leaves the range of the unit."""
+    said = refused("run", "SplitPathCar", "--cycle", short, "--set", "transmission.cvu.ratio_min=0.9", code=1)
+    assert "ratio" in said
+
+
+# parameter files
+
+
+def test_toml_round_trip() -> None:
+    car = assigned(assigned(SplitPathCar(), "transmission.cvu", "VBelt"), "body.m", "1234.5")
+    car = assigned(car, "clutch.mue_pos", "((0.0, 0.4), (10.0, 0.3))")
+    again, paths = applied(SplitPathCar(), tomllib.loads(written(car)))
+    assert {p.path: p.value for p in places(again) if p.spec} == {p.path: p.value for p in places(car) if p.spec}
+    assert again == car
+    assert "body.m" in paths
+
+
+def test_toml_has_units_and_ranges(tmp_path: Path) -> None:
+    path = tmp_path / "car.toml"
+    path.write_text(written(SplitPathCar()))
+    line = next(line for line in path.read_text().splitlines() if line.startswith("heating_value"))
+    assert line == "heating_value = 43000000.0  # J/kg, Lower heating value of the fuel, range (0, inf)"
+    assert read(path)["class"] == "SplitPathCar"
+
+
+def test_toml_with_dotted_keys_and_a_part_that_needs_values(tmp_path: Path) -> None:
+    path = tmp_path / "car.toml"
+    path.write_text('body.m = 999\ncrown.ratio = 4\n[transmission.cvu]\nclass = "CVU"\neta_ab = 0.7\n')
+    car, paths = applied(SplitPathCar(), read(path))
+    assert car.body._values["m"] == 999
+    assert paths == ["body.m", "crown.ratio", "transmission.cvu.eta_ab"]
+    path.write_text(
+        '[transmission.differential]\nclass = "FundamentalDifferential"\n[clutch]\nclass = "Clutch"\nfn_max = 5\n'
+    )
+    car, _ = applied(SplitPathCar(), read(path))
+    assert car.clutch._values["fn_max"] == 5
+
+
+# map, split-path, reproduce
+
+
+def test_map_of_the_split_path_transmission(tmp_path: Path) -> None:
+    text = done(
+        *("map", "SplitPathCar", "--ratio", "0.5:1.9:8", "--load", "20:60:3"),
+        *("--out", str(tmp_path / "map.csv"), "--plot", str(tmp_path / "map.png")),
+    )
+    assert "positive recirculation" in text
+    table = pd.read_csv(tmp_path / "map.csv")
+    assert len(table) == 24
+    first = table[(table.r == 0.5) & (table.load == 20)].iloc[0]
+    assert pytest.approx(0.685, abs=5e-4) == first.V  # Yu & Beachley, Fig. 11
+    assert 0.79 < first.efficiency < 0.80
+    assert (tmp_path / "map.png").read_bytes().startswith(PNG)
+
+
+def test_map_of_a_layout(tmp_path: Path) -> None:
+    out = tmp_path / "map.nc"
+    done(
+        "map",
+        "SplitPathTransmission",
+        "--set",
+        "layout=abH",
+        "--ratio",
+        "0.5:0.9:5",
+        "--load",
+        "20:60:2",
+        "--out",
+        str(out),
+    )
+    assert set(pt.load(out)["case"].values.ravel()) <= {"split", "positive recirculation", "negative recirculation"}
+    assert "has no SplitPathTransmission" in refused("map", "RearDriveCar")
+    assert "r = 0" in refused("map", "SplitPathCar", "--ratio", "0:1:5")
+
+
+def test_split_path_ranks_designs(tmp_path: Path) -> None:
+    out = tmp_path / "designs.csv"
+    text = done(
+        *(
+            "split-path",
+            "--ratio",
+            "0.5:2",
+            "--unit",
+            "0.4:2.5",
+            "--basic",
+            "-2:-1:3",
+            "--coupling",
+            "input",
+            "--no-combinations",
+        ),
+        *("--top", "3", "--refine", "--teeth", "--out", str(out)),
+    )
+    assert "R_o =" in text
+    assert "sun" in text
+    table = pd.read_csv(out)
+    assert len(table) == 18
+    best = table.mean_efficiency[0]
+    assert (table[table.feasible].mean_efficiency <= best).all()
+
+
+def test_split_path_with_a_duty(tmp_path: Path) -> None:
+    duty = tmp_path / "duty.csv"
+    duty.write_text("r,weight\n0.6,1\n1.5,3\n")
+    few = ("--basic", "-2:-1.5:2", "--coupling", "input", "--no-combinations")
+    assert "any V" in done("split-path", "--duty", str(duty), *few)
+    duty.write_text("r,share\n0.6,1\n")
+    assert "columns r, weight" in refused("split-path", "--duty", str(duty), *few)
+    assert "does not go upwards" in refused("split-path", "--ratio", "2:0.5")
+    assert "low:high" in refused("split-path", "--ratio", "2")
+
+
+def test_split_path_without_a_solution() -> None:
+    few = ("--basic", "-2:-1.5:2", "--coupling", "input", "--no-combinations", "--unit", "1.1:1.2")
+    assert "no design can do it" in refused("split-path", *few, code=1)
+
+
+def test_reproduce_prints_and_writes(tmp_path: Path) -> None:
+    text = done("reproduce", "yu-beachley", "--out", str(tmp_path), "--no-pictures")
+    assert "39.4" in text
+    assert "agree with the print" in text
+    assert (tmp_path / "yu-beachley.md").is_file()
+    assert "did you mean yu-beachley" in refused("reproduce", "yu-beachly")
