@@ -178,7 +178,8 @@ def solve_torques(
     """
     if not torques:
         return [], [], []
-    rows = [_law_row(t) for t in opened]
+    everything = column([t.symbol for t in torques])
+    rows = [_law_row(t, torques[i].symbol, everything) for i, t in enumerate(opened)]
     for group in groups:
         for k, member in enumerate(group.members[1:], 1):
             joint, shared = sharing.share(group.members, k, group.theta)
@@ -259,8 +260,12 @@ def _solve_linear(
     return [solution[j] for j in range(len(rows))]
 
 
-def _law_row(t: Torque) -> Symbol:
+def _law_row(t: Torque, own: Symbol, torques: Symbol) -> Symbol:
+    """The equation of a torque. At rest under a motion that it cannot change it is as small as its bounds allow."""
     if isinstance(t.law, UnilateralLaw):
         return ca.if_else(t.mode == 1, t.rate, t.law.force)
+    moved = any(ca.which_depends(t.rate, own, 1, False))
+    tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), torques, 1, False))
+    resting = Symbol(0) if moved or tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0))
     sliding = t.law.torque - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
-    return ca.if_else(t.mode == 0, t.rate, sliding)
+    return ca.if_else(t.mode == 0, t.rate if moved else t.law.torque - resting, sliding)

@@ -267,7 +267,7 @@ class Engine:
         return min([instant for instant in self.memory.instants.tolist() if instant > after], default=np.inf)
 
     def check_modes(self, side: int) -> None:
-        """Refuse friction at rest under a prescribed motion, and motion against a torque without limit."""
+        """Refuse motion against a torque without limit; note friction at rest under a prescribed motion, whose torque is not unique."""
         for law, mode in self._one_way:
             if self.memory.m[law.index] == mode:
                 way = "forward" if mode > 0 else "backward"
@@ -277,11 +277,7 @@ class Engine:
                 )
         for law in self._prescribed:
             if self.memory.m[law.index] == 0:
-                raise SimulationError(
-                    f"{law.name} ({law.where}): friction under prescribed motion: torque at rest not determined "
-                    f"(t = {self.memory.time[0]:.9g} s, speed and acceleration are both zero). "
-                    "Prescribe a motion that does not stop, or drive it by a torque."
-                )
+                self.resolver.redundancy.add([law])
 
     def _shared(self) -> steps.Common:
         if self._model is None:

@@ -78,7 +78,7 @@ def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dic
     for k, friction in enumerate(dae.frictions):
         at_rest = friction.algebraic or abs(speeds[k]) <= ZONE
         if m[friction.index] != 2 and at_rest:
-            choices[friction.index] = (1.0, -1.0) if friction.prescribed else (0.0, 1.0, -1.0)
+            choices[friction.index] = (0.0, 1.0, -1.0)
     if memory.loaded is None:
         laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
         memory.loaded = frozenset(s.index for s in dae.switches if s.time is None and ca.depends_on(s.g, laws))

@@ -70,10 +70,10 @@ def finite_size(bound: ca.SX) -> ca.SX:
 
 
 def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
-    """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits."""
+    """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits, or a prescribed speed stays zero."""
     mode = dae.m[friction.index]
     below, above = torque_margins(friction, torque_eps(dae, friction))
-    stuck = ca.SX(1.0) if friction.prescribed else ca.fmin(below, above)
+    stuck = 2 * EPS - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
     loose = ca.if_else(mode == 1, friction.w + EPS, ca.if_else(mode == -1, EPS - friction.w, 1.0))
     return ca.if_else(mode == 0, stuck, loose)
 

@@ -78,7 +78,7 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     sign = ca.if_else(w > 0, 1.0, -1.0)
     zone = ca.SX(1) if friction.algebraic else ca.fabs(w) <= ZONE
     if friction.prescribed:
-        here = ca.if_else(rate > 0, 1.0, ca.if_else(rate < 0, -1.0, 0.0))
+        here = ca.if_else(rate > EPS, 1.0, ca.if_else(rate < -EPS, -1.0, 0.0))
         new = ca.if_else(zone, here, sign)
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))

@@ -1,0 +1,59 @@
+"""Friction under a forced motion that begins, pauses or ends at rest."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components import blocks
+from powertrain.components import rotational as rot
+
+
+class Forced(pt.Component):
+    """A bearing on a shaft with inertia whose speed is forced."""
+
+    signal: Any
+    motor: rot.Speed = rot.Speed(exact=True)
+    bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=((0.0, 1.0), (10.0, 2.0)))
+    J: rot.Inertia = rot.Inertia(J=0.1)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.signal.y, self.motor.w_ref)
+        yield pt.connect(self.motor.flange, self.bearing.flange_a)
+        yield pt.connect(self.bearing.flange_b, self.J.flange_a)
+
+
+CYCLE = ((0.0, 0.0), (0.1, 0.0), (0.3, 5.0), (0.4, 5.0), (0.6, 0.0), (0.8, 0.0), (1.0, -4.0))
+SIGNALS = {
+    "cycle with pauses": blocks.TimeTable(table=CYCLE),
+    "ramp later": blocks.Ramp(height=-5.0, duration=0.5, startTime=0.3),
+    "ramp at once": blocks.Ramp(height=5.0, duration=0.5),
+    "without acceleration at first": blocks.Sine(f=1.0, amplitude=2.0, phase=-math.pi / 2, offset=2.0),
+    "never": blocks.Constant(k=0.0),
+}
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("exact", [True, False])
+def test_torque_follows_the_speed(name: str, exact: bool) -> None:
+    """sign(w)(1 + |w|/10) while it moves, within +-1 at rest; the energy closes."""
+    result = pt.simulate(Forced(signal=SIGNALS[name], motor=rot.Speed(exact=exact)), 1.0, rtol=1e-8)
+    w, tau = result["J.w"], result["bearing.tau"]
+    moves = np.abs(w) > 1e-6
+    np.testing.assert_allclose(tau[moves], (np.sign(w) * (1 + np.abs(w) / 10))[moves], rtol=1e-6)
+    assert (np.abs(tau[~moves]) <= 1 + 1e-6).all()
+    assert pt.energy_audit(result).closure < 1e-7
+    rests = bool((result["bearing.mode"] == 0).any())
+    assert rests == bool(result.notes)
+    if exact:
+        assert rests == (name != "ramp at once")
+
+
+def test_pause_is_met_exactly() -> None:
+    result = pt.simulate(Forced(signal=SIGNALS["cycle with pauses"]), 1.0)
+    changes = [(round(e.time, 9), e.new) for e in result.trajectory.events if e.name == "bearing.mode"]
+    assert changes == [(0.1, 1.0), (0.6, 0.0), (0.8, -1.0)]
