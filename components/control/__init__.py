@@ -3,7 +3,18 @@
 from __future__ import annotations
 
 from powertrain.components.control.driver import Driver, SetPedals
+from powertrain.components.control.gear_schedule import GearSchedule
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
+from powertrain.components.control.start_stop import AlwaysOn, EngineSwitch, StartStop
 
-__all__ = ["Driver", "OperatingLineControl", "Pedals", "SetPedals"]
+__all__ = [
+    "AlwaysOn",
+    "Driver",
+    "EngineSwitch",
+    "GearSchedule",
+    "OperatingLineControl",
+    "Pedals",
+    "SetPedals",
+    "StartStop",
+]

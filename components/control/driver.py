@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import casadi as ca
+
 from powertrain import Equations, Parameter, Variable, der, parameter, switch, variable
 from powertrain.components.control.interfaces import Pedals
+
+STILL = 0.05
+"""A cycle that asks for less, in m/s and in m/s2, stands."""
 
 
 class Driver(Pedals):
     """Follows a speed with the pedals: a proportional-integral controller that knows the acceleration to come.
 
     u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) + (held - u)/T_t,  held = u within [-1, 1]
-    accelerator = max(held, 0),  brake = max(-held, 0)
+    accelerator = max(pedal, 0),  brake = max(-pedal, 0),  pedal = held, but min(held, -hold) while v_ref and a_ref are below 0.05
 
     While a pedal is at its stop the integral x follows it (anti-windup by back-calculation). k_a is the part of the pedal that the
-    vehicle needs for 1 m/s2, so about mass over greatest force. ``v_ref`` and ``a_ref`` are what ``CycleSpeed`` gives.
+    vehicle needs for 1 m/s2, so about mass over greatest force. Where the cycle stands, the foot is on the brake. ``v_ref`` and ``a_ref``
+    are what ``CycleSpeed`` gives.
     """
 
     k_p: Parameter = parameter("s/m", "Pedal for a speed that is 1 m/s too low", default=0.5, min=0)
     k_i: Parameter = parameter("1/m", "Rate of the pedal for a speed that is 1 m/s too low", default=0.1, min=0)
     k_a: Parameter = parameter("s2/m", "Pedal for an acceleration of 1 m/s2", default=0.3, min=0)
     T_t: Parameter = parameter("s", "Time in which the integral follows a pedal at its stop", default=1.0, above=0)
+    hold: Parameter = parameter("1", "Least brake pedal while the vehicle shall stand", default=0.1, min=0, max=1)
     error: Variable = variable("m/s", "How much the vehicle is too slow")
     u: Variable = variable("1", "Demand before the stops of the pedals")
     x: Variable = variable("1", "Integral part of the demand")
@@ -31,9 +38,11 @@ class Driver(Pedals):
         low = switch(self.u < -1, -1.0, self.u, continuous=True)
         held = switch(self.u > 1, 1.0, low, continuous=True)
         yield der(self.x) == self.k_i * self.error + (held - self.u) / self.T_t
-        driving = self.u > 0
-        yield self.accelerator.value == switch(driving, held, 0.0, continuous=True)
-        yield self.brake.value == switch(driving, 0.0, -held, continuous=True)
+        standing = ca.logic_and(self.v_ref.value < STILL, self.a_ref.value < STILL)
+        pedal = switch(standing, ca.fmin(held, -self.hold), held)
+        driving = pedal > 0
+        yield self.accelerator.value == switch(driving, pedal, 0.0, continuous=True)
+        yield self.brake.value == switch(driving, 0.0, -pedal, continuous=True)
 
 
 class SetPedals(Pedals):

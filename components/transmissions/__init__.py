@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable
 from powertrain.components.transmissions.layout import (
     COMBINATIONS,
     TYPES,
@@ -20,6 +21,8 @@ __all__ = [
     "TYPES",
     "Coupling",
     "Layout",
+    "ManualGearbox",
+    "Shiftable",
     "SplitPathTransmission",
     "SwitchedSplitPathTransmission",
     "UnitRatio",

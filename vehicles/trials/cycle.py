@@ -70,7 +70,7 @@ class CycleRun:
     def time_outside(self) -> float:
         """Time outside of the band, with the time that was not driven [s]."""
         t = self.result.time
-        outside = float(np.trapezoid(self.excess != 0, t))
+        outside = float(np.trapezoid((self.excess != 0).astype(float), t))
         return outside + self.cycle.duration - float(t[-1])
 
     @cached_property

@@ -13,7 +13,7 @@ class Pushed(pt.Component):
     """A mass of 1,000 kg that both pedals push with at most 3,000 N."""
 
     cycle: CycleSpeed
-    driver: Driver = Driver(k_p=1.0, k_i=0.2, k_a=1 / 3, T_t=0.5)
+    driver: Driver = Driver(k_p=1.0, k_i=0.2, k_a=1 / 3, T_t=0.5, hold=0)
     force: Force = Force()
     mass: Mass = Mass(m=1000)
     sensor: SpeedSensor = SpeedSensor()
@@ -56,6 +56,17 @@ def test_pedal_at_its_stop_does_not_wind_up() -> None:
 
 
 def test_mirrored_ramp_gives_the_other_pedal() -> None:
-    up = pt.simulate(pushed((0, 0), (2, 0), (6, 8), (9, 8)), stop=9, points=901)
-    down = pt.simulate(pushed((0, 8), (2, 8), (6, 0), (9, 0)), stop=9, points=901, starts={"mass.v": 8.0})
+    up = pt.simulate(pushed((0, 1), (2, 1), (6, 9), (9, 9)), stop=9, points=901, starts={"mass.v": 1.0})
+    down = pt.simulate(pushed((0, 9), (2, 9), (6, 1), (9, 1)), stop=9, points=901, starts={"mass.v": 9.0})
     assert down["driver.brake"] == pytest.approx(up["driver.accelerator"], abs=1e-5)
+
+
+def test_foot_on_the_brake_where_the_cycle_stands() -> None:
+    """The integral that the load has left would press the accelerator; the brake is held instead, until the cycle goes on."""
+    car = pt.replace(pushed((0, 0), (10, 10), (20, 0), (25, 0), (27, 2)), {"driver.hold": 0.1})
+    result = pt.simulate(car, stop=27, inputs={"load": ([0, 20, 20, 25], [600, 600, 0, 0])})
+    accelerator, brake = (result.at([2.0, 22.0, 26.5], f"driver.{name}") for name in ("accelerator", "brake"))
+    assert accelerator[0] > 0
+    assert accelerator[1] == 0
+    assert brake[1] >= 0.1
+    assert accelerator[2] > 0

@@ -1,0 +1,112 @@
+"""Who changes gears: a schedule of speeds with hysteresis, and what clutch, lever and throttle do during a shift."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import casadi as ca
+
+from powertrain import (
+    Component,
+    Discrete,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    discrete,
+    parameter,
+    reinit,
+    signal_input,
+    signal_output,
+    switch,
+    time,
+    variable,
+    when,
+)
+
+SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
+"""Shifts of a six-speed gearbox in m/s, with the accelerator released."""
+
+
+class GearSchedule(Component):
+    """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
+
+    up from gear to gear + 1 where v > up (1 + eager accelerator),  down to gear where v < down (1 + eager accelerator)
+    t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
+    ..+ t_close: hold rises to 1
+    throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
+
+    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
+    up, and the difference is the hysteresis. A pressed accelerator shifts up later and down earlier. Between two shifts at
+    least ``dwell`` passes. With the engine's speed the clutch closes as a centrifugal one does: below w_open it is open, so that the
+    vehicle starts and stops in first gear. Errors: ParameterError for speeds without hysteresis or not in order.
+    """
+
+    speeds: tuple[tuple[float, float], ...] = SPEEDS
+    eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
+    dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
+    t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
+    t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
+    t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
+    w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
+    w_closed: Parameter = parameter(
+        "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
+    )
+    accelerator: Input = signal_input("1", "Accelerator pedal")
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    w: Input = signal_input("rad/s", "Speed of the engine")
+    throttle: Output = signal_output("1", "Throttle of the engine")
+    clutch: Output = signal_output("1", "Pressure of the clutch")
+    lever: Output = signal_output("1", "Position of the gear lever")
+    gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
+    before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
+    began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
+    hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
+
+    def equations(self) -> Equations:
+        """When to shift, and the course of a shift."""
+        self._check()
+        t, v, eager = time - self.began, self.v.value, 1 + self.eager * self.accelerator.value
+        rested = t > self.dwell
+        up, down = (
+            self._at_gear([row[0] for row in self.speeds], 1),
+            self._at_gear([row[1] for row in self.speeds], 2),
+        )
+        marks = reinit(self.before, self.gear), reinit(self.began, time)
+        yield when(ca.logic_and(v > up * eager, rested), reinit(self.gear, self.gear + 1), *marks)
+        yield when(ca.logic_and(v < down * eager, rested), reinit(self.gear, self.gear - 1), *marks)
+        yield from self._shift(t)
+        yield self.throttle.value == self.hold * self.accelerator.value
+        pressed = (self.w.value - self.w_open) / (self.w_closed - self.w_open)
+        yield self.clutch.value == ca.fmin(pressed, self.hold)
+
+    def _shift(self, t: Symbol) -> Equations:
+        moved, closing = self.t_open + self.t_lever, self.t_open + self.t_lever + self.t_close
+        first, second, third = t < self.t_open, t < moved, t < closing
+        closed = switch(third, (t - moved) / self.t_close, 1.0, continuous=True)
+        pressed = switch(second, 0.0, closed, continuous=True)
+        yield self.hold == switch(first, 1 - t / self.t_open, pressed, continuous=True)
+        way = switch(second, (t - self.t_open) / self.t_lever, 1.0, continuous=True)
+        yield self.lever.value == self.before + (self.gear - self.before) * switch(first, 0.0, way, continuous=True)
+
+    def _at_gear(self, values: list[float], first: int) -> Symbol:
+        """The value that belongs to the gear, from ``first`` on; where there is none, one that is never reached."""
+        low, high = (0.0, -1e9) if first > 1 else (0.0, 1e9)
+        found = Symbol(high)
+        for k, value in enumerate(values, first):
+            found = ca.if_else(ca.fabs(self.gear - k) < 0.5, value, found)
+        return found + low
+
+    def _check(self) -> None:
+        where = f"{self._path or 'GearSchedule'}.speeds"
+        for k, (up, down) in enumerate(self.speeds, 1):
+            if not 0 < down < up:
+                raise ParameterError(
+                    f"{where}: up from gear {k} at {up:g} m/s, down to it at {down:g} m/s; it takes 0 < down < up"
+                )
+        for k, (one, other) in enumerate(pairwise(self.speeds), 1):
+            if not (one[0] < other[0] and one[1] < other[1]):
+                raise ParameterError(f"{where}: the rows of gears {k} and {k + 1} are not in order: {one}, {other} m/s")

@@ -1,0 +1,61 @@
+"""Whether the engine runs."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Component,
+    Discrete,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    discrete,
+    parameter,
+    reinit,
+    signal_input,
+    signal_output,
+    time,
+    when,
+)
+
+
+class EngineSwitch(Component):
+    """Partial: says whether the engine runs, from the accelerator and the speed of the vehicle."""
+
+    accelerator: Input = signal_input("1", "Accelerator pedal", default=0.0)
+    v: Input = signal_input("m/s", "Speed of the vehicle", default=0.0)
+    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
+
+
+class AlwaysOn(EngineSwitch):
+    """The engine runs: on = 1."""
+
+    def equations(self) -> Equations:
+        """A constant."""
+        yield self.on.value == 1
+
+
+class StartStop(EngineSwitch):
+    """Stops the engine at rest, starts it with the accelerator.
+
+    on = 0 from where |v| < v_stop and accelerator < u_stop,  if it has been running for t_least;  on = 1 from where accelerator > u_start
+    """
+
+    v_stop: Parameter = parameter("m/s", "Speed below which the engine is stopped", default=0.1, above=0)
+    u_stop: Parameter = parameter("1", "Accelerator below which it is stopped", default=0.01, above=0, max=1)
+    u_start: Parameter = parameter("1", "Accelerator above which it is started", default=0.02, above=0, max=1)
+    t_least: Parameter = parameter("s", "Least time that it runs", default=2.0, above=0)
+    running: Discrete = discrete("1", "1: runs, 0: is stopped", start=1.0)
+    since: Discrete = discrete("s", "Time at which it was started", start=0.0)
+
+    def equations(self) -> Equations:
+        """A switch with hysteresis."""
+        u, v, runs = self.accelerator.value, self.v.value, self.running > 0.5
+        rests = ca.logic_and(ca.fabs(v) < self.v_stop, u < self.u_stop)
+        ready = ca.logic_and(runs, time > self.since + self.t_least)
+        yield when(ca.logic_and(rests, ready), reinit(self.running, 0))
+        started = ca.logic_and(u > self.u_start, self.running < 0.5)
+        yield when(started, reinit(self.running, 1), reinit(self.since, time))
+        yield self.on.value == self.running

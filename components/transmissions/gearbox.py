@@ -1,0 +1,62 @@
+"""Gearboxes whose gears are changed by hand, or by a control that does as a hand does."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import casadi as ca
+
+from powertrain import Equations, Input, ParameterError, connect, signal_input
+from powertrain.components.differentials.churning import ChurningLoss
+from powertrain.components.rotational.clutch import Clutch
+from powertrain.components.rotational.ideal_gear import IdealGear
+from powertrain.components.rotational.inertia import Inertia
+from powertrain.components.rotational.interfaces import TwoFlanges
+
+SYNCHRONISER = Clutch(fn_max=800, mue_pos=((0.0, 1.0),))
+"""Torque of a pressed synchroniser at the output shaft, 800 N.m: the dogs behind its cone hold what comes."""
+
+
+class Shiftable(TwoFlanges):
+    """Partial: a transmission from flange_a to flange_b whose gear a lever chooses."""
+
+    lever: Input = signal_input("1", "Position of the lever: k presses gear k, k + 1/2 is neutral")
+
+
+class ManualGearbox(Shiftable):
+    """A gearbox of n gear pairs in constant mesh, each of which its own synchroniser joins with the output shaft.
+
+    gear k: w_loose = w_a/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft, pressed by
+    f_normalized = 1 - 2 |lever - k|: fully where the lever is at k, not at all where it is half a gear away.
+
+    ``gears`` and ``synchronisers`` are as many; ``of_ratios`` makes both. The input shaft, with the loose wheels and the plate of the
+    start clutch, and the output shaft have inertia: what a synchroniser works against. ``churning`` is the drag of the oil at the
+    input shaft. The meshes have no loss of their own: where several gears stand in a row their losses count in one, here in the final
+    drive's. Errors: ParameterError where gears and synchronisers are not as many.
+    """
+
+    gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in (3.6, 2.1, 1.4, 1.05, 0.84, 0.68))
+    synchronisers: tuple[Clutch, ...] = (SYNCHRONISER,) * 6
+    input: Inertia = Inertia(J=0.01)
+    churning: ChurningLoss = ChurningLoss(d=0.003)
+    output: Inertia = Inertia(J=0.01)
+
+    @classmethod
+    def of_ratios(cls, *ratios: float, synchroniser: Clutch = SYNCHRONISER) -> Self:
+        """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first."""
+        return cls(gears=tuple(IdealGear(ratio=r) for r in ratios), synchronisers=(synchroniser,) * len(ratios))
+
+    def equations(self) -> Equations:
+        """Every gear between the two shafts, through its synchroniser."""
+        if len(self.gears) != len(self.synchronisers) or not self.gears:
+            raise ParameterError(
+                f"{self._path or 'ManualGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; "
+                "each gear needs one"
+            )
+        yield connect(self.flange_a, self.input.flange_a)
+        yield connect(self.input.flange_b, self.churning.flange, *(gear.flange_a for gear in self.gears))
+        for k, (gear, synchroniser) in enumerate(zip(self.gears, self.synchronisers, strict=True), 1):
+            yield connect(gear.flange_b, synchroniser.flange_a)
+            yield synchroniser.f_normalized.value == 1 - 2 * ca.fabs(self.lever.value - k)
+        yield connect(self.output.flange_a, *(synchroniser.flange_b for synchroniser in self.synchronisers))
+        yield connect(self.output.flange_b, self.flange_b)

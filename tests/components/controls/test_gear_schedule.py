@@ -1,0 +1,103 @@
+"""The gear schedule and the switch of the engine, without a car."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.blocks import TimeTable
+from powertrain.components.control import GearSchedule, StartStop
+
+SPEEDS = ((4.0, 2.0), (8.0, 6.0))
+
+
+class Scheduled(pt.Component):
+    """A schedule for three gears that is shown a speed, an accelerator and an engine that turns fast enough."""
+
+    v: TimeTable
+    u: TimeTable = TimeTable(table=((0.0, 0.5),))
+    w: TimeTable = TimeTable(table=((0.0, 300.0),))
+    schedule: GearSchedule = GearSchedule(speeds=SPEEDS, eager=0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.v.y, self.schedule.v)
+        yield pt.connect(self.u.y, self.schedule.accelerator)
+        yield pt.connect(self.w.y, self.schedule.w)
+
+
+UP_AND_DOWN = TimeTable(table=((0.0, 0.0), (10.0, 10.0), (20.0, 0.0)))
+
+
+def test_shifts_where_the_speeds_say() -> None:
+    """Speed = time to 10 s: up at 4 s and 8 s; and back: down at 14 s (6 m/s) and 18 s (2 m/s)."""
+    result = pt.simulate(Scheduled(v=UP_AND_DOWN), stop=20, max_step=0.5)
+    t, gear = result.time, result["schedule.gear"]
+    changes = np.flatnonzero(np.diff(gear))
+    np.testing.assert_allclose(t[changes], [4, 8, 14, 18], atol=1e-6)
+    assert gear[changes + 1].tolist() == [2, 3, 2, 1]
+
+
+def test_course_of_a_shift() -> None:
+    """The clutch opens in 0.15 s, the lever moves in 0.25 s through neutral, the clutch closes in 0.3 s; the throttle is cut meanwhile."""
+    result = pt.simulate(Scheduled(v=UP_AND_DOWN), stop=6, max_step=0.5)
+    times = 4 + np.array([-0.01, 0.075, 0.15, 0.275, 0.4, 0.55, 0.7, 1.0])
+    np.testing.assert_allclose(result.at(times, "schedule.hold"), [1, 0.5, 0, 0, 0, 0.5, 1, 1], atol=1e-6)
+    np.testing.assert_allclose(result.at(times, "schedule.throttle"), [0.5, 0.25, 0, 0, 0, 0.25, 0.5, 0.5], atol=1e-6)
+    np.testing.assert_allclose(result.at(times, "schedule.lever"), [1, 1, 1, 1.5, 2, 2, 2, 2], atol=1e-6)
+
+
+def test_accelerator_shifts_later_and_dwell_is_kept() -> None:
+    """eager = 1 and half an accelerator: up at 6 m/s. With the speed of third gear from the start, the shifts are a dwell apart."""
+    car = pt.replace(Scheduled(v=UP_AND_DOWN), {"schedule.eager": 1.0})
+    assert next(iter(_shifts(pt.simulate(car, stop=8, max_step=0.5)))) == pytest.approx(6, abs=1e-6)
+    fast = Scheduled(v=TimeTable(table=((0.0, 0.0), (1.0, 20.0))))
+    first, second = _shifts(pt.simulate(fast, stop=8, max_step=0.5))
+    assert second - first == pytest.approx(2.0, abs=1e-6)
+
+
+def _shifts(result: pt.Result[Scheduled]) -> list[float]:
+    return [float(t) for t in result.time[np.flatnonzero(np.diff(result["schedule.gear"]))]]
+
+
+def test_clutch_follows_the_engine() -> None:
+    car = Scheduled(v=TimeTable(table=((0.0, 0.0),)), w=TimeTable(table=((0.0, 80.0), (1.0, 180.0))))
+    result = pt.simulate(car, stop=1, max_step=0.1)
+    clutch = result.at([0.15, 0.475, 0.8, 1.0], "schedule.clutch")
+    np.testing.assert_allclose(clutch, [0, 0.5, 1, 1], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "said"),
+    [
+        (((4.0, 4.5),), r"up from gear 1 at 4 m/s, down to it at 4.5 m/s"),
+        (((4.0, 2.0), (3.0, 2.5)), "gears 1 and 2 are not in order"),
+    ],
+)
+def test_schedule_that_cannot_be(speeds: tuple[tuple[float, float], ...], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        pt.compile(GearSchedule(speeds=speeds))
+
+
+class Stopping(pt.Component):
+    """A switch that is shown a speed and an accelerator."""
+
+    v: TimeTable = TimeTable(table=((0.0, 0.0),))
+    u: TimeTable = TimeTable(table=((0.0, 0.0),))
+    switch: StartStop = StartStop()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.v.y, self.switch.v)
+        yield pt.connect(self.u.y, self.switch.accelerator)
+
+
+def test_start_stop() -> None:
+    """Rests from the start: stops after the least time of 2 s; the accelerator starts it at 5 s; it rests again, and runs to 7 s."""
+    u = TimeTable(table=((0.0, 0.0), (5.0, 0.0), (5.0, 0.1), (5.5, 0.1), (5.5, 0.0)))
+    result = pt.simulate(Stopping(u=u), stop=9, max_step=0.5)
+    np.testing.assert_allclose(result.at([1.9, 2.1, 4.9, 5.1, 6.9, 7.1], "switch.on"), [1, 0, 0, 1, 1, 0])
+
+
+def test_runs_while_the_vehicle_does() -> None:
+    result = pt.simulate(Stopping(v=TimeTable(table=((0.0, 5.0), (4.0, 0.0)))), stop=6, max_step=0.5)
+    np.testing.assert_allclose(result.at([3.9, 3.95], "switch.on"), [1, 0])

@@ -1,0 +1,68 @@
+"""The manual gearbox: gears, neutral between them, and what a synchroniser does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.blocks import TimeTable
+from powertrain.components.differentials import ChurningLoss
+from powertrain.components.rotational import Clutch, IdealGear, Inertia
+from powertrain.components.transmissions import ManualGearbox
+
+J_1, J_2, TORQUE = 0.1, 0.5, 40.0
+CONE = Clutch(fn_max=TORQUE, mue_pos=((0.0, 1.0),))
+BOX = pt.replace(
+    ManualGearbox.of_ratios(3.0, 1.5, 1.0, synchroniser=CONE),
+    input=Inertia(J=J_1),
+    output=Inertia(J=J_2),
+    churning=ChurningLoss(),
+)
+
+
+class Shifted(pt.Component):
+    """A gearbox whose lever moves by a table, with both ends free."""
+
+    lever: TimeTable
+    box: ManualGearbox = BOX
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.lever.y, self.box.lever)
+
+
+@pytest.mark.parametrize(("gear", "ratio"), [(1, 3.0), (2, 1.5), (3, 1.0)])
+def test_synchroniser_brings_both_shafts_to_one_speed(gear: int, ratio: float) -> None:
+    """The slip falls at T (1/J_2 + 1/(r^2 J_1)); what stays is the momentum r J_1 w_1 at the output."""
+    lever = TimeTable(table=((0.0, gear - 0.5), (0.1, gear - 0.5), (0.1, float(gear))))
+    result = pt.simulate(Shifted(lever=lever), stop=2.0, starts={"box.input.w": 90.0, "box.output.w": 0.0}, rtol=1e-9)
+    after = J_1 * ratio * 90 / (J_1 * ratio**2 + J_2)
+    assert result["box.output.w"][-1] == pytest.approx(after, rel=1e-9)
+    assert result["box.input.w"][-1] == pytest.approx(ratio * after, rel=1e-9)
+    stuck = next(e for e in result.events if e.name == f"box.synchronisers[{gear - 1}].mode" and e.new == 0)
+    assert stuck.time == pytest.approx(0.1 + 90 / ratio / (TORQUE * (1 / J_2 + 1 / (ratio**2 * J_1))), rel=1e-8)
+    audit = pt.energy_audit(result)
+    lost = J_1 * 90**2 / 2 - (J_1 * ratio**2 + J_2) * after**2 / 2
+    assert audit.components.loc["box", "lost"] == pytest.approx(lost, rel=1e-6)
+    assert audit.closure < 1e-9
+
+
+@pytest.mark.parametrize("lever", [0.0, 0.5, 1.5, 2.5, 3.5])
+def test_neutral(lever: float) -> None:
+    result = pt.simulate(
+        Shifted(lever=TimeTable(table=((0.0, lever),))), stop=1.0, starts={"box.input.w": 90.0, "box.output.w": 7.0}
+    )
+    np.testing.assert_allclose(result["box.input.w"], 90, rtol=1e-12)
+    np.testing.assert_allclose(result["box.output.w"], 7, rtol=1e-12)
+
+
+def test_half_pressed_synchroniser_carries_half() -> None:
+    result = pt.simulate(
+        Shifted(lever=TimeTable(table=((0.0, 1.75),))), stop=0.1, starts={"box.input.w": 90.0, "box.output.w": 0.0}
+    )
+    assert result["box.output.w"][-1] == pytest.approx(TORQUE / 2 / J_2 * 0.1, rel=1e-9)
+
+
+def test_gears_and_synchronisers_are_as_many() -> None:
+    with pytest.raises(pt.ParameterError, match="1 gears have 2 synchronisers"):
+        pt.compile(ManualGearbox(gears=(IdealGear(ratio=2),), synchronisers=(CONE,) * 2))

@@ -1,0 +1,59 @@
+"""The manual car on the cycles, with and without start-stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.control import StartStop
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.engines import Engine, MappedEngine, WillansEngine
+from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.trials import CycleRun, drive_cycle
+
+TOWN = DriveCycle.named("wltc").part(0, 140)
+"""Rest, starts, up to the fourth gear, rest."""
+
+
+def _balanced(run: CycleRun) -> None:
+    """Nothing goes missing but 1e-6 of the energy that went through the engine."""
+    assert not run.message
+    assert not run.audit.hidden
+    residual = run.audit.components["residual"].abs().max()
+    assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
+
+
+@pytest.mark.parametrize("engine", [WillansEngine(), MappedEngine.gasoline()], ids=["Willans", "mapped"])
+def test_town(engine: Engine) -> None:
+    run = drive_cycle(pt.replace(ManualCar(), engine=engine), TOWN, rtol=1e-7, atol=1e-9)
+    _balanced(run)
+    assert run.time_outside == 0
+    gear, lever = run.result["schedule.gear"], run.result["schedule.lever"]
+    assert gear.max() == 4
+    assert set(np.abs(np.diff(gear))) == {0, 1}
+    held = np.abs(lever - gear) < 1e-9
+    ratios = np.array([3.6, 2.1, 1.4, 1.05, 0.84, 0.68])[gear.astype(int) - 1]
+    synchronous = run.result["gearbox.input.w"] - ratios * run.result["gearbox.output.w"]
+    assert np.mean(np.abs(synchronous[held]) < 1e-6) > 0.98  # the rest: synchronisers at work
+    assert np.all(run.result["engine.throttle"] <= run.result["driver.accelerator"] + 1e-9)
+
+
+def test_start_stop_saves_what_idling_burns() -> None:
+    always, stopped = (drive_cycle(car, TOWN) for car in (ManualCar(), pt.replace(ManualCar(), start_stop=StartStop())))
+    t, off = stopped.result.time, np.where(stopped.result["engine.on"] < 0.5, 1.0, 0.0)
+    assert stopped.time_outside == 0
+    idling = 18.289 * 85 / 0.38 / 43e6  # motoring torque times speed over the indicated efficiency
+    saved, rest = always.fuel - stopped.fuel, float(np.trapezoid(off, t))
+    assert rest > 20
+    assert saved == pytest.approx(idling * rest, rel=0.1)  # the starts cost a little
+    assert stopped.result["engine.w"][off > 0].min() == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["wltc", "nedc", "udds", "hwfet"])
+def test_cycles(name: str) -> None:
+    run = drive_cycle(ManualCar(), name, compile=True)
+    _balanced(run)
+    assert run.time_outside == 0
+    assert 4.5 < run.litres_per_100km < 7
