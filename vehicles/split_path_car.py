@@ -5,7 +5,7 @@ from __future__ import annotations
 from powertrain import Component, Equations, connect
 from powertrain.components.body import Body, RoadProfile, VehicleBody
 from powertrain.components.control import Driver, OperatingLineControl, Pedals
-from powertrain.components.cvu import CVU, RatioActuator
+from powertrain.components.cvu import CVU, Actuator, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
 from powertrain.components.engines import Engine, WillansEngine, best_fuel_line
@@ -36,7 +36,7 @@ class SplitPathCar(Component):
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     shaft: Inertia = Inertia(J=0.02)
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
-    actuator: RatioActuator = RatioActuator(T=0.2, rate=0.5, ratio_start=0.685)
+    actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=0.685)
     transmission: SplitPathTransmission = SplitPathTransmission(
         layout=LAYOUT,
         differential=FundamentalDifferential(ratio=BASIC_RATIO, eta_ab=0.95, eta_ba=0.95),

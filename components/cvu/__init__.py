@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain.components.cvu.actuator import RatioActuator
+from powertrain.components.cvu.actuator import Actuator, IdealActuator, RatioActuator
 from powertrain.components.cvu.electric import ElectricVariator
 from powertrain.components.cvu.friction_drives import TractionDrive, VBelt
 from powertrain.components.cvu.hydrostatic import HydrostaticUnit
@@ -13,8 +13,10 @@ from powertrain.components.cvu.unit import CVU
 __all__ = [
     "CVU",
     "ActuatedUnit",
+    "Actuator",
     "ElectricVariator",
     "HydrostaticUnit",
+    "IdealActuator",
     "LimitedUnit",
     "RatioActuator",
     "TorqueLimiter",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import casadi as ca
+
 from powertrain import (
     Component,
     Equations,
@@ -18,7 +20,27 @@ from powertrain import (
 )
 
 
-class RatioActuator(Component):
+class Actuator(Component):
+    """Partial: what brings the ratio of a variable unit to a demand, held within [ratio_min, ratio_max]."""
+
+    ratio_min: Parameter = parameter("1", "Least ratio", default=-1e3)
+    ratio_max: Parameter = parameter("1", "Greatest ratio", default=1e3)
+    demand: Input = signal_input("1", "Demanded ratio")
+    ratio: Output = signal_output("1", "Ratio, for the variable unit")
+
+
+class IdealActuator(Actuator):
+    """Has the demanded ratio at once: for operating points, where nothing moves any more.
+
+    ratio = demand held within [ratio_min, ratio_max]
+    """
+
+    def equations(self) -> Equations:
+        """No lag."""
+        yield self.ratio.value == ca.fmin(ca.fmax(self.demand.value, self.ratio_min), self.ratio_max)
+
+
+class RatioActuator(Actuator):
     """Follows a demanded ratio with a first-order lag, no faster than its rate and no further than its range.
 
     T der(ratio) = target - ratio,  |der(ratio)| <= rate,  target = demand held within [ratio_min, ratio_max]
@@ -28,12 +50,8 @@ class RatioActuator(Component):
 
     T: Parameter = parameter("s", "Time constant of the follow-up", default=0.05, above=0)
     rate: Parameter = parameter("1/s", "Greatest rate of the ratio", default=1.0, above=0)
-    ratio_min: Parameter = parameter("1", "Least ratio", default=-1e3)
-    ratio_max: Parameter = parameter("1", "Greatest ratio", default=1e3)
     ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
     V: Variable = variable("1", "Ratio", prefer=True)
-    demand: Input = signal_input("1", "Demanded ratio")
-    ratio: Output = signal_output("1", "Ratio, for the variable unit")
 
     def equations(self) -> Equations:
         """A lag within limits."""

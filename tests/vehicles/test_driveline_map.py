@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles.trials import drive_cycle
+from powertrain.vehicles.trials.backward import backward
+from powertrain.vehicles.trials.driveline import driveline_map, on_rolling_road
+from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
+
+SPEEDS, PEDALS = np.linspace(5, 35, 7), np.linspace(0, 1, 6)
+
+
+@pytest.fixture(scope="module")
+def found() -> xr.Dataset:
+    return driveline_map(SplitPathCar(), SPEEDS, PEDALS, variator="transmission.cvu")
+
+
+def test_every_point_has_a_steady_state(found: xr.Dataset) -> None:
+    assert (found["status"] == 0).all()
+    assert found["speed"].values == pytest.approx(SPEEDS)
+
+
+@pytest.mark.parametrize(("speed", "pedal"), [(5.0, 0.2), (20.0, 0.4), (35.0, 0.6), (10.0, 0.2)])
+def test_points_are_where_a_simulation_settles(found: xr.Dataset, speed: float, pedal: float) -> None:
+    """Slowest is the engine's speed against the ratio's control, settled to 1e-5 after half a minute."""
+    car = on_rolling_road(SplitPathCar())
+    given = {"body.speed": speed, "driver.accelerator_set": pedal}
+    point = found.sel(speed=speed, accelerator=pedal, method="nearest")
+    result = pt.simulate(car, 30, parameters=given, starts={"engine.w": float(point["w"]) * 1.02}, points=2)
+    assert result["engine.w"][-1] == pytest.approx(float(point["w"]), rel=1e-4)
+    assert result["body.force"][-1] == pytest.approx(float(point["force"]), rel=1e-3)
+
+
+def test_powers_of_the_point_balance(found: xr.Dataset) -> None:
+    """What the engine gives arrives at the road times the efficiencies of transmission, crown gear, and less rolling resistance."""
+    point = found.sel(speed=20, accelerator=0.4, method="nearest")
+    rolling = 0.01 * 1300 * 9.80665
+    road = float(point["force"] + rolling) * 20
+    assert 0.8 < road / 0.97 / float(point["w"] * point["tau"]) < 0.96
+    assert float(point["efficiency"]) == pytest.approx(float(point["force"]) * 20 / (float(point["fuel_rate"]) * 43e6))
+
+
+def test_backward_agrees_with_the_simulation() -> None:
+    """The quasi-static calculation leaves out transients and the engine's inertia: 2 % on a cycle's part with its accelerations."""
+    part = DriveCycle.named("wltc").part(590, 1022)
+    run, back = drive_cycle(SplitPathCar(), part), backward(SplitPathCar(), part)
+    assert run.message == ""
+    assert back.fuel == pytest.approx(run.fuel, rel=0.02)
+    assert not back.missing.any()
+
+
+def test_backward_says_what_the_vehicle_lacks() -> None:
+    sprint = DriveCycle("sprint", ((0.0, 0.0), (10.0, 40.0)))
+    assert backward(SplitPathCar(), sprint).missing.max() > 1000
+
+
+def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
+    run = drive_cycle(SplitPathCar(), DriveCycle.named("wltc").part(0, 40))
+    ax = plot_driveline_map(found, run)
+    assert ax.get_xlabel() == "speed  [km/h]"
+    assert len(ax.collections) > 1
+    legend = ax.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()][-1] == "variable unit: positive recirculation"
+    plt.close("all")

@@ -1,0 +1,85 @@
+"""A cycle calculated backward: from the road to the tank, one operating point after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.wheels import Wheel
+from powertrain.vehicles.trials.driveline import driveline_map
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+SPEEDS, ACCELERATORS = 46, 61
+
+
+@dataclass(frozen=True)
+class BackwardRun:
+    """Fuel flow [kg/s] and tractive force [N] in the middle of every row of a cycle; ``missing`` [N]: force that the vehicle lacks."""
+
+    cycle: DriveCycle
+    fuel_rate: Array
+    force: Array
+    missing: Array
+
+    @property
+    def fuel(self) -> float:
+        """Fuel [kg]."""
+        return float(self.fuel_rate @ np.diff(self.cycle.times))
+
+
+def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset | None = None) -> BackwardRun:
+    """The fuel of a cycle from a map of operating points, as if the vehicle passed from one to the next without transients.
+
+    force = (m + sum of J/radius^2 of the wheels) a + drag,  fuel_rate = map(v, force);  braked or in overrun: what accelerator 0 takes
+
+    The map is ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
+    there are those of the lowest speed; where nothing is driven the engine idles. The engine's own inertia is left out.
+    Errors: ParameterError for a map with points that have no steady state.
+    """
+    if isinstance(cycle, str):
+        cycle = DriveCycle.named(cycle)
+    v = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2
+    a = np.diff(cycle.speeds) / np.diff(cycle.times)
+    if found is None:
+        top = 1.02 * cycle.top_speed
+        found = driveline_map(vehicle, np.linspace(min(4.0, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS))
+    if (found["status"] != 0).any():
+        raise pt.ParameterError(f"backward: {int((found['status'] != 0).sum())} points of the map have no steady state")
+    force = _demand(vehicle, v, a)
+    rate, most = _look_up(found, np.maximum(v, float(found["speed"][0])), force)
+    idle = _idle(vehicle)
+    launching = v < float(found["speed"][0])
+    rate = np.where(launching, np.where(force > 0, np.maximum(rate, idle), idle), rate)
+    return BackwardRun(cycle, rate, force, np.maximum(force - most, 0))
+
+
+def _demand(vehicle: Any, v: Array, a: Array) -> Array:
+    body = vehicle.body
+    wheels = [getattr(vehicle, n) for n in vehicle._fields if isinstance(getattr(vehicle, n), Wheel)]
+    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in wheels)
+    return np.asarray(mass * a + float(body.Cd) * float(body.A) * float(body.rho) / 2 * v**2)
+
+
+def _idle(vehicle: Any) -> float:
+    return float(vehicle.engine.fuel_flow(float(vehicle.engine.w_idle), 0.0))
+
+
+def _look_up(found: xr.Dataset, v: Array, force: Array) -> tuple[Array, Array]:
+    """Fuel flow at (v, force) and the greatest force at v: linear in force along the accelerator, then in speed."""
+    speeds, forces, rates = (np.asarray(found[name].values) for name in ("speed", "force", "fuel_rate"))
+    k = np.clip(np.searchsorted(speeds, v) - 1, 0, len(speeds) - 2)
+    share = (v - speeds[k]) / (speeds[k + 1] - speeds[k])
+    rate, most = np.empty_like(v), np.empty_like(v)
+    for i in range(len(v)):
+        rows = [np.interp(force[i], forces[j], rates[j]) for j in (k[i], k[i] + 1)]
+        rate[i] = rows[0] + share[i] * (rows[1] - rows[0])
+        most[i] = forces[k[i]].max() + share[i] * (forces[k[i] + 1].max() - forces[k[i]].max())
+    return rate, most

@@ -1,0 +1,69 @@
+"""The efficiency of a whole driveline, from the tank to the road, over speed and tractive force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import powertrain as pt
+from powertrain.components.body import RollingRoad
+from powertrain.components.control import SetPedals
+from powertrain.components.cvu import Actuator, IdealActuator
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SPEED, PEDAL = "body.speed", "driver.accelerator_set"
+
+
+def on_rolling_road(vehicle: pt.Component) -> pt.Component:
+    """The vehicle with its body on a rolling road, its pedals set, and its actuators where they want to be."""
+    at_rest = {
+        name: IdealActuator(ratio_min=part.ratio_min, ratio_max=part.ratio_max)
+        for name in vehicle._fields
+        if isinstance(part := getattr(vehicle, name), Actuator)
+    }
+    return pt.replace(vehicle, body=RollingRoad(m=_mass(vehicle)), driver=SetPedals(), **at_rest)
+
+
+def _mass(vehicle: Any) -> float:
+    return float(vehicle.body.m)
+
+
+def driveline_map(
+    vehicle: pt.Component, speeds: ArrayLike, accelerators: ArrayLike, *, variator: str | None = None
+) -> xr.Dataset:
+    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, fuel and efficiency from the tank to the road.
+
+    Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``fuel_rate`` [kg/s], ``w`` [rad/s] and
+    ``tau`` [N.m] of the engine, ``efficiency`` = force speed/(fuel_rate heating_value), ``status``. With the path of a ``variator`` also
+    ``K`` and the ``case`` of its power flow, of which Fig. 8 of Yu & Beachley 1986 shows the kinds.
+
+    Points without a steady state have no numbers, and their status says why. Of several (in overrun a centrifugal clutch may hold or be
+    dragged along) one is given. The vehicle has the parts ``driver``, ``engine`` and ``body``. Source: pt.steady of the vehicle on a rolling road.
+    """
+    import xarray as xr
+
+    plant = pt.compile(on_rolling_road(vehicle))
+    grid = {SPEED: np.asarray(speeds, float), PEDAL: np.asarray(accelerators, float)}
+    names = {"body.force": "force", "engine.fuel_rate": "fuel_rate", "engine.w": "w", "engine.tau": "tau"}
+    outputs: dict[str, Any] = {signal: signal for signal in names}
+    if variator is not None:
+        flow = pt.power_flow(plant, grid, outputs=outputs)
+        data, share = flow.data, flow.variator(variator)
+        extra = {"K": share["K"], "case": share["case"]}
+    else:
+        data, extra = pt.steady(plant, grid, outputs=list(outputs)), {}
+    found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
+    found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
+    found = found.assign_coords(
+        speed=("speed", grid[SPEED], {"units": "m/s", "long_name": "Speed"}),
+        accelerator=("accelerator", grid[PEDAL], {"units": "1", "long_name": "Accelerator pedal"}),
+    )
+    heat = found["fuel_rate"] * plant.parameters["engine.heating_value"]
+    work = found["force"] * found["speed"]
+    found["efficiency"] = (work / heat).where((work > 0) & (heat > 0))
+    found["efficiency"].attrs = {"units": "1", "long_name": "Efficiency from the tank to the road"}
+    return found

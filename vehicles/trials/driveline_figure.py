@@ -1,0 +1,62 @@
+"""The map of a whole driveline as a picture, with the operating points of a cycle and the cases of its power flow."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from powertrain.vehicles.trials.cycle import RATE, CycleRun
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\", "idle": ".."}
+"""Cases of a variator's power flow."""
+FAINT = (1, 1, 1, 0.35)
+
+
+def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Axes | None = None) -> Axes:
+    """Efficiency from the tank to the road over speed and tractive force, up to what the vehicle can pull.
+
+    ``found`` is what ``driveline_map`` gives; where it knows the cases of a power flow these are hatched. The points are where a
+    cycle was driven, one for every second with a pulling force.
+    """
+    import matplotlib.pyplot as plt
+
+    ax = plt.subplots(figsize=(7.5, 5), layout="constrained")[1] if ax is None else ax
+    force = found["force"].values
+    speed = np.broadcast_to(found["speed"].values[:, None] * 3.6, force.shape)
+    efficiency = np.where(force > 0, found["efficiency"].values, 0.0)
+    levels = np.arange(0, np.nanmax(efficiency) + 0.02, 0.02)
+    filled = ax.contourf(speed, force, efficiency, levels=levels, cmap="viridis")
+    bar = ax.figure.colorbar(filled, ax=ax)
+    bar.set_label("efficiency from the tank to the road  [1]")
+    ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
+    handles = _hatch(ax, found, speed, force) if "case" in found else []
+    if run is not None:
+        _points(ax, run)
+    ax.set(xlabel="speed  [km/h]", ylabel="tractive force  [N]", ylim=(0, None), xlim=(0, None))
+    ax.legend(handles=[*ax.get_legend_handles_labels()[0], *handles], loc="upper right", fontsize=8)
+    return ax
+
+
+def _hatch(ax: Axes, found: xr.Dataset, speed: Any, force: Any) -> list[Any]:
+    from matplotlib.patches import Patch
+
+    handles, cases = [], found["case"].values
+    for case, hatch in HATCHES.items():
+        if (cases == case).any():
+            inside = np.where(cases == case, 1.0, 0.0)
+            drawn = ax.contourf(speed, force, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch])
+            drawn.set(edgecolor=FAINT, linewidth=0)
+            handles.append(Patch(facecolor="none", edgecolor="0.5", hatch=hatch, label=f"variable unit: {case}"))
+    return handles
+
+
+def _points(ax: Axes, run: CycleRun) -> None:
+    v, pull = run.result["body.v"][::RATE] * 3.6, (run.result["front.f"] + run.result["rear.f"])[::RATE]
+    driven = pull > 0
+    name = run.cycle.name.upper() if len(run.cycle.name) < 6 else run.cycle.name
+    ax.plot(v[driven], pull[driven], ".", ms=3, color="C3", alpha=0.5, label=f"{name}, every second")
