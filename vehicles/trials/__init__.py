@@ -2,6 +2,20 @@
 
 from __future__ import annotations
 
+from powertrain.vehicles.trials.backward import BackwardRun, backward
 from powertrain.vehicles.trials.cycle import CycleRun, drive_cycle
+from powertrain.vehicles.trials.driveline import driveline_map, on_rolling_road
+from powertrain.vehicles.trials.performance import full_accelerator, gradeability, performance, time_between
 
-__all__ = ["CycleRun", "drive_cycle"]
+__all__ = [
+    "BackwardRun",
+    "CycleRun",
+    "backward",
+    "drive_cycle",
+    "driveline_map",
+    "full_accelerator",
+    "gradeability",
+    "on_rolling_road",
+    "performance",
+    "time_between",
+]

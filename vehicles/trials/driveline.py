@@ -21,7 +21,7 @@ SPEED, PEDAL = "body.speed", "driver.accelerator_set"
 def on_rolling_road(vehicle: pt.Component) -> pt.Component:
     """The vehicle with its body on a rolling road, its pedals set, and its actuators where they want to be."""
     at_rest = {
-        name: IdealActuator(ratio_min=part.ratio_min, ratio_max=part.ratio_max)
+        name: IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
         for name in vehicle._fields
         if isinstance(part := getattr(vehicle, name), Actuator)
     }
@@ -42,7 +42,8 @@ def driveline_map(
     ``K`` and the ``case`` of its power flow, of which Fig. 8 of Yu & Beachley 1986 shows the kinds.
 
     Points without a steady state have no numbers, and their status says why. Of several (in overrun a centrifugal clutch may hold or be
-    dragged along) one is given. The vehicle has the parts ``driver``, ``engine`` and ``body``. Source: pt.steady of the vehicle on a rolling road.
+    dragged along) one is given. The vehicle has the parts ``driver``, ``engine`` and ``body``.
+    Source: pt.steady of the vehicle on a rolling road.
     """
     import xarray as xr
 

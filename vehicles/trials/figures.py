@@ -27,6 +27,10 @@ RPM = 30 / math.pi
 KM_H = 3.6
 POINTS = 2001
 """Samples of the power flow."""
+FAINT = 1e-3
+"""Part of the largest power below which a power flow is not told from none."""
+SLOW = 5.0
+"""Speed of an input [rad/s] below which a ratio is not shown."""
 STORED = "stored at the end"
 Array = NDArray[np.float64]
 
@@ -160,14 +164,18 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def transmission_ratio(run: CycleRun) -> Array | None:
-    """Output speed over input speed of the part ``transmission`` at ``run.result.time``; NaN at rest, None where there is no such part."""
-    part = dict(children(run.plant.model)).get("transmission")
-    if not isinstance(part, TwoFlanges):
+    """Output speed over input speed of the part ``transmission`` or ``gearbox`` at ``run.result.time``.
+
+    NaN where the input (nearly) rests; None where the vehicle has no such part between two shafts.
+    """
+    parts = dict(children(run.plant.model))
+    name = next((n for n in ("transmission", "gearbox") if isinstance(parts.get(n), TwoFlanges)), None)
+    if name is None:
         return None
-    ports = [port_motion(run.result.compiled, f"transmission.{name}") for name in ("flange_a", "flange_b")]
+    ports = [port_motion(run.result.compiled, f"{name}.{flange}") for flange in ("flange_a", "flange_b")]
     w_in, w_out = run.result.evaluate(ports).T
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(np.abs(w_in) > 1.0, w_out / w_in, np.nan)
+        return np.where(np.abs(w_in) > SLOW, w_out / w_in, np.nan)
 
 
 def parts_of(model: pt.Component, kind: type[pt.Component], path: str = "") -> Iterator[str]:
@@ -196,7 +204,7 @@ def _shade(ax: Axes, time: Array, cases: NDArray[Any], power: Array) -> None:
     steps = np.gradient(time) * np.abs(np.nan_to_num(power))
     total = max(float(steps.sum()), 1e-300)
     for case in VARIATOR_CASES:
-        here = cases == case
+        here = (cases == case) & (power > FAINT * np.nanmax(power))
         if case != "idle" and here.any():
             said = f"{case}: {steps[here].sum() / total:.0%} of the energy into it"
             ax.fill_between(
