@@ -310,7 +310,7 @@ def test_toml_with_dotted_keys_and_a_part_that_needs_values(tmp_path: Path) -> N
 
 def test_map_of_the_split_path_transmission(tmp_path: Path) -> None:
     text = done(
-        *("map", "SplitPathCar", "--ratio", "0.5:1.9:8", "--load", "20:60:3"),
+        *("map", "SplitPathCar", "--of", "transmission", "--ratio", "0.5:1.9:8", "--load", "20:60:3"),
         *("--out", str(tmp_path / "map.csv"), "--plot", str(tmp_path / "map.png")),
     )
     assert "positive recirculation" in text
@@ -337,8 +337,21 @@ def test_map_of_a_layout(tmp_path: Path) -> None:
         str(out),
     )
     assert set(pt.load(out)["case"].values.ravel()) <= {"split", "positive recirculation", "negative recirculation"}
-    assert "has no SplitPathTransmission" in refused("map", "RearDriveCar")
-    assert "r = 0" in refused("map", "SplitPathCar", "--ratio", "0:1:5")
+    assert "has no SplitPathTransmission" in refused("map", "RearDriveCar", "--of", "transmission")
+    assert "r = 0" in refused("map", "SplitPathCar", "--of", "transmission", "--ratio", "0:1:5")
+
+
+def test_map_of_a_driveline_with_a_cycle(short: str, tmp_path: Path) -> None:
+    out, plot = tmp_path / "map.nc", tmp_path / "map.png"
+    few = ("--speed", "20:110:7", "--pedals", "10")
+    text = done("map", "SplitPathCar", *few, "--cycle", short, "--out", str(out), "--plot", str(plot))
+    assert "from the tank to the road" in text
+    found = pt.load(out)
+    assert dict(found.sizes) == {"speed": 7, "accelerator": 10}
+    assert found["speed"].attrs["units"] == "m/s"
+    assert 0.15 < float(found["efficiency"].max()) < 0.38  # less than the engine's indicated efficiency
+    assert plot.read_bytes().startswith(PNG)
+    assert "no driver whose pedals could be set" in refused("map", "RearDriveCar")
 
 
 def test_split_path_ranks_designs(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""``powertrain map``: the efficiency of a transmission over its ratio and its load, with the cases of the power flow."""
+"""``powertrain map``: the efficiency of a driveline over speed and force, or of a transmission over ratio and load."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from powertrain.vehicles.cli.options import (
     PICTURE,
     ArgumentType,
     Command,
+    Cycle,
     Span,
     configured,
     of_the_command_line,
@@ -21,9 +22,11 @@ from powertrain.vehicles.cli.options import (
 from powertrain.vehicles.cli.text import columns, number
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
     import powertrain as pt
+    from powertrain.components.cycles import DriveCycle
     from powertrain.components.transmissions import SplitPathTransmission
     from powertrain.vehicles.cli.catalogue import Entry
 
@@ -49,67 +52,106 @@ class Mapped(ArgumentType):
 @click.command(
     "map",
     cls=Command,
-    short_help="Efficiency of a split-path transmission over ratio and load, with its power flow.",
+    short_help="Efficiency of a driveline over speed and force, or of a transmission.",
     examples=(
         "map SplitPathCar --plot map.png",
-        "map SplitPathCar --ratio 0.5:2:61 --load 5:150:30 --set transmission.cvu=VBelt --out map.nc",
+        "map SplitPathCar --cycle wltc --plot map.png --out map.nc",
+        "map SplitPathCar --of transmission --ratio 0.5:2:61 --load 5:150:30 --set transmission.cvu=VBelt --plot map.png",
         "map SplitPathTransmission --set layout=abH --plot map.png",
     ),
 )
 @click.argument("what", metavar="VEHICLE|TRANSMISSION", type=Mapped())
 @click.option(
+    "--of",
+    type=click.Choice(["driveline", "transmission"]),
+    help="Of a vehicle: all of it (default), or its split-path transmission.",
+)
+@click.option(
+    "--speed",
+    type=Span(counted=True),
+    default=(2.0, 140.0, 47.0),
+    help="Driveline: speed [km/h], and how many. Default: 2:140:47.",
+)
+@click.option(
+    "--pedals", type=click.IntRange(3), default=61, show_default=True, help="Driveline: positions of the accelerator."
+)
+@click.option("--cycle", type=Cycle(), help="Driveline: lay the operating points of this cycle over the map.")
+@click.option(
     "--ratio",
     type=Span(counted=True),
     default=(0.5, 2.0, 61.0),
-    help="Ratio r = output over input speed, and how many. Default: 0.5:2:61.",
+    help="Transmission: ratio r = output over input speed, and how many. Default: 0.5:2:61.",
 )
 @click.option(
     "--load",
     type=Span(counted=True),
     default=(5.0, 150.0, 30.0),
-    help="Torque at the output [N.m], and how many. Default: 5:150:30.",
+    help="Transmission: torque at the output [N.m], and how many. Default: 5:150:30.",
 )
 @click.option(
-    "--speed",
+    "--input-speed",
     type=click.FloatRange(0, min_open=True),
     default=200.0,
     show_default=True,
-    help="Speed of the input [rad/s].",
+    help="Transmission: speed of its input [rad/s].",
 )
 @settings
 @click.option("--out", type=DATA, help="Write the map: netCDF (.nc) or .csv.")
-@click.option(
-    "--plot", type=PICTURE, help="Draw the map with the cases of the power flow, and K and efficiency over the ratio."
-)
+@click.option("--plot", type=PICTURE, help="Draw the map with the cases of the power flow.")
 def command(
     what: Entry,
+    of: str | None,
+    speed: tuple[float, ...],
+    pedals: int,
+    cycle: DriveCycle | None,
     ratio: tuple[float, ...],
     load: tuple[float, ...],
-    speed: float,
+    input_speed: float,
     texts: tuple[str, ...],
     params: Path | None,
     out: Path | None,
     plot: Path | None,
 ) -> None:
-    """Put a split-path transmission (of a vehicle, or by itself) on a test bench: efficiency over ratio and load.
+    """Map the efficiency of a vehicle from the tank to the road, or that of a split-path transmission on a test bench.
 
-    K is the power into the variable unit over the input power; the case tells whether power splits or goes round (Yu & Beachley 1986,
-    Fig. 8). Where friction rests (r = 1) nothing is printed: efficiency and K may lie anywhere between the values beside it.
+    The driveline is mapped over speed and tractive force, at steady speed on a rolling road. The transmission is mapped over its ratio r
+    and its load: K is the power into the variable unit over the input power, and the case tells whether power splits or goes round
+    (Yu & Beachley 1986, Fig. 8). Where friction rests (r = 1) efficiency and K may lie anywhere between the values beside it.
     """
+    from powertrain.vehicles.cli import catalogue
+
+    model, _ = configured(what, params, texts)
+    whole = catalogue.is_vehicle(what.kind)
+    if (of or "driveline" if whole else "transmission") == "driveline":
+        from powertrain.vehicles.cli.driveline import mapped
+
+        shown, data, figure = mapped(model, values(speed, 47) / 3.6, pedals, cycle, draw=plot is not None)
+    else:
+        shown, data, figure = _transmission_map(model, ratio, load, input_speed, draw=plot is not None)
+    click.echo(shown)
+    if plot is not None and figure is not None:
+        figure.savefig(plot, dpi=120)
+        click.echo(f"wrote {plot}")
+    if out is not None:
+        _write(data, out)
+        click.echo(f"wrote {out}")
+
+
+def _transmission_map(
+    model: pt.Component, ratio: tuple[float, ...], load: tuple[float, ...], speed: float, *, draw: bool
+) -> tuple[str, xr.Dataset, Figure | None]:
+    """The text, the data and the picture of a transmission's map."""
     import numpy as np
 
     import powertrain as pt
     from powertrain.vehicles.split_path import SplitPathBench
 
-    model, _ = configured(what, params, texts)
     transmission = _transmission(model)
-    grid = {"r": _values(ratio, 61), "load": -_values(load, 30)}
+    grid = {"r": values(ratio, 61), "load": -values(load, 30)}
     if 0 in grid["r"]:
         raise click.UsageError("--ratio: nothing is delivered at r = 0; leave it out")
-    with of_the_command_line():
-        plant = pt.compile(SplitPathBench(transmission=transmission))
     flow = pt.power_flow(
-        plant,
+        pt.compile(SplitPathBench(transmission=transmission)),
         grid,
         outputs={"V": "V"},
         parameters={"drive.w_fixed": speed},
@@ -117,15 +159,9 @@ def command(
         shafts=SHAFTS,
         progress=progress(),
     )
-    click.echo(report(flow, transmission, speed))
     if not np.isfinite(flow.efficiency.values).any():
         raise click.ClickException("the transmission delivers at no point of this map")
-    if plot is not None:
-        picture(flow).savefig(plot, dpi=120)
-        click.echo(f"wrote {plot}")
-    if out is not None:
-        _write(flow, out)
-        click.echo(f"wrote {out}")
+    return report(flow, transmission, speed), _dataset(flow), picture(flow) if draw else None
 
 
 def report(flow: pt.PowerFlow, transmission: SplitPathTransmission, speed: float) -> str:
@@ -165,7 +201,8 @@ def picture(flow: pt.PowerFlow) -> Figure:
     return figure
 
 
-def _values(span: tuple[float, ...], number_of: int) -> Any:
+def values(span: tuple[float, ...], number_of: int) -> Any:
+    """The points of a span."""
     import numpy as np
 
     return np.linspace(span[0], span[1], int(span[2]) if len(span) > 2 else number_of).round(9)
@@ -185,15 +222,18 @@ def _extreme(flow: pt.PowerFlow, which: str) -> str:
     return number(float(getattr(flow.efficiency, which)()), 4)
 
 
-def _write(flow: pt.PowerFlow, path: Path) -> None:
+def _dataset(flow: pt.PowerFlow) -> xr.Dataset:
     import xarray as xr
 
     share = flow.variator(UNIT).rename(efficiency="unit_efficiency", power="unit_power")
     data = xr.Dataset({"efficiency": flow.efficiency, "V": flow.data["V"], **share.data_vars})
-    data["case"] = data["case"].astype(str)
-    data = data.assign_coords(
-        load=("load", -data["load"].values, {"units": "N.m", "long_name": "Torque at the output"})
-    )
+    torque = ("load", -data["load"].values, {"units": "N.m", "long_name": "Torque at the output"})
+    return data.assign_coords(load=torque)
+
+
+def _write(data: xr.Dataset, path: Path) -> None:
+    if "case" in data:
+        data["case"] = data["case"].astype(str)
     if path.suffix == ".csv":
         data.to_dataframe().reset_index().to_csv(path, index=False)
     else:

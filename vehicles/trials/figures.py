@@ -29,6 +29,8 @@ POINTS = 2001
 """Samples of the power flow."""
 FAINT = 1e-3
 """Part of the largest power below which a power flow is not told from none."""
+AREA = 5000.0
+"""Area of all operating points together [pt2]."""
 SLOW = 5.0
 """Speed of an input [rad/s] below which a ratio is not shown."""
 STORED = "stored at the end"
@@ -156,9 +158,10 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     cells = (np.arange(0, w.max() + 200, 100.0), np.linspace(tau.min() - 1e-3, tau.max() + 1e-3, 61))
     burnt, across, up = np.histogram2d(w, tau, bins=cells, weights=fuel)
     i, j = np.nonzero(burnt > 1e-4 * burnt.sum())
-    area = 5000 * burnt[i, j] / max(burnt.sum(), 1e-300)
+    area = AREA * burnt[i, j] / max(burnt.sum(), 1e-300)
     x, y = (across[:-1] + across[1:])[i] / 2, (up[:-1] + up[1:])[j] / 2
-    ax.scatter(x, y, s=area, color="C0", edgecolors="w", linewidths=0.4, alpha=0.85, zorder=3, label="area: fuel burnt")
+    ax.scatter(x, y, s=area, color="C0", edgecolors="w", linewidths=0.4, alpha=0.85, zorder=3)
+    ax.scatter([], [], s=40, color="C0", label="area: fuel burnt there")
     ax.legend(loc="lower right", fontsize=8, framealpha=0.9)
     return ax
 

@@ -1,0 +1,87 @@
+"""The pictures of a cycle run show its numbers."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import powertrain as pt
+from powertrain.components.cvu import VariableUnit
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.wheels import WheelBrake
+from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles.trials import CycleRun, drive_cycle
+from powertrain.vehicles.trials import figures as draw
+
+
+@lru_cache
+def run() -> CycleRun:
+    """Off to 30 km/h and back, with a demand in between that no such car follows."""
+    rows = (
+        (0.0, 0.0),
+        (3.0, 0.0),
+        (13.0, 8.0),
+        (15.0, 8.0),
+        (16.0, 20.0),
+        (18.0, 20.0),
+        (19.0, 8.0),
+        (28.0, 0.0),
+        (30.0, 0.0),
+    )
+    return drive_cycle(SplitPathCar(), DriveCycle("short", rows))
+
+
+@pytest.fixture
+def ax() -> Any:
+    return Figure().add_subplot()
+
+
+def test_speed_marks_what_is_outside_of_the_band(ax: Any) -> None:
+    assert draw.plot_speed(run(), ax=ax) is ax
+    (outside,) = [line for line in ax.lines if str(line.get_label()).startswith("outside")]
+    v = np.asarray(outside.get_ydata(), float)
+    assert np.array_equal(np.isfinite(v), run().excess != 0)
+
+
+def test_ratio_is_output_over_input_speed() -> None:
+    ratio = draw.transmission_ratio(run())
+    assert ratio is not None
+    moving = np.isfinite(ratio) & (run().result["shaft.w"] > 20)
+    expected = run().result["output.w"] / np.where(moving, run().result["shaft.w"], 1)
+    np.testing.assert_allclose(ratio[moving], expected[moving], rtol=1e-6)
+
+
+def test_parts_are_found_by_kind() -> None:
+    assert list(draw.parts_of(run().plant.model, VariableUnit)) == ["transmission.cvu"]
+    assert list(draw.parts_of(run().plant.model, WheelBrake)) == ["front_brake", "rear_brake"]
+
+
+def test_energy_bars_add_up_to_the_supply(ax: Any) -> None:
+    draw.plot_energy(run(), ax=ax)
+    shown = sum(bar.get_width() for bar in ax.patches) * 1e6
+    whole = run().audit.components.loc[""]
+    assert shown == pytest.approx(float(whole.sources), rel=5e-3)  # parts below 0.05 % have no bar
+
+
+def test_powers_tell_the_recirculation(ax: Any) -> None:
+    draw.plot_powers(run(), ax=ax)
+    labels = [str(text.get_text()) for text in ax.get_legend().get_texts()]
+    assert any(label.startswith("positive recirculation: 100%") for label in labels)
+
+
+def test_operating_points_have_the_fuel_as_area(ax: Any) -> None:
+    draw.plot_operating_points(run(), ax=ax)
+    points = next(
+        c for c in ax.collections if len(c.get_offsets()) and len(np.atleast_1d(getattr(c, "get_sizes", list)()))
+    )
+    assert points.get_sizes().sum() == pytest.approx(draw.AREA, rel=0.02)
+
+
+def test_whole_page() -> None:
+    figure = draw.cycle_figure(run())
+    assert len(figure.axes) >= 5
+    assert isinstance(run().result, pt.Result)
