@@ -266,6 +266,13 @@ def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "is for RearDriveCar" in refused("run", "SplitPathCar", "--params", str(toml))
 
 
+def test_cycle_that_is_too_fast_is_driven_and_told(short: str) -> None:
+    """A car of six tonnes with the same engine."""
+    text = done("run", "SplitPathCar", "--cycle", short, "--set", "body.m=6000")
+    assert "The vehicle does not follow the cycle" in text
+    assert "too slow" in text
+
+
 def test_failing_model_is_code_1_with_a_message(short: str) -> None:
     """The ratio that the car needs leaves the range of the unit."""
     said = refused("run", "SplitPathCar", "--cycle", short, "--set", "transmission.cvu.ratio_min=0.9", code=1)

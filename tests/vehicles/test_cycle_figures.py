@@ -63,8 +63,8 @@ def test_parts_are_found_by_kind() -> None:
 def test_energy_bars_add_up_to_the_supply(ax: Any) -> None:
     draw.plot_energy(run(), ax=ax)
     shown = sum(bar.get_width() for bar in ax.patches) * 1e6
-    whole = run().audit.components.loc[""]
-    assert shown == pytest.approx(float(whole.sources), rel=5e-3)  # parts below 0.05 % have no bar
+    supplied = run().audit.components.sources[""]
+    assert shown == pytest.approx(float(supplied), rel=5e-3)  # parts below 0.05 % have no bar
 
 
 def test_powers_tell_the_recirculation(ax: Any) -> None:

@@ -139,10 +139,26 @@ def report(run: CycleRun) -> str:
             f"{name} over {cycle.name} ({about})",
             "",
             columns(results, right=[1]),
+            *_not_followed(run),
             title("Energy by component"),
             _energies(run),
         ]
     )
+
+
+def _not_followed(run: CycleRun) -> list[str]:
+    """A sentence where the vehicle leaves the band."""
+    if run.time_outside == 0:
+        return []
+    k = int(abs(run.excess).argmax())
+    how = "fast" if run.excess[k] > 0 else "slow"
+    most = (
+        f", most at {run.result.time[k]:.0f} s: {abs(run.excess[k]) * 3.6:.1f} km/h too {how}" if run.excess[k] else ""
+    )
+    return [
+        "",
+        f"The vehicle does not follow the cycle: {run.time_outside:.1f} s outside of the band (±2 km/h, ±1 s){most}.",
+    ]
 
 
 def _energies(run: CycleRun) -> str:
