@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +18,15 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import HybridDae
+from powertrain.conditions import (
+    DECLARED,
+    Asked,
+    Condition,
+    Discretes,
+    declared_conditions,
+    signal_condition,
+    text_conditions,
+)
 from powertrain.engine.buffers import Bound, zeros
 from powertrain.engine.engine import Engine
 from powertrain.errors import InitializationError, ParameterError, suggestion
@@ -29,28 +37,6 @@ _ROUNDS = 20
 _ITERATIONS = 60
 _DENSE = 200
 _KEPT = 16
-DECLARED = "start of the variable"
-
-
-@dataclass(frozen=True)
-class Condition:
-    """What holds at the start: a name or a place in the text, where it comes from, and the value."""
-
-    label: str
-    source: str
-    value: float
-    unit: str = "1"
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """expression = value at the start."""
-
-    label: str
-    source: str
-    expression: Symbol
-    value: float
-    unit: str = "1"
 
 
 class InitialReport:
@@ -58,7 +44,7 @@ class InitialReport:
 
     def __init__(
         self,
-        asked: Sequence[_Asked],
+        asked: Sequence[Asked],
         values: Array,
         chosen: Set[int],
         states: Sequence[str],
@@ -113,8 +99,10 @@ class Initializer:
 
     def __init__(self, compiled: Compiled) -> None:
         self.compiled = compiled
-        self._text = _text_conditions(compiled)
-        self._declared = _declared_conditions(compiled)
+        discretes = {key(d.symbol) for d in compiled.flat.discretes}
+        self._discretes = Discretes(compiled.dae, text_conditions(compiled), discretes)
+        self._text = self._discretes.others
+        self._declared = declared_conditions(compiled)
         self._plans: dict[tuple[str, ...], _Plan] = {}
 
     def solve(
@@ -126,36 +114,10 @@ class Initializer:
             if not np.isfinite(float(value)):
                 raise ParameterError(f"starts and guesses: {name} = {value} is not a finite number")
         if names not in self._plans:
-            given = [_signal_condition(self.compiled, n, 0.0, "given for this run") for n in names]
+            given = [signal_condition(self.compiled, n, 0.0, "given for this run") for n in names]
             self._plans[names] = _Plan(self.compiled, [*given, *self._text, *self._declared], len(given))
+        self._discretes.set(t, m, p)
         return self._plans[names].solve(engine, t, p, m, np.array([float(v) for v in starts.values()]), guesses)
-
-
-def _text_conditions(compiled: Compiled) -> list[_Asked]:
-    flat, dae = compiled.flat, compiled.dae
-    residuals = compiled.resolve([e.residual for e in flat.initial])
-    inside = {key(s) for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in ca.symvar(group)}
-    for equation, residual in zip(flat.initial, residuals, strict=True):
-        strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
-        if strange:
-            raise InitializationError(
-                f"{equation.place}\n  {strange[0]} is no variable of the model after reduction; state the condition otherwise"
-            )
-    return [_Asked(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
-
-
-def _signal_condition(compiled: Compiled, name: str, value: float, source: str) -> _Asked:
-    if name not in compiled.signals:
-        raise ParameterError(f"starts: the model has no variable {name}{suggestion(name, compiled.signals)}")
-    signal = compiled.signals[name]
-    return _Asked(name, source, signal.expression, value, signal.unit)
-
-
-def _declared_conditions(compiled: Compiled) -> list[_Asked]:
-    """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
-    declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
-    declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
-    return [_signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
 
 
 def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:
@@ -170,7 +132,7 @@ def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol
 class _Plan:
     """The conditions for one set of given names, made independent at the point where they are solved, by Newton's method."""
 
-    def __init__(self, compiled: Compiled, conditions: list[_Asked], given: int) -> None:
+    def __init__(self, compiled: Compiled, conditions: list[Asked], given: int) -> None:
         self.compiled, self.conditions, self.given = compiled, conditions, given
         dae = compiled.dae
         self.n, self.size = dae.x.numel(), dae.x.numel() + dae.z.numel()
@@ -360,7 +322,7 @@ class _Plan:
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
         return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
 
-    def _refuse(self, condition: _Asked, value: float, reached: float) -> None:
+    def _refuse(self, condition: Asked, value: float, reached: float) -> None:
         """A condition that was left out must hold, unless a value given for this run took its place or it is only a declared start."""
         asked = (
             f"asks for {value:g} {condition.unit}, but the other conditions already give {reached:g} {condition.unit}"

@@ -78,6 +78,7 @@ class WhenLaw(Law):
 
     g: Symbol
     resets: tuple[Reinit, ...]
+    name: str = "when"
 
 
 def der(expression: Symbol) -> Symbol:
@@ -109,19 +110,24 @@ def reinit(variable: Symbol, value: Expression) -> Reinit:
     return Reinit(variable, Symbol(value))
 
 
-def when(condition: Symbol, *resets: Reinit) -> WhenLaw:
-    """Applies the resets at the instant ``condition`` becomes true; right-hand sides are taken just before it."""
+def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
+    """Applies the resets at the instant ``condition`` becomes true; right-hand sides are taken just before it.
+
+    ``name`` is what the events of the component are called.
+    """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
-    return WhenLaw(crossing(Symbol(condition)), resets)
+    return WhenLaw(crossing(Symbol(condition)), resets, name)
 
 
-def switch(condition: Symbol, a: Expression, b: Expression, *, continuous: bool = False) -> Symbol:
+def switch(
+    condition: Symbol, a: Expression, b: Expression, *, continuous: bool = False, name: str | None = None
+) -> Symbol:
     """``a`` while ``condition`` holds, else ``b``, with the change as an exact event.
 
     ``condition`` compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
     ``continuous``: the branches agree where the condition changes, so that the integration need not restart there. Several switches on
-    the same condition object change as one.
+    the same condition object change as one. ``name`` is what the events of the component are called.
     """
     active, g = recorder(), crossing(Symbol(condition))
     if all(key(s) in active.constants for s in free_symbols(g)):
@@ -129,7 +135,7 @@ def switch(condition: Symbol, a: Expression, b: Expression, *, continuous: bool 
     for entry in active.switches:
         if entry.condition is condition and entry.continuous == continuous:
             return ca.if_else(entry.mode, a, b)
-    mode = active.hold(f"{active.path}.switch{len(active.switches)}")
+    mode = active.hold(f"{active.path}.{name or f'switch{len(active.switches)}'}".lstrip("."))
     active.switches.append(SwitchEntry(mode, g, active.place, continuous, condition))
     return ca.if_else(mode, a, b)
 

@@ -14,9 +14,11 @@ from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.hybrid import Schedule
 from powertrain.component import Component, children
 from powertrain.engine.engine import Engine, Method
+from powertrain.engine.failure import OUTSIDE
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.initial import Initializer, InitialReport
+from powertrain.nonfinite import explain
 from powertrain.result import Result
 
 M = TypeVar("M", bound=Component)
@@ -97,6 +99,10 @@ class Plant(Generic[M]):
             )
         except SimulationError as error:
             if error.result is not None:
+                reached = error.result
+                if OUTSIDE in str(error):
+                    why = explain(self.compiled, reached.end, reached.final, reached.final_held, p)
+                    error.args = (f"{error}{why and chr(10) + '  '}{why}",)
                 error.result = Result(self.compiled, error.result, grid, p, report, record, message=str(error))
             raise
         return Result(self.compiled, trajectory, grid, p, report, record)

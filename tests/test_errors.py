@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
@@ -597,10 +598,35 @@ def test_nan_of_a_users_function_keeps_what_was_reached() -> None:
     assert "J1.w" in message
     assert "nan" in message
     assert "outside its range" in message
+    assert re.search(r"user: yield self.flange.tau == .*\(test_errors.py:\d+\): square root of -\d", message)
     result = caught.value.result
     assert not result.ok
     assert result["J1.phi"][-1] == pytest.approx(1.0, abs=1e-2)
     assert np.isfinite(result["J1.w"]).all()
+
+
+class LoosePlay(pt.Component):
+    """Nothing holds the massless node between the spring and the backlash while this is in its gap."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    play: rot.ElastoBacklash2 = rot.ElastoBacklash2(c=100.0, d=1.0, b=0.2)
+    spring: rot.Spring = rot.Spring(c=100.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.play.flange_a)
+        yield pt.connect(self.play.flange_b, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.J2.flange_a)
+
+
+def test_loose_node_is_named() -> None:
+    refused(
+        pt.SimulationError,
+        "the equations do not determine play.w_rel",
+        "put an inertia, mass or damper between",
+        "play: yield self.tau == switch(",
+        do=lambda: pt.simulate(LoosePlay(), 1.0, starts={"J1.w": 1.0}),
+    )
 
 
 class Flicker(pt.Component):

@@ -83,7 +83,7 @@ def _bind_parameters(flat: Flat) -> None:
         return ca.substitute(expression, old, new)
 
     def bound_fields(record: Any) -> Any:
-        changes = {n: bound(v) for n, v in vars(record).items() if isinstance(v, ca.SX)}
+        changes: dict[str, Any] = {n: bound(v) for n, v in vars(record).items() if isinstance(v, ca.SX)}
         if isinstance(record, WhenLaw):
             return replace(record, resets=tuple(Reinit(r.variable, bound(r.value)) for r in record.resets), **changes)
         return replace(record, **changes)
@@ -145,7 +145,7 @@ def _assemble(
     rates = [recorder.derivative(s) for s in x]
     resolver = Resolver(reduced, solved, torques, column(x), values)
     laws = resolver.closed_laws()
-    flags = [recorder.hold(f"{place.path}.when") for place, _ in others]
+    flags = [recorder.hold(f"{place.path}.{law.name}") for place, law in others if isinstance(law, WhenLaw)]
     m = _held_symbols(flat, torques, flags)
     layout = {key(s): i for i, s in enumerate(m)}
     dae = HybridDae(
@@ -165,6 +165,7 @@ def _assemble(
         ),
         contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
         shared=tuple({layout[key(torques[m.law].mode)]: m.sign for m in g.members} for g in resolver.groups),
+        fractions=sum(g.theta is not None for g in resolver.groups),
         switches=tuple(
             Switch(
                 s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous
@@ -264,7 +265,14 @@ def _when(
         slope = ca.jacobian(root, inside[0])
         resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
     (g,) = resolver.model([law.g])
-    return When(f"{place.path}.when", str(place), index, g, tuple(resets), _event_time(g, flat.recorder.constants))
+    return When(
+        f"{place.path}.{law.name}".lstrip("."),
+        str(place),
+        index,
+        g,
+        tuple(resets),
+        _event_time(g, flat.recorder.constants),
+    )
 
 
 def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:

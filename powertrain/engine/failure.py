@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from powertrain.engine.engine import Engine
 
 
+OUTSIDE = "A function of the model is evaluated outside its range there."
+
+
 def _first_not_finite(dae: HybridDae, slope: Array) -> str | None:
     n = dae.x.numel()
     bad = np.flatnonzero(~np.isfinite(slope[: n + dae.z.numel()]))
@@ -27,7 +30,7 @@ def _first_not_finite(dae: HybridDae, slope: Array) -> str | None:
 def not_finite(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
     """Names the first state whose derivative is not a number."""
     reason = _first_not_finite(dae, memory.slope[side]) or "a derivative is not finite"
-    return f"at t = {t:.9g} s {reason}. A function of the model is evaluated outside its range there."
+    return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
 
 
 def underflow(engine: Engine, side: int, t: float, h: float) -> str:
@@ -41,12 +44,12 @@ def underflow(engine: Engine, side: int, t: float, h: float) -> str:
     here = np.array(rates(t, y[:n], y[n : n + dae.z.numel()], m, p)).ravel()
     reason = _first_not_finite(dae, here)
     if reason:
-        return f"at t = {t:.9g} s {reason}. A function of the model is evaluated outside its range there."
+        return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
     for ahead in (h, 1e3 * h, 1e6 * h, 1e9 * h):
         there = np.array(rates(t + ahead, y[:n] + ahead * here[:n], y[n : n + dae.z.numel()], m, p)).ravel()
         reason = _first_not_finite(dae, there)
         if reason:
-            return f"just after t = {t:.9g} s {reason}. A function of the model is evaluated outside its range there."
+            return f"just after t = {t:.9g} s {reason}. {OUTSIDE}"
     size = np.abs(here[:n]) / (memory.tolerance[1] + memory.tolerance[0] * np.abs(y[:n]))
     worst = dae.state_names[int(np.argmax(size))] if n else "an algebraic equation"
     return (

@@ -21,7 +21,7 @@ from powertrain.steadystate.equilibrium import Equilibrium, formulate
 from powertrain.steadystate.lanes import Rows, Tape
 from powertrain.steadystate.operating import Solver
 from powertrain.steadystate.points import OK, STUCK_POINT
-from powertrain.steadystate.steady import What, _asked, _common, _wanted, steady
+from powertrain.steadystate.steady import What, asked_for, common_values, steady, wanted_signals
 from powertrain.steadystate.table import LANES
 from powertrain.symbols import Symbol, column
 
@@ -56,9 +56,9 @@ def steady_gradient(
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, grid)}")
     found = steady(plant, grid, outputs=outputs, parameters=parameters, inputs=inputs, free=free, guesses=guesses)
     spanned = make_grid(grid)
-    wanted = _wanted(signals_of(plant.compiled), outputs)
-    asked = _asked(plant, spanned, wanted, inputs or {}, free)
-    common = _common(plant, parameters, inputs or {})
+    wanted = wanted_signals(signals_of(plant.compiled), outputs)
+    asked = asked_for(plant, spanned, wanted, inputs or {}, free)
+    common = common_values(plant, parameters, inputs or {})
     problem = formulate(plant.compiled, asked, 0.0, dict(guesses or {}), common[: len(plant.compiled.parameters)])
     slopes = _Slopes(problem, [asked.axes.index(n) for n in names], common)
     status = found.status.values.ravel()

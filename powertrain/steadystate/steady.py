@@ -66,10 +66,10 @@ def steady(
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     spanned = make_grid(grid)
-    wanted = _wanted(signals_of(plant.compiled), outputs)
-    asked = _asked(plant, spanned, wanted, inputs or {}, free)
+    wanted = wanted_signals(signals_of(plant.compiled), outputs)
+    asked = asked_for(plant, spanned, wanted, inputs or {}, free)
     _check_values(plant, spanned, guesses or {})
-    common = _common(plant, parameters, inputs or {})
+    common = common_values(plant, parameters, inputs or {})
     map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
     ordered, sheet = map_.run(spanned, common, exhaustive, progress)
     found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet, map_.doubts)
@@ -77,7 +77,7 @@ def steady(
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class Wanted:
     """A signal wanted under a name; ``asked`` by that name, so that it must have a value."""
 
     name: str
@@ -85,26 +85,26 @@ class _Wanted:
     asked: bool
 
 
-def _wanted(signals: Signals, outputs: Any) -> list[_Wanted]:
+def wanted_signals(signals: Signals, outputs: Any) -> list[Wanted]:
     """Every wanted signal."""
     if outputs is None:
-        return [_Wanted(n, signals.pick(n), False) for n in signals.names]
+        return [Wanted(n, signals.pick(n), False) for n in signals.names]
     if isinstance(outputs, Mapping):
-        return [_Wanted(str(n), signals.pick(what), True) for n, what in outputs.items()]
+        return [Wanted(str(n), signals.pick(what), True) for n, what in outputs.items()]
     listed = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
-    found: dict[str, _Wanted] = {}
+    found: dict[str, Wanted] = {}
     for what in listed:
         if isinstance(what, str) and what not in signals.parameters:
-            found |= {n: _Wanted(n, signals.pick(n), n == what) for n in signals.matching(what)}
+            found |= {n: Wanted(n, signals.pick(n), n == what) for n in signals.matching(what)}
         else:
             picked = signals.pick(what)
             name = picked.name or picked.label
-            found[name] = _Wanted(name, picked, True)
+            found[name] = Wanted(name, picked, True)
     return list(found.values())
 
 
-def _asked(
-    plant: Plant[Any], grid: Grid, wanted: list[_Wanted], inputs: Mapping[str, float], free: Sequence[str] | None
+def asked_for(
+    plant: Plant[Any], grid: Grid, wanted: list[Wanted], inputs: Mapping[str, float], free: Sequence[str] | None
 ) -> Asked:
     """Sorts the names of the grid, and decides what is to be found."""
     compiled = plant.compiled
@@ -170,7 +170,8 @@ def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float]) -
             raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, plant.compiled.signals)}")
 
 
-def _common(plant: Plant[Any], parameters: Mapping[str, float] | None, inputs: Mapping[str, float]) -> Array:
+def common_values(plant: Plant[Any], parameters: Mapping[str, float] | None, inputs: Mapping[str, float]) -> Array:
+    """The values of all parameters, then of all inputs."""
     values = {n: u.guess for n, u in plant.compiled.inputs.items()} | {n: float(v) for n, v in inputs.items()}
     return np.concatenate([plant.parameter_vector(parameters), np.array(list(values.values()), float)])
 
@@ -185,7 +186,7 @@ _local = threading.local()
 
 
 def _map(
-    plant: Plant[Any], asked: Asked, wanted: list[_Wanted], time: float, guesses: dict[str, float], common: Array
+    plant: Plant[Any], asked: Asked, wanted: list[Wanted], time: float, guesses: dict[str, float], common: Array
 ) -> SteadyMap:
     """The prepared map, kept for the next call with the same names."""
     kept: weakref.WeakKeyDictionary[Plant[Any], dict[Any, SteadyMap]] = _local.__dict__.setdefault(
@@ -204,7 +205,7 @@ def _map(
 
 
 def _prepared(
-    plant: Plant[Any], asked: Asked, wanted: list[_Wanted], time: float, guesses: dict[str, float], parameters: Array
+    plant: Plant[Any], asked: Asked, wanted: list[Wanted], time: float, guesses: dict[str, float], parameters: Array
 ) -> SteadyMap:
     signals = plant.compiled.signals
     problem = formulate(plant.compiled, asked, time, guesses, parameters)

@@ -104,3 +104,35 @@ def test_a_value_of_the_run_replaces_the_text() -> None:
 def test_guess_of_something_computed_is_refused(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
     with pytest.raises(pt.ParameterError, match="is computed from others"):
         start(sprung, guesses={"parts[1].lossPower": 1.0})
+
+
+class Counting(pt.Component):
+    """A load that depends on how often a shaft has turned, counted from a start of its own."""
+
+    torque: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    first: pt.Parameter = pt.parameter("1", "First count", default=3.0)
+    count: pt.Discrete = pt.discrete("1", "Count")
+    other: pt.Discrete = pt.discrete("1", "One more")
+
+    def initial(self) -> pt.Equations:
+        yield self.shaft.w == 2.0
+        yield self.count == 2 * self.first
+        yield self.other == self.count + 1
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.flange, self.shaft.flange_a)
+        fast = pt.switch(self.shaft.w > 2.3, 0.5 * self.count, self.count, name="limit")
+        yield self.torque.tau.value == fast
+        yield pt.when(self.shaft.phi > 1, pt.reinit(self.count, self.count + 1), name="turned")
+
+
+def test_discrete_variables_get_values() -> None:
+    """From parameters and one another; and the names of switch and when stand in the table of events."""
+    plant = pt.compile(Counting())
+    for first in (3.0, 4.0):
+        result = plant.simulate(1.0, parameters={"first": first})
+        assert result["count"][[0, -1]].tolist() == [2 * first, 2 * first + 1]
+        assert result["other"][0] == 2 * first + 1
+        assert result.events.names == ["limit", "turned"]
+        assert result.events[0].time == pytest.approx(0.3 / (2 * first))

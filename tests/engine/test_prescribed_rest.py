@@ -57,3 +57,25 @@ def test_pause_is_met_exactly() -> None:
     result = pt.simulate(Forced(signal=SIGNALS["cycle with pauses"]), 1.0)
     changes = [(round(e.time, 9), e.new) for e in result.trajectory.events if e.name == "bearing.mode"]
     assert changes == [(0.1, 1.0), (0.6, 0.0), (0.8, -1.0)]
+
+
+class Closing(pt.Component):
+    """A clutch that begins to close at the start, at once or later."""
+
+    pedal: blocks.Ramp = blocks.Ramp(height=1.0, duration=1.0)
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=10.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.J2.flange_a)
+        yield pt.connect(self.pedal.y, self.clutch.f_normalized)
+
+
+@pytest.mark.parametrize(("begin", "first"), [(0.0, "backward -> stuck"), (0.1, "free -> backward")])
+def test_what_happens_with_the_start_is_no_event(begin: float, first: str) -> None:
+    model = pt.replace(Closing(), {"pedal.startTime": begin})
+    result = pt.simulate(model, 1.0, starts={"J1.w": 1.0})
+    assert first in str(result.events).splitlines()[1]
+    assert result.events[-1].new == 0

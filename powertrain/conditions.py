@@ -1,0 +1,96 @@
+"""What holds at the start of a run: equations of ``initial()``, declared starts, values given by name, discrete variables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.errors import InitializationError, ParameterError, suggestion
+from powertrain.symbols import Symbol, column, free_symbols, key
+
+Array = NDArray[np.float64]
+DECLARED = "start of the variable"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What holds at the start: a name or a place in the text, where it comes from, and the value."""
+
+    label: str
+    source: str
+    value: float
+    unit: str = "1"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """expression = value at the start."""
+
+    label: str
+    source: str
+    expression: Symbol
+    value: float
+    unit: str = "1"
+
+
+class Discretes:
+    """The equations of ``initial()`` that give discrete variables their values, from parameters and time alone."""
+
+    def __init__(self, dae: HybridDae, equations: Sequence[Asked], discretes: Set[int]) -> None:
+        self.others: list[Asked] = []
+        self._places: list[int] = []
+        values: list[Symbol] = []
+        unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
+        place = {key(dae.m[i]): i for i in range(dae.m.numel())}
+        for asked in equations:
+            inside = free_symbols(asked.expression)
+            own = [s for s in inside if key(s) in discretes and place[key(s)] not in self._places]
+            slope = ca.jacobian(asked.expression, own[0]) if own else Symbol(0)
+            if not own or any(key(s) in unknowns for s in inside) or key(own[0]) in map(key, free_symbols(slope)):
+                self.others.append(asked)
+                continue
+            value = -ca.substitute(asked.expression, own[0], 0) / slope
+            known = column([dae.m[i] for i in self._places])
+            values.append(ca.substitute(value, known, column(values)) if values else value)
+            self._places.append(place[key(own[0])])
+        self._values = ca.Function("powertrain_discretes", [dae.t, dae.m, dae.p], [ca.densify(column(values))])
+
+    def set(self, t: float, m: Array, p: Array) -> None:
+        """Puts the values into ``m``."""
+        if self._places:
+            m[self._places] = np.array(self._values(t, m, p)).ravel()
+
+
+def text_conditions(compiled: Compiled) -> list[Asked]:
+    """The equations of ``initial()`` of all parts."""
+    flat, dae = compiled.flat, compiled.dae
+    residuals = compiled.resolve([e.residual for e in flat.initial])
+    inside = {key(s) for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in ca.symvar(group)}
+    for equation, residual in zip(flat.initial, residuals, strict=True):
+        strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
+        if strange:
+            raise InitializationError(
+                f"{equation.place}\n  {strange[0]} is no variable of the model after reduction; state the condition otherwise"
+            )
+    return [Asked(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
+
+
+def signal_condition(compiled: Compiled, name: str, value: float, source: str) -> Asked:
+    """A variable of the model has a value."""
+    if name not in compiled.signals:
+        raise ParameterError(f"starts: the model has no variable {name}{suggestion(name, compiled.signals)}")
+    signal = compiled.signals[name]
+    return Asked(name, source, signal.expression, value, signal.unit)
+
+
+def declared_conditions(compiled: Compiled) -> list[Asked]:
+    """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
+    declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
+    declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
+    return [signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]

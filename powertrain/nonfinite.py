@@ -1,0 +1,111 @@
+"""Where a value that is not finite comes from: the line of text whose operation makes it out of finite values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.recorder import reading
+from powertrain.signals import signals_of
+from powertrain.symbols import Symbol, column, free_symbols, key
+
+Array = NDArray[np.float64]
+_MOST = 3
+_AHEAD = (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3)
+_NAMES = {
+    ca.OP_DIV: "division",
+    ca.OP_INV: "division",
+    ca.OP_SQRT: "square root",
+    ca.OP_LOG: "logarithm",
+    ca.OP_POW: "power",
+    ca.OP_ASIN: "arcsine",
+    ca.OP_ACOS: "arccosine",
+    ca.OP_EXP: "exponential",
+    ca.OP_CALL: "function",
+}
+
+
+def explain(compiled: Compiled, t: float, y: Array, m: Array, p: Array) -> str:
+    """The lines of text behind a value that is not finite at a point or just ahead of it; empty where none is found."""
+    dae, n = compiled.dae, compiled.dae.x.numel()
+    rates = ca.Function("powertrain_ahead", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(dae.xdot)])
+    z, m, p = y[n : n + dae.z.numel()], m[: dae.m.numel()], p[: dae.p.numel()]
+    slope = np.nan_to_num(np.array(rates(t, y[:n], z, m, p), float).ravel())
+    for ahead in _AHEAD:
+        step = ahead * max(1.0, abs(t))
+        found = _at(compiled, [t + step, y[:n] + step * slope, z, m, p])
+        if found:
+            return found
+    return ""
+
+
+def _at(compiled: Compiled, point: Sequence[float | Array]) -> str:
+    """What is said of one point."""
+    flat, dae = compiled.flat, compiled.dae
+    texts = [(e.place, e.residual) for e in flat.equations]
+    texts += [(place, v) for place, law in flat.laws for v in vars(law).values() if isinstance(v, ca.SX)]
+    symbols = {key(s): s for _, e in texts for s in free_symbols(e)}
+    with reading(flat.recorder):
+        values = signals_of(compiled).resolve(list(symbols.values()))
+    inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+    numbers = np.array(ca.Function("powertrain_all", inputs, [ca.densify(column(values))])(*point), float).ravel()
+    known = dict(zip(symbols, numbers.tolist(), strict=True))
+    if all(np.isfinite(numbers)):
+        return ""
+    origins: dict[str, None] = {}
+    for place, expression in texts:
+        what = _origin(expression, known)
+        if what:
+            origins[f"{place}: {what}"] = None
+    if origins:
+        return "\n  ".join(["it comes from", *list(origins)[:_MOST]])
+    return _loose(compiled, known, symbols)
+
+
+def _origin(expression: Symbol, known: dict[int, float]) -> str | None:
+    """The operation that makes a value that is not finite out of finite ones."""
+    symbols = free_symbols(expression)
+    if not symbols:
+        return None
+    tape = ca.Function("powertrain_origin", [column(symbols)], [ca.densify(expression)])
+    given = [known[key(s)] for s in symbols]
+    nodes: dict[int, Symbol] = {}
+    for k in range(tape.n_instructions()):
+        operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
+        if operation == ca.OP_OUTPUT or operation == ca.OP_CALL:
+            return None
+        if operation == ca.OP_CONST:
+            nodes[outputs[0]] = Symbol(tape.instruction_constant(k))
+        elif operation == ca.OP_INPUT:
+            nodes[outputs[0]] = Symbol(given[inputs[1]])
+        else:
+            arguments = [nodes[i] for i in inputs]
+            unary = len(arguments) == 1
+            result = ca.SX.unary(operation, arguments[0]) if unary else ca.SX.binary(operation, *arguments)
+            numbers = [float(a) for a in arguments]
+            if not np.isfinite(float(result)) and np.isfinite(numbers).all():
+                name = _NAMES.get(operation, "operation")
+                return f"{name} of {' and '.join(f'{v:.6g}' for v in numbers)}"
+            nodes[outputs[0]] = result
+    return None
+
+
+def _loose(compiled: Compiled, known: dict[int, float], symbols: dict[int, Symbol]) -> str:
+    """The lines with what is not finite, where no single one of them is to blame."""
+    lost = [k for k, value in known.items() if not np.isfinite(value)]
+    rows = [
+        (sum(key(s) in lost for s in free_symbols(e.residual)), str(e.place))
+        for e in compiled.flat.equations
+        if any(key(s) in lost for s in free_symbols(e.residual))
+    ]
+    rows.sort(key=lambda row: row[0])
+    places = list(dict.fromkeys(place for _, place in rows))[:_MOST]
+    names = ", ".join([symbols[k].name() for k in lost if not symbols[k].name().startswith("der(")][:_MOST])
+    said = (
+        f"the equations do not determine {names} there; what moves may be loose: put an inertia, mass or damper between"
+    )
+    return "\n  ".join([said, *places])
