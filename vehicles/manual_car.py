@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Component, Equations, connect
-from powertrain.components.body import Body, VehicleBody
+from powertrain.components.body import Body, RoadProfile, VehicleBody
 from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, GearSchedule, Pedals
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear
@@ -34,6 +34,7 @@ class ManualCar(Component):
     front: Wheel = RigidWheel(J=2.0)
     rear: Wheel = RigidWheel(J=2.0)
     body: Body = VehicleBody(m=1300, A=2.1)
+    road: RoadProfile = RoadProfile()
 
     def equations(self) -> Equations:
         """Engine to road; the two wheels of an axle are one, since they turn alike on a straight road."""
@@ -47,6 +48,8 @@ class ManualCar(Component):
         yield connect(self.rear.road, self.body.rear)
         yield connect(self.body.front_load, self.front.load)
         yield connect(self.body.rear_load, self.rear.load)
+        yield connect(self.body.s, self.road.s)
+        yield connect(self.road.grade, self.body.grade)
         yield from self._signals()
 
     def _signals(self) -> Equations:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain.components.control.driver import Driver, SetPedals
+from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
 from powertrain.components.control.gear_schedule import GearSchedule
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
@@ -12,6 +13,8 @@ __all__ = [
     "AlwaysOn",
     "Driver",
     "EngineSwitch",
+    "FlywheelCharge",
+    "FlywheelDrive",
     "GearSchedule",
     "OperatingLineControl",
     "Pedals",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain.vehicles.trials.backward import BackwardRun, backward
+from powertrain.vehicles.trials.charge import charge_corrected
 from powertrain.vehicles.trials.cycle import CycleRun, drive_cycle
 from powertrain.vehicles.trials.driveline import driveline_map, on_rolling_road
 from powertrain.vehicles.trials.performance import full_accelerator, gradeability, performance, time_between
@@ -11,6 +12,7 @@ __all__ = [
     "BackwardRun",
     "CycleRun",
     "backward",
+    "charge_corrected",
     "drive_cycle",
     "driveline_map",
     "full_accelerator",

@@ -1,0 +1,106 @@
+"""Control of a car that keeps its energy in a flywheel: the ratio moves the car, the engine only fills the flywheel."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Component,
+    Discrete,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Symbol,
+    discrete,
+    parameter,
+    reinit,
+    signal_input,
+    signal_output,
+    when,
+)
+
+
+class FlywheelDrive(Component):
+    """Accelerates and brakes with the ratio of a transmission whose input is a flywheel.
+
+    ratio = (w_out + lead (accelerator - brake))/w_in within [ratio_min, ratio_max]
+    engaged = (w_before/w_in - ratio_min)/band within 0..1,  room = (w_full - w_in)/w_band within 0..1
+    clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
+    friction = brake - recovery share engaged room brake within 0..share
+
+    An actuator with the time constant T that follows the demand changes the ratio at the rate lead u/(T w_in): the pedals command an
+    acceleration lead/T of the output, which takes the car's energy from the flywheel or returns it. At the least ratio the clutch
+    slips as the accelerator says; braking, it opens there. The friction brakes do what exceeds ``share`` of the pedal, and everything
+    where the clutch is open or the flywheel is full. recovery = 0: they do it all, with the clutch open.
+    """
+
+    lead: Parameter = parameter("rad/s", "How far a full pedal moves the demand at the output", default=8.4, above=0)
+    ratio_min: Parameter = parameter("1", "Least ratio", default=0.15, above=0)
+    ratio_max: Parameter = parameter("1", "Greatest ratio", default=2.0, above=0)
+    band: Parameter = parameter("1", "Ratio above the least one at which the clutch is closed", default=0.05, above=0)
+    launch: Parameter = parameter("1", "Pressure of the slipping clutch with a full accelerator", default=0.6, min=0)
+    w_full: Parameter = parameter("rad/s", "Input speed at which the flywheel takes no more", default=560.0, above=0)
+    w_band: Parameter = parameter("rad/s", "Range below it in which recovery fades", default=40.0, above=0)
+    share: Parameter = parameter("1", "Part of the brake pedal that recovers energy", default=0.6, min=0, max=1)
+    recovery: Parameter = parameter("1", "1: with recovery, 0: without", default=1.0, min=0, max=1)
+    b_open: Parameter = parameter("1", "Brake pedal that opens the clutch without recovery", default=0.05, above=0)
+    accelerator: Input = signal_input("1", "Accelerator pedal")
+    brake: Input = signal_input("1", "Brake pedal")
+    w_in: Input = signal_input("rad/s", "Speed at the input of the transmission")
+    w_before: Input = signal_input("rad/s", "Speed at its output, before the clutch")
+    w_out: Input = signal_input("rad/s", "Speed behind the clutch")
+    ratio: Output = signal_output("1", "Demanded ratio")
+    clutch: Output = signal_output("1", "Pressure of the clutch")
+    friction: Output = signal_output("1", "Demand on the friction brakes")
+
+    def equations(self) -> Equations:
+        """Ratio, clutch, brakes."""
+        u, b = self.accelerator.value, self.brake.value
+        wanted = (self.w_out.value + self.lead * (u - b)) / self.w_in.value
+        yield self.ratio.value == ca.fmin(ca.fmax(wanted, self.ratio_min), self.ratio_max)
+        engaged = _held((self.w_before.value / self.w_in.value - self.ratio_min) / self.band)
+        open_ = (1 - self.recovery) * _held(b / self.b_open)
+        yield self.clutch.value == (engaged + self.launch * u) * (1 - open_)
+        room = _held((self.w_full - self.w_in.value) / self.w_band)
+        yield self.friction.value == b - self.recovery * engaged * room * ca.fmin(b, self.share)
+
+
+class FlywheelCharge(Component):
+    """Runs the engine while the flywheel is slow, at a throttle of good efficiency, and stops it while the flywheel is fast.
+
+    on = 1 from where w_in < w_rest - slope |v|,  on = 0 from where w_in > w_rest - slope |v| + hysteresis
+    throttle = on u_charge,  clutch = on (w/w_in - 1 + slip)/slip within 0..1
+
+    A car that is fast has the energy that the flywheel will get back, hence ``slope``. The clutch closes as the engine comes up to the
+    speed of the flywheel's shaft.
+    """
+
+    w_rest: Parameter = parameter(
+        "rad/s", "Speed below which a standing car's flywheel is charged", default=320.0, above=0
+    )
+    slope: Parameter = parameter("rad/m", "Fall of this speed with the car's", default=0.5, min=0)
+    hysteresis: Parameter = parameter("rad/s", "How far it is charged", default=100.0, above=0)
+    u_charge: Parameter = parameter("1", "Throttle while charging", default=0.9, above=0, max=1)
+    slip: Parameter = parameter("1", "Slip at which the clutch begins to close", default=0.1, above=0)
+    w: Input = signal_input("rad/s", "Speed of the engine")
+    w_in: Input = signal_input("rad/s", "Speed of the shaft that it charges")
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
+    throttle: Output = signal_output("1", "Throttle of the engine")
+    clutch: Output = signal_output("1", "Pressure of the engine's clutch")
+    charging: Discrete = discrete("1", "1: charges, 0: does not", start=0.0)
+
+    def equations(self) -> Equations:
+        """A switch with hysteresis."""
+        low = self.w_rest - self.slope * ca.fabs(self.v.value)
+        w_in = self.w_in.value
+        yield when(w_in < low, reinit(self.charging, 1))
+        yield when(w_in > low + self.hysteresis, reinit(self.charging, 0))
+        yield self.on.value == self.charging
+        yield self.throttle.value == self.charging * self.u_charge
+        yield self.clutch.value == self.charging * _held((self.w.value / w_in - 1 + self.slip) / self.slip)
+
+
+def _held(value: Symbol) -> Symbol:
+    return ca.fmin(ca.fmax(value, 0), 1)

@@ -1,0 +1,117 @@
+"""The flywheel hybrid: what its ratio accelerates and recovers, against the same car that brakes by friction alone."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.control import FlywheelCharge, FlywheelDrive
+from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
+from powertrain.vehicles.trials import CycleRun, charge_corrected, drive_cycle
+
+TOWN = DriveCycle.named("wltc").part(0, 140)
+
+
+@lru_cache
+def town(recovery: float) -> CycleRun:
+    car = pt.replace(FlywheelHybrid(), {"cycle.cycle": TOWN})
+    return drive_cycle(car, parameters={"drive.recovery": recovery}, rtol=1e-7, atol=1e-9)
+
+
+def _balanced(run: CycleRun) -> None:
+    """Nothing goes missing but 1e-6 of the energy that went through the engine."""
+    assert not run.message
+    assert not run.audit.hidden
+    residual = run.audit.components["residual"].abs().max()
+    assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
+
+
+@pytest.mark.parametrize("recovery", [1.0, 0.0])
+def test_town(recovery: float) -> None:
+    run = town(recovery)
+    _balanced(run)
+    assert run.time_outside == 0
+    on = run.result["engine.on"] > 0.5
+    assert 0.02 < on.mean() < 0.3
+    assert np.all(run.result["flywheel.w"] * 0.5 < 560 * 3)
+
+
+def _braked(run: CycleRun) -> float:
+    """Energy lost in the brakes [J]."""
+    lost = run.audit.components["lost"]
+    return float(lost["front_brake"] + lost["rear_brake"])
+
+
+def test_recovery_is_what_the_brakes_do_not_get() -> None:
+    """The flywheel gets back most of what the brakes take without recovery; losses of the transmission are between."""
+    with_, without = town(1.0), town(0.0)
+    spared = _braked(without) - _braked(with_)
+    assert spared > 0.7 * _braked(without)
+    kept = [
+        run.audit.components.loc["flywheel", "stored"] - run.table.value["work at the crank"] * 1e6
+        for run in (with_, without)
+    ]
+    assert 0.5 * spared < kept[0] - kept[1] < spared
+    braking = with_.result["driver.brake"] > 0.05
+    assert with_.result["transmission.flange_a.tau"][braking].min() < -20  # the transmission drives the flywheel
+    assert charge_corrected(with_, "flywheel") < 0.85 * charge_corrected(without, "flywheel")
+
+
+def test_correction_of_the_consumption() -> None:
+    run = town(1.0)
+    gained = 1.1 / 2 * (run.result["flywheel.w"][-1] ** 2 - run.result["flywheel.w"][0] ** 2)
+    efficiency = float(run.table.value["mean efficiency of the engine"])
+    litres = (run.fuel - gained / efficiency / 43e6) / 0.745 / run.distance * 1e5
+    assert charge_corrected(run, "flywheel") == pytest.approx(litres, rel=1e-6)
+    half = charge_corrected(run, "flywheel", path=0.5)
+    assert run.litres_per_100km - half == pytest.approx(2 * (run.litres_per_100km - litres), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("u", "b", "w_in", "w_out", "now", "ratio", "clutch", "friction"),
+    [
+        (0.5, 0.0, 400, 200, 0.5, (200 + 4.2) / 400, 1 + 0.3, 0.0),
+        (0.0, 0.5, 400, 200, 0.5, (200 - 4.2) / 400, 1.0, 0.0),
+        (0.0, 1.0, 400, 200, 0.5, (200 - 8.4) / 400, 1.0, 0.4),  # 60 % of the pedal recover
+        (0.0, 0.5, 540, 200, 0.5, (200 - 4.2) / 540, 1.0, 0.25),  # half of the room is left
+        (0.2, 0.0, 400, 10, 0.15, 0.15, 0.12, 0.0),  # start: the clutch slips
+        (0.0, 0.5, 400, 10, 0.15, 0.15, 0.0, 0.5),  # stop: the brakes do it
+        (1.0, 0.0, 200, 399, 1.9, 2.0, 1.6, 0.0),
+    ],
+)
+def test_drive(
+    u: float, b: float, w_in: float, w_out: float, now: float, ratio: float, clutch: float, friction: float
+) -> None:
+    inputs = {"accelerator": u, "brake": b, "w_in": w_in, "w_out": w_out, "w_before": now * w_in}
+    result = pt.simulate(FlywheelDrive(), stop=1, inputs=inputs)
+    got = [result[name][-1] for name in ("ratio", "clutch", "friction")]
+    assert got == pytest.approx([ratio, clutch, friction])
+
+
+def test_without_recovery_the_brake_pedal_opens_the_clutch() -> None:
+    inputs = {"accelerator": 0.0, "brake": 0.3, "w_in": 400.0, "w_out": 200.0, "w_before": 200.0}
+    result = pt.simulate(FlywheelDrive(recovery=0), stop=1, inputs=inputs)
+    assert (result["clutch"][-1], result["friction"][-1]) == pytest.approx((0.0, 0.3))
+
+
+def test_charge_has_hysteresis() -> None:
+    """At rest on below 320, off above 420 rad/s; at 20 m/s 10 rad/s lower. The clutch closes over the last tenth of the slip."""
+    w_in = ([0, 10, 20, 30], [400, 300, 440, 300])
+    run = pt.simulate(FlywheelCharge(), stop=30, inputs={"w_in": w_in, "v": 20.0, "w": 285.0}, max_step=0.5)
+    t = run.time[np.flatnonzero(np.diff(run["on"]))]
+    np.testing.assert_allclose(t, [9, 10 + 110 / 14, 20 + 130 / 14], atol=1e-6)
+    assert run.at([10.0], "clutch")[0] == pytest.approx(0.5)
+    assert run.at([10.0], "throttle")[0] == pytest.approx(0.9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["wltc", "nedc", "udds", "hwfet"])
+def test_cycles(name: str) -> None:
+    run = drive_cycle(FlywheelHybrid(), name, compile=True, rtol=1e-7, atol=1e-9)
+    _balanced(run)
+    assert run.time_outside == 0
+    assert 3.5 < charge_corrected(run, "flywheel") < 6.5

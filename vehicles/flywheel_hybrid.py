@@ -1,0 +1,105 @@
+"""Yu & Beachley's flywheel hybrid: a split-path CVT between a flywheel and the wheels, an engine that charges the flywheel."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, connect
+from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain.components.control import Driver, FlywheelCharge, FlywheelDrive, Pedals
+from powertrain.components.cvu import CVU, RatioActuator
+from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.differentials import ChurningLoss, CrownGear, FundamentalDifferential
+from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.rotational import BearingFriction, Clutch, IdealGear, Inertia, SpeedSensor
+from powertrain.components.transmissions import Layout, SplitPathTransmission, UnitRatio, unit_ratio
+from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+
+LAYOUT: Layout = "aHb"
+BASIC_RATIO = -1.7
+V_MIN, V_MAX = (unit_ratio(LAYOUT, BASIC_RATIO, r) for r in (0.15, 2.0))
+W_START = 370.0
+"""Speed of the flywheel's shaft at the start [rad/s]."""
+
+
+class FlywheelHybrid(Component):
+    """A car of 1,400 kg that a flywheel drives: the transmission's ratio accelerates it and brings its energy back when it brakes.
+
+    The flywheel (1.1 kg.m2, a steel disk of 35 kg and half a metre) turns three times as fast as the shaft of the transmission, at
+    most 1,700 rad/s, where it holds 1.6 MJ; the car at 130 km/h has 0.9 MJ. The engine charges it at a good load, or stands still.
+    The transmission is that of the split-path car with a wider range, r from 0.15 to 2; below it the clutch at its output slips.
+    ``drive.recovery`` = 0 leaves all braking to the friction brakes.
+    Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are made up.
+    """
+
+    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
+    driver: Pedals = Driver(k_a=1 / 3.5)
+    drive: FlywheelDrive = FlywheelDrive()
+    charge: FlywheelCharge = FlywheelCharge()
+    engine: Engine = WillansEngine()
+    engine_clutch: Clutch = Clutch(fn_max=250, mue_pos=((0.0, 1.0),))
+    step_up: IdealGear = IdealGear(ratio=1 / 3)
+    flywheel: Inertia = Inertia(J=1.1)
+    bearing: BearingFriction = BearingFriction(tau_pos=((0.0, 0.1),))
+    air: ChurningLoss = ChurningLoss(d2=1.5e-7)
+    input: SpeedSensor = SpeedSensor()
+    unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
+    actuator: RatioActuator = RatioActuator(T=0.2, rate=0.5, ratio_min=V_MIN, ratio_max=V_MAX, ratio_start=V_MIN)
+    transmission: SplitPathTransmission = SplitPathTransmission(
+        layout=LAYOUT,
+        differential=FundamentalDifferential(ratio=BASIC_RATIO, eta_ab=0.95, eta_ba=0.95),
+        cvu=CVU(eta_ab=0.9, eta_ba=0.9),
+    )
+    shaft: Inertia = Inertia(J=0.02)
+    before: SpeedSensor = SpeedSensor()
+    clutch: Clutch = Clutch(fn_max=600, mue_pos=((0.0, 1.0),))
+    output: SpeedSensor = SpeedSensor()
+    crown: CrownGear = CrownGear(ratio=3.3, eta_ab=0.97, eta_ba=0.97)
+    front_brake: WheelBrake = WheelBrake(tau_max=1500)
+    rear_brake: WheelBrake = WheelBrake(tau_max=750)
+    front: Wheel = RigidWheel(J=2.0)
+    rear: Wheel = RigidWheel(J=2.0)
+    body: Body = VehicleBody(m=1400, A=2.1)
+    road: RoadProfile = RoadProfile()
+
+    def equations(self) -> Equations:
+        """Engine and flywheel on one shaft, from there to the road; the two wheels of an axle are one."""
+        yield connect(self.engine.crank, self.engine_clutch.flange_a)
+        yield connect(self.engine_clutch.flange_b, self.step_up.flange_a, self.transmission.flange_a, self.input.flange)
+        yield connect(self.step_up.flange_b, self.flywheel.flange_a)
+        yield connect(self.flywheel.flange_b, self.bearing.flange_a, self.air.flange)
+        yield connect(self.transmission.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.clutch.flange_a, self.before.flange)
+        yield connect(self.clutch.flange_b, self.crown.flange_a, self.output.flange)
+        yield connect(self.crown.flange_b, self.front_brake.flange_a)
+        yield connect(self.front_brake.flange_b, self.front.hub)
+        yield connect(self.rear_brake.flange_b, self.rear.hub)
+        yield connect(self.front.road, self.body.front)
+        yield connect(self.rear.road, self.body.rear)
+        yield connect(self.body.front_load, self.front.load)
+        yield connect(self.body.rear_load, self.rear.load)
+        yield connect(self.body.s, self.road.s)
+        yield connect(self.road.grade, self.body.grade)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        yield connect(self.cycle.v_ref, self.driver.v_ref)
+        yield connect(self.cycle.a_ref, self.driver.a_ref)
+        yield connect(self.body.v, self.driver.v, self.charge.v)
+        yield connect(self.driver.accelerator, self.drive.accelerator)
+        yield connect(self.driver.brake, self.drive.brake)
+        yield connect(self.input.w, self.drive.w_in, self.charge.w_in)
+        yield connect(self.output.w, self.drive.w_out)
+        yield connect(self.drive.ratio, self.unit_ratio.r)
+        yield connect(self.unit_ratio.V, self.actuator.demand)
+        yield connect(self.actuator.ratio, self.transmission.ratio)
+        yield connect(self.before.w, self.drive.w_before)
+        yield connect(self.drive.clutch, self.clutch.f_normalized)
+        yield connect(self.drive.friction, self.front_brake.demand, self.rear_brake.demand)
+        yield connect(self.engine.speed, self.charge.w)
+        yield connect(self.charge.on, self.engine.on)
+        yield connect(self.charge.throttle, self.engine.throttle)
+        yield connect(self.charge.clutch, self.engine_clutch.f_normalized)
+
+    def initial(self) -> Equations:
+        """At rest, with the flywheel half charged and the engine stopped."""
+        yield self.flywheel.w * self.step_up.ratio == W_START
+        yield self.engine.w == 0
