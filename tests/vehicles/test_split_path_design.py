@@ -189,6 +189,25 @@ def test_tooth_numbers_in_and_out() -> None:
     assert inverse.R_o[0] == pytest.approx(-0.6)
 
 
+@pytest.mark.parametrize("R_o", [3.0, 1.6, 1.05, 0.8])
+def test_tooth_numbers_of_positive_ratios(R_o: float) -> None:
+    """Every set can be made, has the ratio by eq. (3), and stepped planets of one module have one distance of axes."""
+    near = sets_near(R_o)
+    assert len(near) > 0
+    assert (near.R_o - R_o).abs().round(9).is_monotonic_increasing
+    assert ((near.R_o / R_o - 1).abs() <= 0.01).all()
+    for row in near.head(40).itertuples():
+        if row.kind in ("KHV", "pairs"):
+            exact = row.b / row.a
+        else:
+            exact = row.first * row.b / (row.a * row.second)
+            sign = 1 if row.kind == "two suns" else -1
+            assert row.a + sign * row.first == row.b + sign * row.second
+        assert row.R_o == pytest.approx(exact, rel=1e-12)
+    assert set(near.kind) <= {"two suns", "two rings", "pairs", "KHV"}
+    assert R_o > 1 or not {"pairs", "KHV"} & set(near.kind)
+
+
 def test_self_locking_and_standstill_are_said() -> None:
     locked = designs((0.5, 2.0), [1.02], combinations=False).table
     assert not locked[(locked.coupling == "input") & locked.type.isin(["3", "4"])].feasible.any()
@@ -209,7 +228,7 @@ def test_self_locking_and_standstill_are_said() -> None:
         (lambda: designs((0.5, 2.0), [-1.7], weights={"r": [1.0], "weight": [-1.0]}), "shares of the delivered energy"),
         (lambda: designs(Duty.over((0.5, 2.0)), [-1.7], weights={"r": [1.0]}), "a Duty has its own"),
         (lambda: Duty.driven([100.0], [50.0], [-1.0]), "takes power in no sample"),
-        (lambda: sets_near(2.0), "negative basic ratio"),
+        (lambda: sets_near(1.0), "no set of gears has this basic ratio"),
     ],
 )
 def test_bad_input(call: Any, message: str) -> None:

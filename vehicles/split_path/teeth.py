@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 import powertrain as pt
-from powertrain.components.differentials import FundamentalDifferential, Planets, Ring, Sun
+from powertrain.components.differentials import FundamentalDifferential, Pairs, Planets, Ring, Sun
+
+Teeth = NDArray[np.intp]
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -15,14 +20,22 @@ if TYPE_CHECKING:
 def sets_near(
     R_o: float, *, tolerance: float = 0.01, suns: Iterable[int] = range(18, 100), planets: int = 3
 ) -> pd.DataFrame:
-    """Simple planetary sets that can be put together with about this R_o < 0: columns sun, planet, ring, R_o and member a, nearest first.
+    """Planetary sets that can be put together with about this R_o, the nearest first.
 
-    Where ring - sun is odd, profile shift makes up for half a tooth. The sun is member a where R_o < -1, the ring where R_o > -1.
+    R_o < 0, simple sets (2K-H(-)): columns sun, planet, ring, R_o and member a. Where ring - sun is odd, profile shift makes up for half a
+    tooth. The sun is member a where R_o < -1, the ring where R_o > -1.
+
+    R_o > 0 (2K-H(+) and KHV): columns kind, a, b, first, second, R_o. "two suns", "two rings": stepped planets, ``first`` meshes with a and
+    ``second`` with b, of one module; "pairs": a sun a and a ring b with pairs of planets, ``first`` at the sun; "KHV": a planet of
+    ``a`` teeth in a ring of ``b``. ``suns`` are then the teeth of a, and of the planet of a KHV.
+    Errors: ParameterError for a ratio that no set has (0, 1).
     """
     import pandas as pd
 
-    if R_o >= 0:
-        raise pt.ParameterError(f"R_o = {R_o:g}: a simple planetary set has a negative basic ratio")
+    if R_o in (0.0, 1.0):
+        raise pt.ParameterError(f"R_o = {R_o:g}: no set of gears has this basic ratio, members would be one")
+    if R_o > 0:
+        return _positive(R_o, tolerance, list(suns), planets)
     a = "sun" if R_o < -1 else "ring"
     size = -R_o if a == "sun" else -1 / R_o
     rows = []
@@ -43,3 +56,57 @@ def sets_near(
     return (
         table.assign(distance=distance).sort_values(["distance", "sun"]).drop(columns="distance").reset_index(drop=True)
     )
+
+
+_PLANETS = range(12, 61)
+_MOST = 300
+_COLUMNS = ["kind", "a", "b", "first", "second", "R_o"]
+
+
+def _positive(R_o: float, tolerance: float, suns: list[int], n: int) -> pd.DataFrame:
+    """Sets with R_o > 0, tried from the nearest ratio on."""
+    import pandas as pd
+
+    wheels: dict[str, type[Sun] | type[Ring]] = {"two suns": Sun, "two rings": Ring}
+    rows = []
+    for kind, a, b, first, second, _ in _candidates(R_o, tolerance, suns):
+        try:
+            if kind == "KHV":
+                made = FundamentalDifferential.khv(a, b)
+            elif kind == "pairs":
+                made = FundamentalDifferential.from_teeth(Sun(a), Ring(b), Pairs(first, second, n=n))
+            else:
+                wheel = wheels[kind]
+                made = FundamentalDifferential.from_teeth(wheel(a), wheel(b), Planets(first, second, n=n))
+        except pt.ParameterError:
+            continue
+        rows.append((kind, a, b, first, second, float(made.ratio)))
+        if len(rows) == _MOST:
+            break
+    return pd.DataFrame(rows, columns=_COLUMNS)
+
+
+def _candidates(R_o: float, tolerance: float, suns: list[int]) -> list[tuple[str, int, int, int, int, float]]:
+    """Teeth whose ratio is near enough, the nearest first: (kind, a, b, first, second, ratio)."""
+    a, first, second = (g.ravel() for g in np.meshgrid(suns, _PLANETS, _PLANETS, indexing="ij"))
+    found: list[tuple[str, int, int, int, int, float]] = []
+
+    def keep(kind: str, a: Teeth, b: Teeth, first: Teeth, second: Teeth, ratio: NDArray[np.float64]) -> None:
+        good = (np.abs(ratio / R_o - 1) <= tolerance) & (b >= min(_PLANETS)) & (ratio != 1.0)
+        columns = [v[good].tolist() for v in (a, b, first, second, ratio)]
+        found.extend((kind, *row) for row in zip(*columns, strict=True))
+
+    for kind, sign in (("two suns", 1), ("two rings", -1)):
+        b = a + sign * (first - second)
+        keep(kind, a, b, first, second, first * b / (a * second))
+    if R_o > 1:
+        b = np.round(R_o * a).astype(np.intp)
+        keep("pairs", a, b, first, second, b / a)
+        keep("KHV", *_single(np.array(suns), R_o))
+    found.sort(key=lambda row: (round(abs(row[-1] - R_o), 9), row[1] + row[2]))
+    return found
+
+
+def _single(planet: Teeth, R_o: float) -> tuple[Teeth, Teeth, Teeth, Teeth, NDArray[np.float64]]:
+    ring = np.round(R_o * planet).astype(np.intp)
+    return planet, ring, 0 * planet, 0 * planet, ring / planet

@@ -1,0 +1,121 @@
+"""Affine aliases against what their equations say, on random trees of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.compiler.alias import eliminate_aliases
+from powertrain.compiler.flatten import flatten
+
+
+class Tied(pt.Component):
+    """x0 grows at rate 1; every other x is factor * x_parent + offset, said in one of several ways, or the rate of its parent."""
+
+    ties: tuple[tuple[int, float, float, int], ...]
+    x: pt.Variable = pt.variable("1", "Root", start=0.5)
+
+    def equations(self) -> pt.Equations:
+        names = [self.x]
+        for parent, factor, offset, way in self.ties:
+            other = getattr(self, f"y{len(names)}")
+            names.append(other)
+            if way == 0:
+                yield other == factor * names[parent] + offset
+            elif way == 1:
+                yield other - offset - factor * names[parent] == 0
+            else:
+                yield names[parent] == (other - offset) / factor
+        yield pt.der(self.x) == 1.0 + pt.time
+
+
+COUNT = 12
+Random = type("Random", (Tied,), {f"y{i}": pt.variable("1", "Tied") for i in range(1, COUNT + 1)} | {
+    "__annotations__": {f"y{i}": pt.Variable for i in range(1, COUNT + 1)}
+})  # fmt: skip
+
+
+def random_ties(seed: int) -> tuple[tuple[int, float, float, int], ...]:
+    rng = np.random.default_rng(seed)
+    return tuple(
+        (
+            int(rng.integers(0, i + 1)),
+            float(rng.choice([-2.5, -1.0, 1.0, 0.5, 3.0])),
+            float(rng.choice([0.0, 1.5])),
+            k % 3,
+        )
+        for i, k in enumerate(rng.integers(0, 3, COUNT))
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_trees(seed: int) -> None:
+    """One variable is left, and all others follow it as their equations say."""
+    ties = random_ties(seed)
+    model: Any = Random(ties=ties)
+    flat = flatten(model)
+    reduced = eliminate_aliases(flat, {})
+    assert len(reduced.equations) == 1
+    assert len(flat.unknowns) - len(reduced.aliases) == 1
+    plant = pt.compile(model)
+    result = plant.simulate(1.0, starts={"x": 0.7}, rtol=1e-10)
+    values = [0.7 + result.time + result.time**2 / 2]
+    for parent, factor, offset, _ in ties:
+        values.append(factor * values[parent] + offset)
+    for i, value in enumerate(values[1:], 1):
+        np.testing.assert_allclose(result[f"y{i}"], value, rtol=1e-8)
+
+
+class Rates(pt.Component):
+    """Derivatives of derivatives, through factors."""
+
+    s: pt.Variable = pt.variable("m", "Place", start=1.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=2.0)
+    a: pt.Variable = pt.variable("m/s2", "Acceleration")
+    turned: pt.Variable = pt.variable("rad", "Angle")
+    w: pt.Variable = pt.variable("rad/s", "Angular speed")
+
+    def equations(self) -> pt.Equations:
+        yield self.v == pt.der(self.s)
+        yield self.a == pt.der(self.v)
+        yield self.s == 0.5 * self.turned + 3
+        yield self.w == pt.der(self.turned)
+        yield self.a == ca.sin(pt.time)
+
+
+def test_derivatives_are_aliases() -> None:
+    reduced = eliminate_aliases(flatten(Rates()), {})
+    assert len(reduced.equations) == 1
+    result = pt.simulate(Rates(), 2.0, rtol=1e-10)
+    t = result.time
+    np.testing.assert_allclose(result["v"], 3 - np.cos(t), rtol=1e-8)
+    np.testing.assert_allclose(result["s"], 1 + 3 * t - np.sin(t), rtol=1e-8)
+    np.testing.assert_allclose(result["w"], 2 * (3 - np.cos(t)), rtol=1e-8)
+    np.testing.assert_allclose(result["turned"], 2 * (1 + 3 * t - np.sin(t) - 3), rtol=1e-8, atol=1e-8)
+
+
+class Loop(pt.Component):
+    """Three variables tied in a ring."""
+
+    last: pt.Parameter = pt.parameter("1", "Last factor", default=1.0)
+    fixed: float = 0.25
+    a: pt.Variable = pt.variable("1", "first")
+    b: pt.Variable = pt.variable("1", "second")
+    c: pt.Variable = pt.variable("1", "third")
+
+    def equations(self) -> pt.Equations:
+        yield self.b == 2 * self.a
+        yield self.c == 2 * self.b
+        yield self.a == self.fixed * self.c + 1
+
+
+def test_rings_are_solved_or_refused() -> None:
+    """a = f 4 a + 1: solved where 4 f is not one, refused where it is."""
+    result = pt.simulate(Loop(fixed=0.5), 0.1)
+    assert result["a"][-1] == pytest.approx(-1.0)
+    with pytest.raises(pt.ModelError, match=r"self.a == self.fixed"):
+        pt.compile(Loop(fixed=0.25))

@@ -1,0 +1,108 @@
+"""Blocks of algebraic equations: linear ones against numpy, torn ones against their own equations."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import powertrain as pt
+
+SIZE = 6
+Numbers = tuple[tuple[float, ...], ...]
+
+
+class _Unknowns(pt.Component):
+    """Partial: unknowns u0 .. u5."""
+
+    u0: pt.Variable = pt.variable("1", "unknown")
+    u1: pt.Variable = pt.variable("1", "unknown")
+    u2: pt.Variable = pt.variable("1", "unknown")
+    u3: pt.Variable = pt.variable("1", "unknown")
+    u4: pt.Variable = pt.variable("1", "unknown")
+    u5: pt.Variable = pt.variable("1", "unknown")
+
+    @property
+    def u(self) -> list[pt.Symbol]:
+        """All of them."""
+        return [getattr(self, f"u{i}") for i in range(SIZE)]
+
+
+class Linear(_Unknowns):
+    """A(x) u = b + c x with A = A0 + x A1, beside a state x."""
+
+    A0: Numbers
+    A1: Numbers
+    b: tuple[float, ...]
+    x: pt.Variable = pt.variable("1", "state", start=0.5)
+
+    def equations(self) -> pt.Equations:
+        for i in range(SIZE):
+            row = [
+                (a + self.x * d) * u for a, d, u in zip(self.A0[i], self.A1[i], self.u, strict=True) if a != 0 or d != 0
+            ]
+            yield sum(row[1:], row[0]) == self.b[i] + 2 * self.x
+        yield pt.der(self.x) == self.u0
+
+
+def as_rows(matrix: np.ndarray) -> Numbers:  # type: ignore[type-arg]
+    return tuple(tuple(float(v) for v in row) for row in matrix)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_linear_blocks(seed: int) -> None:
+    """Sparse systems with a coefficient that varies along the motion; also those that fall into smaller blocks."""
+    rng = np.random.default_rng(seed)
+    pattern = rng.random((SIZE, SIZE)) < 0.5
+    A0 = np.where(pattern, rng.normal(size=(SIZE, SIZE)), 0.0) + 3 * np.eye(SIZE)[rng.permutation(SIZE)]
+    A1 = np.where(pattern & (rng.random((SIZE, SIZE)) < 0.3), 0.2 * rng.normal(size=(SIZE, SIZE)), 0.0)
+    b = rng.normal(size=SIZE)
+    plant = pt.compile(Linear(A0=as_rows(A0), A1=as_rows(A1), b=tuple(b.tolist())))
+    assert plant.compiled.dae.z.numel() == 0
+    result = plant.simulate(0.1, points=5)
+    for x, *u in zip(result["x"], *(result[f"u{i}"] for i in range(SIZE)), strict=True):
+        np.testing.assert_allclose(u, np.linalg.solve(A0 + x * A1, b + 2 * x), rtol=1e-9, atol=1e-9)
+
+
+class Bent(_Unknowns):
+    """Equations that no linear elimination solves: u = 0.3 tanh(P u) + b sin(t), in a ring, and a chain behind it."""
+
+    P: Numbers
+    b: tuple[float, ...]
+
+    def equations(self) -> pt.Equations:
+        for i in range(SIZE):
+            inside = sum((p * u for p, u in zip(self.P[i], self.u, strict=True) if p), pt.Symbol(0))
+            yield self.u[i] == 0.3 * ca.tanh(inside) + self.b[i] * ca.sin(pt.time)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_torn_blocks(seed: int) -> None:
+    """The equations hold; and fewer unknowns stay implicit than there are where a ring can be torn."""
+    rng = np.random.default_rng(seed)
+    P = np.roll(np.eye(SIZE), 1, axis=1) * rng.uniform(0.5, 1.5, SIZE)
+    if seed % 2:
+        P = P + np.where(rng.random((SIZE, SIZE)) < 0.3, rng.normal(size=(SIZE, SIZE)), 0.0)
+    b = rng.normal(size=SIZE)
+    plant = pt.compile(Bent(P=as_rows(P), b=tuple(b.tolist())))
+    assert 1 <= plant.compiled.dae.z.numel() <= (1 if seed % 2 == 0 else SIZE)
+    result = plant.simulate(1.0, points=5)
+    u = np.array([result[f"u{i}"] for i in range(SIZE)])
+    np.testing.assert_allclose(u, 0.3 * np.tanh(P @ u) + b[:, None] * np.sin(result.time), rtol=1e-7, atol=1e-8)
+
+
+class Singular(_Unknowns):
+    """Three equations of which one repeats the others."""
+
+    def equations(self) -> pt.Equations:
+        yield self.u0 + self.u1 + self.u2 == 1
+        yield self.u0 - self.u1 == 2
+        yield 2 * self.u0 + self.u2 == 3
+        for u in self.u[3:]:
+            yield u == 1
+
+
+def test_a_block_that_repeats_itself_is_refused() -> None:
+    with pytest.raises(pt.ModelError, match="rigid loop") as caught:
+        pt.compile(Singular())
+    assert "self.u0 + self.u1 + self.u2 == 1" in str(caught.value)
