@@ -230,3 +230,20 @@ def test_a_load_that_is_there_at_the_start() -> None:
     result = plant.simulate(stop=0.1, inputs={"V": V, "load": -10.0}, starts={"J1.w": 100.0})
     assert result["J1.w"][0] == pytest.approx(100.0)
     assert pt.energy_audit(result).closure < 1e-6
+
+
+def test_power_flow_at_both_ends_of_the_interval(plants: Any) -> None:
+    """At r = 1, K and the efficiency of the power flow are those of the closed form on either side."""
+    for (coupling, number), plant in plants.items():
+        found = []
+        for side in (1, -1):
+            flow = pt.power_flow(plant, against_motion(np.array([1.0])), side=side)
+            assert flow.data["status"].item() == STUCK
+            assert abs(flow.imbalance).max() < 1e-9
+            found.append((flow.variator("transmission.cvu").K.item(), flow.efficiency.item()))
+        exact = [only(solutions(CONNECTIONS[number], R_O, 1 + e, ETA, ETA_V, coupling)) for e in (-1e-9, 1e-9)]
+        expected = sorted((p.efficiency, p.K) for p in exact)
+        for (share, efficiency), (right, K) in zip(sorted(found, key=lambda f: f[1]), expected, strict=True):
+            assert efficiency == pytest.approx(right, rel=1e-6)
+            if coupling == "input":
+                assert share == pytest.approx(K, rel=1e-6)

@@ -256,12 +256,14 @@ def _draw_sinks(ax: Axes, flow: PowerFlow, v: _Vertex, largest: float, scale: fl
         ax.fill(*_ribbon(line[:2], -w / 2, w / 2).T, color=colour, linewidth=0, zorder=2)
         tip = np.array([line[1] + [w / 2 + 0.06, 0], line[2], line[1] - [w / 2 + 0.06, 0]])
         ax.fill(*tip.T, color=colour, linewidth=0, zorder=2)
+        left = colour == LOST  # both labels side by side, away from each other
         ax.text(
-            x + w / 2 + 0.12,
+            x - w / 2 - 0.12 if left else x + w / 2 + 0.12,
             top - 0.3,
             f"{abs(amount) * scale:.3g} {unit} {word}",
             fontsize=8,
             color=colour,
+            ha="right" if left else "left",
             va="center",
             zorder=7,
         )

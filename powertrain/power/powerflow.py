@@ -52,7 +52,8 @@ def power_flow(
 
     ``power_flow(result)``: over all its samples; ``at``: at one time, or several.
     ``power_flow(plant, grid, ...)``: at the steady points of a grid, with the options of ``pt.steady``. ``power_flow(plant, dataset)``: at
-    points that ``pt.steady(plant, ..., outputs={**pt.power_outputs(plant), ...})`` has solved.
+    points that ``pt.steady(plant, ..., outputs={**pt.power_outputs(plant), ...})`` has solved. Where a point is stuck, ``side=1`` and
+    ``side=-1`` give the power flow at either end of the interval, K and cases included.
 
     ``whole``: composites (names or patterns) that are taken as one; all others are dissolved into their parts. ``outputs``: other signals
     wanted beside the powers, under new names, in ``.data``. ``variator`` with ``shafts`` (port at the input, port at the output): adds the

@@ -21,8 +21,8 @@ MOST_LAWS = 62
 class Sheet:
     """The results of all points, flat, in the order of the walk; with room for what is written beyond the end."""
 
-    def __init__(self, solver: Solver, count: int, size: int) -> None:
-        self.solver, self.count, self.size = solver, count, size
+    def __init__(self, solver: Solver, count: int, size: int, side: int | None = None) -> None:
+        self.solver, self.count, self.size, self.side = solver, count, size, side
         self.rows = [np.empty(size + PAD) for _ in range(self.count)]
         self.status = np.zeros(size, np.int8)
         self.blame: NDArray[np.int64] | None = None
@@ -34,7 +34,8 @@ class Sheet:
 
     def solve_at(self, grid: Rows, places: NDArray[np.intp], exhaustive: bool = False) -> Array | None:
         """Solves some points and writes them."""
-        points = self.solver.solve(grid, exhaustive=exhaustive)
+        side = None if self.side is None else np.full((len(self.solver.choices), grid.shape[1]), float(self.side))
+        points = self.solver.solve(grid, side, exhaustive)
         values, left = self.solver.values(grid, points)
         status = points.status
         resting = (status == OK) & points.rest.any(axis=0)
@@ -49,7 +50,8 @@ class Sheet:
         status[outside] = OUTSIDE
         undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
         status[undefined] = UNDEFINED
-        values[:, (status != OK) & ~undefined] = np.nan
+        one_end = (status == STUCK_POINT) & (self.side is not None)
+        values[:, (status != OK) & ~undefined & ~one_end] = np.nan
         values[:, undefined] = np.where(np.isfinite(values[:, undefined]), values[:, undefined], np.nan)
         for row, found in zip(self.rows, values, strict=True):
             row[places] = found
@@ -85,7 +87,7 @@ class Sheet:
 
     def apart(self, size: int) -> Sheet:
         """An empty sheet of the same signals."""
-        return Sheet(self.solver, self.count, size)
+        return Sheet(self.solver, self.count, size, self.side)
 
     def put(self, first: int, part: Sheet) -> None:
         """Takes over a part of the points."""

@@ -10,7 +10,7 @@ import threading
 import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,6 +43,7 @@ def steady(
     guesses: Mapping[str, float] | None = None,
     time: float = 0.0,
     exhaustive: bool = False,
+    side: Literal[-1, 1] | None = None,
     progress: bool | None = None,
 ) -> xr.Dataset:
     """Operating points of a model at which nothing accelerates.
@@ -53,17 +54,20 @@ def steady(
     that hold everywhere. ``free``: inputs or parameters to be found, one for each prescribed variable; by default the inputs without a
     value where there are as many. A prescribed state for which nothing is found is *held*: its own balance is left open, and
     ``der(name)`` says how it would change. ``guesses``: where the search for unknowns begins. ``exhaustive``: try all combinations of
-    modes also where unknowns are implicit; else the first consistent one counts there. ``progress``: a bar; by default for work that
-    takes more than two seconds.
+    modes also where unknowns are implicit; else the first consistent one counts there. ``side``: see below. ``progress``: a bar; by
+    default for work that takes more than two seconds.
 
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. Where the status is ``stuck``, friction
     rests under a prescribed motion, whose torque equilibrium does not determine: ``<name>_low`` and ``<name>_high`` are then the values
-    at both ends of the law's bounds. Values at points that are not ``ok`` are nan; ``undefined_value`` concerns the signals that are
+    at both ends of the law's bounds, and with ``side`` = 1 or -1 the values themselves are those at one of these ends, where the torque
+    is that of a motion forward or backward. Values at points that are not ``ok`` are nan; ``undefined_value`` concerns the signals that are
     nan there only, such as an efficiency at zero power. ``status_laws`` are the laws that the status is about; the attribute ``problems``
     says it in words, also where the laws have too many combinations of modes to try them all.
 
     Raises ParameterError where names or values are wrong, or the conditions do not determine the state.
     """
+    if side not in (None, 1, -1):
+        raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     spanned = make_grid(grid)
     wanted = wanted_signals(signals_of(plant.compiled), outputs)
@@ -71,7 +75,7 @@ def steady(
     _check_values(plant, spanned, guesses or {})
     common = common_values(plant, parameters, inputs or {})
     map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
-    ordered, sheet = map_.run(spanned, common, exhaustive, progress)
+    ordered, sheet = map_.run(spanned, common, exhaustive, progress, side)
     found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet, map_.doubts)
     return found.assign_attrs(model=type(plant.model).__name__, powertrain_version=_version())
 

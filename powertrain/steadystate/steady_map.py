@@ -52,12 +52,14 @@ class SteadyMap:
             return _DOUBTS
         return ""
 
-    def run(self, grid: Grid, common: Array, exhaustive: bool, progress: bool | None) -> tuple[Grid, Sheet]:
+    def run(
+        self, grid: Grid, common: Array, exhaustive: bool, progress: bool | None, side: int | None = None
+    ) -> tuple[Grid, Sheet]:
         """Solves all points of a grid: the grid with its dimensions in the order of the results, and these."""
         self.solver.set_common(common)
         fast = self.walker is not None and grid.size >= _FAST
         ordered = self._slowest_first(grid) if fast else grid
-        sheet = Sheet(self.solver, len(self.quantities), ordered.size)
+        sheet = Sheet(self.solver, len(self.quantities), ordered.size, side)
         bar = Bar(progress, grid.size)
         if fast and self.walker is not None:
             self.walker.set_common(common)

@@ -45,7 +45,7 @@ class Linear(_Unknowns):
         yield pt.der(self.x) == self.u0
 
 
-def as_rows(matrix: np.ndarray) -> Numbers:  # type: ignore[type-arg]
+def as_rows(matrix: np.ndarray) -> Numbers:
     return tuple(tuple(float(v) for v in row) for row in matrix)
 
 
