@@ -361,6 +361,14 @@ def test_map_of_a_driveline_with_a_cycle(short: str, tmp_path: Path) -> None:
     assert "no driver whose pedals could be set" in refused("map", "RearDriveCar")
 
 
+def test_run_draws_the_map_under_its_cycle(short: str, tmp_path: Path) -> None:
+    plot = tmp_path / "map.png"
+    text = done("run", "SplitPathCar", "--cycle", short, "--map", str(plot))
+    assert "from the tank to the road" in text
+    assert "100% of" in text
+    assert plot.read_bytes().startswith(PNG)
+
+
 def test_split_path_ranks_designs(tmp_path: Path) -> None:
     out = tmp_path / "designs.csv"
     text = done(

@@ -14,7 +14,7 @@ from powertrain.components.control import Pedals
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.vehicles.cli.options import progress
 from powertrain.vehicles.cli.text import columns, number
-from powertrain.vehicles.trials import drive_cycle
+from powertrain.vehicles.trials import CycleRun, drive_cycle
 from powertrain.vehicles.trials.driveline import driveline_map
 from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
 from powertrain.vehicles.trials.figures import parts_of
@@ -29,18 +29,28 @@ LINES = 15
 
 
 def mapped(
-    model: pt.Component, speeds: Any, pedals: int, cycle: DriveCycle | None, *, draw: bool
+    model: pt.Component,
+    speeds: Any,
+    pedals: int,
+    *,
+    cycle: DriveCycle | None = None,
+    run: CycleRun | None = None,
+    draw: bool = True,
 ) -> tuple[str, xr.Dataset, Figure | None]:
-    """The text, the data and (where it is to be drawn) the picture of a vehicle's map, over speeds [m/s]."""
+    """The text, the data and (where it is to be drawn) the picture of a vehicle's map, over speeds [m/s].
+
+    Over the map lie the operating points of a ``run``, or of a ``cycle`` that is driven for that.
+    """
     if not isinstance(dict(children(model)).get("driver"), Pedals):
         raise click.UsageError(
             f"{type(model).__name__} has no driver whose pedals could be set; name a vehicle that `powertrain run` takes"
         )
     unit = next(parts_of(model, VariableUnit), None)
-    found = driveline_map(model, speeds, np.linspace(0, 1, pedals + 1)[1:], variator=unit)
+    found = driveline_map(model, speeds, np.linspace(0, 1, pedals + 1)[1:], variator=unit, progress=progress())
     if not np.isfinite(found["efficiency"].values).any():
         raise click.ClickException("the vehicle pulls at no point of this map")
-    run = drive_cycle(model, cycle, progress=progress()) if cycle is not None and draw else None
+    if cycle is not None and draw:
+        run = drive_cycle(model, cycle, progress=progress())
     figure = None
     if draw:
         figure = Figure(figsize=(9, 6), layout="constrained")

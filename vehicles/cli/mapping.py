@@ -125,7 +125,7 @@ def command(
     if (of or "driveline" if whole else "transmission") == "driveline":
         from powertrain.vehicles.cli.driveline import mapped
 
-        shown, data, figure = mapped(model, values(speed, 47) / 3.6, pedals, cycle, draw=plot is not None)
+        shown, data, figure = mapped(model, values(speed, 47) / 3.6, pedals, cycle=cycle, draw=plot is not None)
     else:
         shown, data, figure = _transmission_map(model, ratio, load, input_speed, draw=plot is not None)
     click.echo(shown)

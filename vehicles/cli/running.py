@@ -21,12 +21,15 @@ from powertrain.vehicles.cli.options import (
 from powertrain.vehicles.cli.text import columns, number, title
 
 if TYPE_CHECKING:
+    import powertrain as pt
     from powertrain.components.cycles import DriveCycle
     from powertrain.vehicles.cli.catalogue import Entry
     from powertrain.vehicles.trials import CycleRun
 
 WORTH_A_REPORT = 1.0
 """Distance [m] from which a run that ended early is reported."""
+MAP = 47, 61
+"""Speeds and positions of the accelerator of a map."""
 COUNTED = ("sources", "lost", "stored")
 """Columns of the audit that are shown."""
 
@@ -65,6 +68,12 @@ COUNTED = ("sources", "lost", "stored")
     "--plot", type=PICTURE, help="Draw speed, engine and ratio, power, energy and operating points (.png, .pdf, .svg)."
 )
 @click.option(
+    "--map",
+    "chart",
+    type=PICTURE,
+    help="Draw the driveline's map from the tank to the road with the cycle's operating points, and print it.",
+)
+@click.option(
     "--rtol",
     type=click.FloatRange(1e-12, 1e-2),
     default=1e-6,
@@ -81,6 +90,7 @@ def command(
     out: Path | None,
     signals: tuple[str, ...],
     plot: Path | None,
+    chart: Path | None,
     rtol: float,
 ) -> None:
     """Simulate a vehicle over a drive cycle and print consumption and where the energy went.
@@ -120,11 +130,26 @@ def command(
         from powertrain.vehicles.trials.figures import cycle_figure
 
         cycle_figure(run).savefig(plot, dpi=120)
-    for path in (write_params, out, plot):
+    if chart is not None:
+        click.echo(f"\n{_draw_map(run, model, chart)}")
+    for path in (write_params, out, plot, chart):
         if path is not None:
             click.echo(f"wrote {path}")
     if run.message:
         raise click.ClickException(ended)
+
+
+def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
+    """The picture of the vehicle's map up to the cycle's speeds; what it says in text."""
+    import numpy as np
+
+    from powertrain.vehicles.cli.driveline import mapped
+
+    speeds = np.linspace(4.0, 1.05 * max(run.cycle.top_speed, 10.0), MAP[0])
+    text, _, figure = mapped(model, speeds, MAP[1], run=run)
+    assert figure is not None
+    figure.savefig(chart, dpi=120)
+    return text
 
 
 def report(run: CycleRun) -> str:

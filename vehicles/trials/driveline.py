@@ -33,7 +33,12 @@ def _mass(vehicle: Any) -> float:
 
 
 def driveline_map(
-    vehicle: pt.Component, speeds: ArrayLike, accelerators: ArrayLike, *, variator: str | None = None
+    vehicle: pt.Component,
+    speeds: ArrayLike,
+    accelerators: ArrayLike,
+    *,
+    variator: str | None = None,
+    progress: bool = False,
 ) -> xr.Dataset:
     """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, fuel and efficiency from the tank to the road.
 
@@ -52,11 +57,11 @@ def driveline_map(
     names = {"body.force": "force", "engine.fuel_rate": "fuel_rate", "engine.w": "w", "engine.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in names}
     if variator is not None:
-        flow = pt.power_flow(plant, grid, outputs=outputs)
+        flow = pt.power_flow(plant, grid, outputs=outputs, progress=progress)
         data, share = flow.data, flow.variator(variator)
         extra = {"K": share["K"], "case": share["case"]}
     else:
-        data, extra = pt.steady(plant, grid, outputs=list(outputs)), {}
+        data, extra = pt.steady(plant, grid, outputs=list(outputs), progress=progress), {}
     found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
     found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
     found = found.assign_coords(

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\", "idle": ".."}
+HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\"}
 """Cases of a variator's power flow."""
 FAINT = (1, 1, 1, 0.35)
 
@@ -20,12 +20,13 @@ FAINT = (1, 1, 1, 0.35)
 def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Axes | None = None) -> Axes:
     """Efficiency from the tank to the road over speed and tractive force, up to what the vehicle can pull.
 
-    ``found`` is what ``driveline_map`` gives; where it knows the cases of a power flow these are hatched. The points are where a
-    cycle was driven, one for every second with a pulling force.
+    ``found`` is what ``driveline_map`` gives. Shown are the speeds at which all its points are steady states; where it knows the cases of a
+    power flow these are hatched. The points are where a cycle was driven, one for every second with a pulling force.
     """
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(figsize=(7.5, 5), layout="constrained")[1] if ax is None else ax
+    found = found.isel(speed=np.isfinite(found["force"]).all("accelerator").values)
     force = found["force"].values
     speed = np.broadcast_to(found["speed"].values[:, None] * 3.6, force.shape)
     efficiency = np.where(force > 0, found["efficiency"].values, 0.0)
