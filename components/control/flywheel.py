@@ -24,15 +24,17 @@ from powertrain import (
 class FlywheelDrive(Component):
     """Accelerates and brakes with the ratio of a transmission whose input is a flywheel.
 
-    ratio = (w_out + lead (accelerator - brake))/w_in within [ratio_min, ratio_max]
+    ratio = (w_out + lead (charge accelerator - brake))/w_in within [ratio_min, ratio_max]
+    charge = (w_in - w_empty)/w_band within -1..1
     engaged = (w_before/w_in - ratio_min)/band within 0..1,  room = (w_full - w_in)/w_band within 0..1
     clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
     friction = brake - recovery share engaged room brake within 0..share
 
     An actuator with the time constant T that follows the demand changes the ratio at the rate lead u/(T w_in): the pedals command an
-    acceleration lead/T of the output, which takes the car's energy from the flywheel or returns it. At the least ratio the clutch
-    slips as the accelerator says; braking, it opens there. The friction brakes do what exceeds ``share`` of the pedal, and everything
-    where the clutch is open or the flywheel is full. recovery = 0: they do it all, with the clutch open.
+    acceleration lead/T of the output, which takes the car's energy from the flywheel or returns it; from an empty flywheel nothing is
+    taken. At the least ratio the clutch slips as the accelerator says; braking, it opens there. The friction brakes do what exceeds
+    ``share`` of the pedal, and everything where the clutch is open or the flywheel is full. recovery = 0: they do it all, with the
+    clutch open.
     """
 
     lead: Parameter = parameter("rad/s", "How far a full pedal moves the demand at the output", default=8.4, above=0)
@@ -41,7 +43,8 @@ class FlywheelDrive(Component):
     band: Parameter = parameter("1", "Ratio above the least one at which the clutch is closed", default=0.05, above=0)
     launch: Parameter = parameter("1", "Pressure of the slipping clutch with a full accelerator", default=0.6, min=0)
     w_full: Parameter = parameter("rad/s", "Input speed at which the flywheel takes no more", default=560.0, above=0)
-    w_band: Parameter = parameter("rad/s", "Range below it in which recovery fades", default=40.0, above=0)
+    w_empty: Parameter = parameter("rad/s", "Input speed at which the flywheel gives no more", default=240.0, above=0)
+    w_band: Parameter = parameter("rad/s", "Range of speed in which giving and taking fade", default=40.0, above=0)
     share: Parameter = parameter("1", "Part of the brake pedal that recovers energy", default=0.6, min=0, max=1)
     recovery: Parameter = parameter("1", "1: with recovery, 0: without", default=1.0, min=0, max=1)
     b_open: Parameter = parameter("1", "Brake pedal that opens the clutch without recovery", default=0.05, above=0)
@@ -57,7 +60,8 @@ class FlywheelDrive(Component):
     def equations(self) -> Equations:
         """Ratio, clutch, brakes."""
         u, b = self.accelerator.value, self.brake.value
-        wanted = (self.w_out.value + self.lead * (u - b)) / self.w_in.value
+        charge = ca.fmin(ca.fmax((self.w_in.value - self.w_empty) / self.w_band, -1), 1)
+        wanted = (self.w_out.value + self.lead * (charge * u - b)) / self.w_in.value
         yield self.ratio.value == ca.fmin(ca.fmax(wanted, self.ratio_min), self.ratio_max)
         engaged = _held((self.w_before.value / self.w_in.value - self.ratio_min) / self.band)
         open_ = (1 - self.recovery) * _held(b / self.b_open)
