@@ -36,6 +36,7 @@ from powertrain.symbols import Symbol, time
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
+    from powertrain.analysis.eigenmodes import eigenmodes
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sweeping import sweep
     from powertrain.power.powerflow import PowerFlow, power_flow
@@ -71,6 +72,7 @@ __all__ = [
     "connect",
     "der",
     "discrete",
+    "eigenmodes",
     "energy_audit",
     "flow",
     "friction",
@@ -102,6 +104,7 @@ __all__ = [
 _ANALYSES = {
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
+    "eigenmodes": "powertrain.analysis.eigenmodes",
     "energy_audit": "powertrain.analysis.audit",
     "linearize": "powertrain.analysis.linearization",
     "power_flow": "powertrain.power.powerflow",

@@ -29,7 +29,7 @@ ORDER = [
     "engine: chatter schedules trajectory location projection consistent special jam redundancy uniqueness enumeration resolve continuity",
     "engine: sparse_step failure loop engine",
     "signals nonfinite events export conditions initial result plant",
-    "analysis: linear_model reduction perturbation linearization energy_terms audit sweeping",
+    "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms audit sweeping",
     "steadystate: lanes fraction axes newton points equilibrium choices table implicit operating walk forms rows sheet",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
