@@ -1,24 +1,36 @@
-"""Sphinx: Markdown pages and the reference, which is taken from the docstrings."""
+"""Sphinx: Markdown pages, the reference from docstrings, and pages that the modules in _ext make from the library."""
 
 from __future__ import annotations
 
 import re
+import sys
+from pathlib import Path
 from typing import Any
 
 import powertrain
+
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "powertrain"
 author = copyright = "The powertrain authors"
 release = version = powertrain.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "site_pages"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_computed", "_ext"]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "powertrain"
-html_theme_options = {"navigation_with_keys": False, "show_prev_next": True, "secondary_sidebar_items": ["page-toc"]}
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_theme_options = {
+    "navigation_with_keys": False,
+    "show_prev_next": True,
+    "secondary_sidebar_items": ["page-toc"],
+    "header_links_before_dropdown": 8,
+    "navigation_depth": 3,
+}
 html_show_sourcelink = False
 
 autodoc_member_order = "bysource"

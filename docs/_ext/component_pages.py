@@ -1,0 +1,115 @@
+"""A page for every component and vehicle, from its declarations; the facts are those of ``powertrain info``."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from pathlib import Path
+
+import pagetext
+
+from powertrain.vehicles.cli.catalogue import Entry, assembled, components
+from powertrain.vehicles.cli.facts import facts, text_of
+
+TITLES = {
+    "rotational": "Rotational mechanics",
+    "translational": "Translational mechanics",
+    "differentials": "Differentials and planetary gears",
+    "gearless.circular_cam": "Circular-cam differential",
+    "gearless.spherical_cam": "Spherical cam differential",
+    "gearless.linkage": "Linkage differential",
+    "cvu": "Continuously variable units",
+    "transmissions": "Transmissions",
+    "engines": "Combustion engines",
+    "electric": "Electric machines and batteries",
+    "wheels": "Wheels and tyres",
+    "body": "Bodies, axles and roads",
+    "control": "Drivers and controls",
+    "cycles": "Drive cycles",
+    "vehicle": "One-dimensional vehicle",
+    "blocks": "Signals",
+    "thermal": "Heat",
+}
+"""The families in the order of their pages; a family that is not here comes after them, by its name."""
+VEHICLES = "vehicles"
+
+
+def write_pages(docs: Path) -> None:
+    """Write <docs>/components, and take away the pages of what is no longer there."""
+    folder = docs / "components"
+    families: dict[str, list[Entry]] = {name: [] for name in TITLES}
+    for entry in components():
+        families.setdefault(entry.family, []).append(entry)
+    families = {name: entries for name, entries in families.items() if entries}
+    written = {folder / "index.md"}
+    pagetext.write(folder / "index.md", _index(families))
+    for family, entries in (*families.items(), (VEHICLES, list(assembled()))):
+        written.add(folder / family / "index.md")
+        pagetext.write(folder / family / "index.md", _family(family, entries))
+        for entry in entries:
+            written.add(folder / family / f"{entry.name}.md")
+            pagetext.write(folder / family / f"{entry.name}.md", _page(entry))
+    for old in set(folder.rglob("*.md")) - written:
+        old.unlink()
+
+
+def _index(families: dict[str, list[Entry]]) -> str:
+    count = sum(map(len, families.values()))
+    parts = [
+        "# Components",
+        f"{count} components in {len(families)} families, a page each: what it is with its equations, parameters with unit, default and "
+        "range, ports, variables, and the text itself. The pages are made from the components' declarations. `powertrain info NAME` "
+        "prints the same. Signs and names are those of the [conventions](../conventions.md).",
+    ]
+    parts += [f"[**{_title(f)}**]({f}/index.md) — {_links(f, entries)}" for f, entries in families.items()]
+    return "\n\n".join([*parts, _toctree(f"{family}/index" for family in families)])
+
+
+def _links(family: str, entries: list[Entry]) -> str:
+    return ", ".join(f"[{entry.name}]({family}/{entry.name}.md)" for entry in entries)
+
+
+def _family(family: str, entries: list[Entry]) -> str:
+    rows = "\n".join(f"| [{e.name}]({e.name}.md) | {pagetext.escaped(_first_line(e))} |" for e in entries)
+    if family == VEHICLES:
+        title, said = "Vehicles: parts and parameters", ""
+    else:
+        said = inspect.getdoc(importlib.import_module(f"powertrain.components.{family}")) or ""
+        title = _title(family)
+    parts = [f"# {title}", pagetext.docstring(said), f"| component | what it is |\n| --- | --- |\n{rows}"]
+    return "\n\n".join([*parts, _toctree(entry.name for entry in entries)])
+
+
+def _page(entry: Entry) -> str:
+    kind = entry.kind
+    parts = [f"# {entry.name}", pagetext.docstring(inspect.getdoc(kind) or ""), f"```python\n{_import(entry)}\n```"]
+    for found in facts(kind):
+        rows = [[cell.replace("must be given", "–") for cell in row] for row in found.rows]
+        shown = pagetext.table(found.head, rows, found.right, code=(0,))
+        parts.append(f"## {found.title}\n\n{shown}")
+    if any("must be given" in row for found in facts(kind) for row in found.rows):
+        parts.append("–: must be given.")
+    parts.append(f"## Text\n\n```python\n{text_of(kind).strip()}\n```")
+    line = inspect.getsourcelines(kind)[1]
+    file = kind.__module__.removeprefix("powertrain.").replace(".", "/")
+    parts.append(f"Source: `{file}.py`, line {line}.")
+    return "\n\n".join(parts) + "\n"
+
+
+def _import(entry: Entry) -> str:
+    package, _, _ = entry.kind.__module__.rpartition(".")
+    exported = getattr(importlib.import_module(package), entry.name, None) is entry.kind
+    return f"from {package if exported else entry.kind.__module__} import {entry.name}"
+
+
+def _title(family: str) -> str:
+    return TITLES.get(family, family.replace("_", " ").capitalize())
+
+
+def _first_line(entry: Entry) -> str:
+    return (inspect.getdoc(entry.kind) or "").partition("\n")[0]
+
+
+def _toctree(names: object) -> str:
+    assert hasattr(names, "__iter__")
+    return "\n".join(["```{toctree}", ":hidden:", ":maxdepth: 1", "", *names, "```", ""])
