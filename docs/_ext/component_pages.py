@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import re
+from functools import cache
 from pathlib import Path
 
 import pagetext
@@ -32,6 +34,7 @@ TITLES = {
 }
 """The families in the order of their pages; a family that is not here comes after them, by its name."""
 VEHICLES = "vehicles"
+_KIND = re.compile(r"\b[A-Z]\w+\b(?!`)")
 
 
 def write_pages(docs: Path) -> None:
@@ -86,6 +89,8 @@ def _page(entry: Entry) -> str:
     for found in facts(kind):
         rows = [[cell.replace("must be given", "–") for cell in row] for row in found.rows]
         shown = pagetext.table(found.head, rows, found.right, code=(0,))
+        if found.title == "Slots and fields":
+            shown = _KIND.sub(lambda name: _linked(name[0]), shown)
         parts.append(f"## {found.title}\n\n{shown}")
     if any("must be given" in row for found in facts(kind) for row in found.rows):
         parts.append("–: must be given.")
@@ -94,6 +99,17 @@ def _page(entry: Entry) -> str:
     file = kind.__module__.removeprefix("powertrain.").replace(".", "/")
     parts.append(f"Source: `{file}.py`, line {line}.")
     return "\n\n".join(parts) + "\n"
+
+
+@cache
+def _places() -> dict[str, str]:
+    """The pages of components by name, without names that occur in several families."""
+    names = [entry.name for entry in components()]
+    return {e.name: f"../{e.family}/{e.name}.md" for e in components() if names.count(e.name) == 1}
+
+
+def _linked(name: str) -> str:
+    return f"[{name}]({_places()[name]})" if name in _places() else name
 
 
 def _import(entry: Entry) -> str:

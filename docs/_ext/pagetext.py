@@ -8,8 +8,15 @@ from pathlib import Path
 
 _CODE = re.compile(r"(``.*?``)")
 _SPECIAL = re.compile(r"([\\*_|$<>\[\]`#~])")
-_EQUATION = re.compile(r"<=|>=|[^<>=]=[^=]|[^ ]\s[<>]\s[^ ]")
-_PROSE = {"are", "but", "its", "of", "the", "that", "them", "these", "they", "this", "with", "without", "which"}
+_SIGN = re.compile(r" (?:=|<=|>=|<|>) |(?<=\w)=(?=\w)")
+_PROSE = set(
+    "a an and are as at be both but by for from has how if in is it its no not of on or so that the them these they this to which with"
+    " without".split()
+)
+_WORD = re.compile(r"(?<!\S)[a-z]+(?![\w.(/])")
+_MOST_PROSE, _SHORT = 4, 3
+_FULL = 100
+"""Characters from which a line of a formula goes on in the next one."""
 
 
 def escaped(text: str) -> str:
@@ -21,20 +28,27 @@ def escaped(text: str) -> str:
 def docstring(text: str) -> str:
     """A docstring as Markdown: prose as prose; lines of equations, and indented lines, as they stand."""
     shown: list[str] = []
-    inside = False
-    for line in text.splitlines():
-        literal = bool(line.strip()) and (line.startswith("  ") or is_equation(line))
+    before, inside = "", False
+    for number, line in enumerate(text.splitlines()):
+        goes_on = inside and len(before) > _FULL and not before.endswith((".", ",", ";", ":"))
+        literal = bool(line.strip()) and (line.startswith("  ") or goes_on or (number > 0 and is_equation(line)))
         if literal != inside:
             shown += ["```", ""] if inside else ["", "```text"]
-        inside = literal
+        before, inside = line, literal
         shown.append(line if literal else escaped(line))
     return "\n".join([*shown, "```"] if inside else shown)
 
 
 def is_equation(line: str) -> bool:
-    """Whether a line of a docstring is a formula and not a sentence with one in it."""
-    words = set(re.findall(r"[a-z]+", line.lower()))
-    return bool(_EQUATION.search(line)) and not line.rstrip().endswith(".") and len(words & _PROSE) < 2
+    """Whether a line of a docstring begins with a formula, and is not a sentence with one in it."""
+    sign = _SIGN.search(line)
+    if sign is None:
+        return False
+    left = line[: sign.start()]
+    before, whole = (set(_WORD.findall(part.lower())) for part in (left, line))
+    if len(left.split()) <= _SHORT:
+        before -= {"a", "on"}  # names of variables
+    return not before & _PROSE and len([w for w in before if len(w) > 3]) < 3 and len(whole & _PROSE) <= _MOST_PROSE
 
 
 def table(
