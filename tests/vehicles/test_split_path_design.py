@@ -196,7 +196,8 @@ def test_tooth_numbers_of_positive_ratios(R_o: float) -> None:
     assert len(near) > 0
     assert (near.R_o - R_o).abs().round(9).is_monotonic_increasing
     assert ((near.R_o / R_o - 1).abs() <= 0.01).all()
-    for row in near.head(40).itertuples():
+    rows: Any = near.head(40).itertuples()
+    for row in rows:
         if row.kind in ("KHV", "pairs"):
             exact = row.b / row.a
         else:
