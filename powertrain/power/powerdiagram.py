@@ -246,13 +246,13 @@ def _draw_sinks(ax: Axes, flow: PowerFlow, v: _Vertex, largest: float, scale: fl
     """Losses and storage of a component, as arrows downwards."""
     values = flow.data.sel(component=v.name)
     x = v.x + v.width * 0.35
-    for amount, colour, word in ((float(values["loss"]), LOST, "lost"), (float(values["stored"]), STORED, "stored")):
+    for amount, colour in ((float(values["loss"]), LOST), (float(values["stored"]), STORED)):
         if abs(amount) <= max(FLOOR, 1e-6) * largest:
             continue
         w, top = max(abs(amount) / largest, _LEAST), v.y - v.height / 2
         line = np.array([[x, top], [x, top - 0.2], [x, top - 0.45]])
         if amount < 0:
-            line, word = line[::-1], "released"
+            line = line[::-1]
         ax.fill(*_ribbon(line[:2], -w / 2, w / 2).T, color=colour, linewidth=0, zorder=2)
         tip = np.array([line[1] + [w / 2 + 0.06, 0], line[2], line[1] - [w / 2 + 0.06, 0]])
         ax.fill(*tip.T, color=colour, linewidth=0, zorder=2)
@@ -260,7 +260,7 @@ def _draw_sinks(ax: Axes, flow: PowerFlow, v: _Vertex, largest: float, scale: fl
         ax.text(
             x - w / 2 - 0.12 if left else x + w / 2 + 0.12,
             top - 0.3,
-            f"{abs(amount) * scale:.3g} {unit} {word}",
+            f"{abs(amount) * scale:.3g} {unit}",
             fontsize=8,
             color=colour,
             ha="right" if left else "left",
@@ -283,7 +283,7 @@ def _legend(ax: Axes, circulates: bool) -> None:
     handles = [Patch(color=THROUGH, label="through power")]
     if circulates:
         handles.append(Patch(color=AROUND, label="circulating power"))
-    handles.append(Patch(color=LOST, label="losses"))
+    handles += [Patch(color=LOST, label="losses"), Patch(color=STORED, label="stored (up: released)")]
     ax.legend(
         handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), fontsize=8, frameon=False, ncols=len(handles)
     )
