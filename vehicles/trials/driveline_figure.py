@@ -26,7 +26,7 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(figsize=(7.5, 5), layout="constrained")[1] if ax is None else ax
-    found = found.isel(speed=np.isfinite(found["force"]).all("accelerator").values)
+    found = found.isel(speed=found["force"].notnull().all("accelerator").values)
     force = found["force"].values
     speed = np.broadcast_to(found["speed"].values[:, None] * 3.6, force.shape)
     efficiency = np.where(force > 0, found["efficiency"].values, 0.0)
