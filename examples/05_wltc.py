@@ -1,0 +1,38 @@
+"""A car over the WLTC, forward and backward, and what it can do with a full accelerator.
+
+Forward is the simulation: a driver follows the cycle, clutch and ratio do what they can, and every transient burns fuel. Backward asks
+at every second what operating point the road demands, and takes its fuel from a map of the same car. One model is behind both, so that
+what they differ in is the transients. A file name as argument takes the picture of the map.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles.trials import backward, drive_cycle, driveline_map, performance
+from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
+
+
+def main() -> None:
+    """The cycle both ways, the audit, the performance, the map."""
+    car = SplitPathCar()
+    run = drive_cycle(car, "wltc")
+    print(run.table.round(3).to_string())
+    print(f"\n{run.audit}")
+    found = driveline_map(car, np.linspace(4, 38, 35), np.linspace(0, 1, 41), variator="transmission.cvu")
+    back = backward(car, "wltc", found)
+    print(f"\nBackward {back.fuel:.4f} kg of fuel, forward {run.fuel:.4f} kg: {back.fuel / run.fuel - 1:+.2%}")
+    print(f"\n{performance(car).round(2).to_string()}")
+    if len(sys.argv) > 1:
+        ax = plot_driveline_map(found, run)
+        ax.set_title("Split-path CVT: efficiency from the tank to the road")
+        ax.figure.savefig(sys.argv[1], dpi=120)
+        plt.close("all")
+
+
+if __name__ == "__main__":
+    main()
