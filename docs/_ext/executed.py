@@ -30,6 +30,7 @@ def run_page(page: Path, folder: Path) -> dict[str, Any]:
     module = ModuleType(f"page_{page.stem}")
     sys.modules[module.__name__] = module
     folder.mkdir(parents=True, exist_ok=True)
+    plt.close("all")
     found: list[dict[str, Any]] = []
     seen: set[int] = set()
     for block in BLOCK.finditer(text):

@@ -1,0 +1,87 @@
+"""What the documentation is made with: executed pages, docstrings as Markdown, facts of components."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from powertrain.components.rotational import Clutch
+from powertrain.vehicles.cli.facts import facts, text_of
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+@pytest.fixture
+def made_with(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Imports a module of docs/_ext."""
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    yield import_module
+    for name in ("executed", "pagetext", "component_pages"):
+        sys.modules.pop(name, None)
+
+
+def page(folder: Path, *blocks: str) -> Path:
+    path = folder / "page.md"
+    path.write_text("# Page\n\n" + "\n\n".join(blocks) + "\n", encoding="utf-8")
+    return path
+
+
+def test_blocks_share_names_and_their_output_stands_below(made_with: Any, tmp_path: Path) -> None:
+    executed = made_with("executed")
+    draws = "```python\nimport matplotlib.pyplot as plt\n\nplt.plot([x, 1])\n```\n<!-- figure: A line. -->"
+    text = page(tmp_path, "```python\nx = 41 + 1\n```", "```python\nprint(x)\n```", draws)
+    assert executed.run_page(text, tmp_path / "out")["x"] == 42
+    shown = executed.inserted(text.read_text(encoding="utf-8"), tmp_path / "out", "/out")
+    assert "print(x)\n```\n\n```{code-block} text\n:class: printed\n\n42\n```" in shown
+    assert "```{figure} /out/2.png\n:alt: A line." in shown
+    assert (tmp_path / "out" / "2.png").stat().st_size > 1000
+
+
+def test_figures_have_captions(made_with: Any, tmp_path: Path) -> None:
+    without = page(tmp_path, "```python\nimport matplotlib.pyplot as plt\n\nplt.plot([1])\n```")
+    with pytest.raises(ValueError, match="line 3: 1 figures, 0 captions"):
+        made_with("executed").run_page(without, tmp_path / "out")
+
+
+def test_an_error_names_the_line_of_the_page(made_with: Any, tmp_path: Path) -> None:
+    fails = page(tmp_path, "```python\nx = 1\n```", "```python\n1 / 0\n```")
+    with pytest.raises(ZeroDivisionError) as caught:
+        made_with("executed").run_page(fails, tmp_path / "out")
+    assert caught.traceback[-1].lineno + 1 == 8
+
+
+@pytest.mark.parametrize(
+    ("line", "formula"),
+    [
+        ("m a = front.f + rear.f - drag - m g sin(alpha),  tan(alpha) = grade", True),
+        ("flange_a drives: tauLoss = (1 - eta_mf1) flange_a.tau + tau_bf1 sign(w_a)", True),
+        ("w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0", True),
+        ("Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power", False),
+        ("For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.", False),
+        ("The car drives.", False),
+    ],
+)
+def test_formulas_in_docstrings(made_with: Any, line: str, formula: bool) -> None:
+    assert made_with("pagetext").is_equation(line) is formula
+
+
+def test_every_component_gets_a_page(made_with: Any, tmp_path: Path) -> None:
+    made_with("component_pages").write_pages(tmp_path)
+    clutch = (tmp_path / "components" / "rotational" / "Clutch.md").read_text(encoding="utf-8")
+    assert "from powertrain.components.rotational import Clutch" in clutch
+    assert "| `fn_max` | – | N | \\[0, inf) | Normal force" in clutch
+    assert "Source: `components/rotational/clutch.py`, line" in clutch
+    assert (tmp_path / "components" / "vehicles" / "SplitPathCar.md").is_file()
+
+
+def test_facts_are_those_of_the_declarations() -> None:
+    tables = {table.title: table for table in facts(Clutch)}
+    assert list(tables) == ["Parameters", "Slots and fields", "Ports", "Variables"]
+    assert ("cgeo", "1", "m", "[0, inf)", "Friction radius times number of friction faces") in tables["Parameters"].rows
+    text = text_of(Clutch)
+    assert text.index("def equations") < text.index("def loss") < text.index("def _press") < text.index("def _transmit")
