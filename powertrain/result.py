@@ -76,11 +76,11 @@ class Result(Generic[M]):
         self._values = {name: _sealed(values[name].copy()) for name in names}
         self._record = tuple(names)
         self.__dict__ |= {name: getattr(self, name) for name in ("time", "events", "statistics", "notes", "modes")}
-        del self.__dict__["_samples"]
+        del self.__dict__["_samples"], self.__dict__["_dense"]
         self._trajectory = None
 
     def __getstate__(self) -> dict[str, Any]:
-        left_out = {"_samples", "_compiled"} | (set() if self._record is not None else {"_values", "time"})
+        left_out = {"_dense", "_samples", "_compiled"} | (set() if self._record is not None else {"_values", "time"})
         state = {name: value for name, value in self.__dict__.items() if name not in left_out}
         return state | {"_compiled": None, "report": _without_symbols(self.report)}
 
@@ -95,14 +95,19 @@ class Result(Generic[M]):
     @cached_property
     def time(self) -> Array:
         """The instants of all samples in seconds; an instant with an event stands twice."""
-        return _sealed(self._samples.t.copy())
+        return _sealed(self._dense.t.copy())
 
     @cached_property
-    def _samples(self) -> Samples:
+    def _dense(self) -> Samples:
+        """The samples as the dense output gives them."""
         asked = self._times
         if not self.ok:
             asked = np.append(asked[asked < self.trajectory.end], self.trajectory.end)
-        return self._signals.corrected(Samples(*self.trajectory.at(asked, with_events=True)), self._p)
+        return Samples(*self.trajectory.at(asked, with_events=True))
+
+    @cached_property
+    def _samples(self) -> Samples:
+        return self._signals.corrected(self._dense, self._p)
 
     @cached_property
     def events(self) -> EventTable:
@@ -201,6 +206,11 @@ class Result(Generic[M]):
 
     def _columns(self, names: Sequence[str]) -> dict[str, Array]:
         missing = [name for name in names if name not in self._values]
+        explicit = [name for name in missing if self._signals.explicit(name)] if "_samples" not in self.__dict__ else []
+        if explicit:
+            found = self._signals.compute(explicit, self._dense, self._p)
+            self._values |= {name: _sealed(found[name]) for name in explicit}
+            missing = [name for name in missing if name not in self._values]
         if missing:
             found = self._signals.compute(missing, self._samples, self._p)
             self._values |= {name: _sealed(values) for name, values in found.items()}

@@ -104,6 +104,7 @@ class Signals:
         self._place = {name: i for i, name in enumerate(self.names)}
         self._state = {key(s): i for i, s in enumerate(_scalars(self.inputs[1]))}
         self._direct: dict[str, tuple[bool, int] | None] = {}
+        self._explicit: dict[str, bool] = {}
         self._held = {key(s): i for i, s in enumerate(_scalars(self.inputs[3]))}
         self._local = threading.local()
 
@@ -246,6 +247,13 @@ class Signals:
             values = np.ascontiguousarray(self._lanes(block)(samples, p).T)
             found.update(zip(block, values, strict=True))
         return found
+
+    def explicit(self, name: str) -> bool:
+        """Whether a signal follows from states and held values alone, in a model with algebraic unknowns."""
+        if name not in self._explicit:
+            z = self.inputs[2]
+            self._explicit[name] = bool(z.numel()) and not ca.depends_on(self.entries[name].expression, z)
+        return self._explicit[name]
 
     def evaluate(self, expressions: Sequence[Symbol], samples: Samples, p: Array) -> NDArray[np.float64]:
         """Expressions of (t, x, z, m, p), one row per sample."""

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.compiler.hybrid import Guard, HybridDae
+from powertrain.compiler.hybrid import Guard, HybridDae, Switch
 from powertrain.engine import steps
 from powertrain.engine.book import book
 from powertrain.engine.buffers import Array, Bound, Memory
@@ -35,6 +35,8 @@ _LARGE = 100
 """Unknowns above which linear systems are solved numerically instead of by expressions."""
 _LONG = 8000
 """Instructions of a step above which its machine code calls functions: written out it takes longer to compile, and to run."""
+_STABLE = 2.5
+"""Step size times largest eigenvalue up to which an explicit step is as long as an implicit one."""
 _EXPLICIT_STEPS = 5000.0
 """With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
 
@@ -56,6 +58,8 @@ class Engine:
         self.dae, self.method, self.compile = dae, method, compile
         self.indicators: tuple[Indicator, ...] = indicators(dae)
         self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
+        self.bends = [_bend(indicator.law) for indicator in self.indicators]
+        self._turning = bool(dae.schedules) or any(place is not None for place in self.bends)
         self.timed = timed(dae)[1]
         self.sizes = (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
         self.book = book(dae)
@@ -66,7 +70,7 @@ class Engine:
         self._functions: dict[str, ca.Function] = {}
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
-        self.special = SpecialSteps(dae.m, self.book.modes, self._step, compile)
+        self.special = SpecialSteps(dae.m, self.book.modes, self._special, compile)
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
@@ -143,13 +147,34 @@ class Engine:
                 self._steps[name] = self._step(name, None)
         return self._steps[name]
 
-    def _step(self, method: str, held: ca.SX | None) -> Calls:
-        """The step for any modes, or for those that ``held`` has as numbers."""
+    def _special(self, method: str, held: ca.SX, size: float) -> tuple[Calls, bool]:
+        """The step for the modes that ``held`` has as numbers; an explicit one where all is explicit then and ``size`` is stable."""
+        if method == "rodas5p" and self.method == "auto":
+            try:
+                model = steps.common(self.dae, self._shared().rows, held, explicit=True)
+            except (KeyError, ValueError):
+                pass
+            else:
+                if self._radius(model) * size < _STABLE:
+                    return self._step("dopri5", held, model), True
+        return self._step(method, held), False
+
+    def _radius(self, model: steps.Common) -> float:
+        """The largest eigenvalue of the states' Jacobian at the present instant; infinity where there is none."""
+        memory, (n, _, held, parameters) = self.memory, self.sizes
+        slopes = steps.jacobian(model)(
+            memory.time, memory.y[0][: model.y.numel()], memory.m[:held], memory.p[:parameters]
+        )
+        matrix = np.array(slopes[0], float)[:n, :n]
+        return float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0)) if np.isfinite(matrix).all() else np.inf
+
+    def _step(self, method: str, held: ca.SX | None, explicit: steps.Common | None = None) -> Calls:
+        """The step for any modes, or for those that ``held`` has as numbers; of the model in its ``explicit`` form, if given."""
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
         rows = self._shared().rows
-        function = make(steps.common(self.dae, rows, held))
+        function = make(explicit or steps.common(self.dae, rows, held))
         if self.compile and function.n_instructions() > _LONG:
-            function = make(steps.common(self.dae, rows, held, ca.MX))
+            function = make(steps.common(self.dae, rows, held, ca.MX, explicit is not None))
         function = self._finished({method: function})[method]
         self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
         return bound[0].call, bound[1].call
@@ -298,7 +323,7 @@ class Engine:
         functions = {"fresh": steps.fresh(model), "locate": steps.locate(model), "update": steps.update(model)}
         if self.timed:
             functions["instants"] = steps.instants(self.dae)
-        if self.dae.schedules:
+        if self._turning:
             functions["corner"] = steps.corner(model)
         if 0 < self.dae.z.numel() <= _LARGE:
             functions["newton"] = steps.newton(model)
@@ -327,7 +352,7 @@ class Engine:
             self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], found)
         if self.timed:
             self.instants = Bound(functions["instants"], [m, p], [memory.instants])
-        if self.dae.schedules:
+        if self._turning:
             self.corner = [
                 Bound(
                     functions["corner"],
@@ -352,6 +377,11 @@ class Engine:
 
     def _finished(self, functions: dict[str, ca.Function]) -> dict[str, ca.Function]:
         return compile_functions(functions) if self.compile else functions
+
+
+def _bend(law: object) -> int | None:
+    """The place of the mode of a law whose values bend and do not jump."""
+    return law.index if isinstance(law, Switch) and law.continuous else None
 
 
 def _vector(name: str, values: ArrayLike, size: int) -> Array:

@@ -14,6 +14,7 @@ from powertrain.engine.chatter import Chatter
 from powertrain.engine.consistent import NotConsistent
 from powertrain.engine.failure import guard_message, guard_violation, not_finite, underflow
 from powertrain.engine.projection import project
+from powertrain.engine.special import Calls
 from powertrain.engine.trajectory import Instant, Recorder, Trajectory
 from powertrain.errors import SimulationError
 
@@ -70,9 +71,9 @@ class Run:
             self._check_guards()
             while self.t < self.stop:
                 self._next_stop()
-                before = len(self.recorder.times)
+                before, since = len(self.recorder.times), self.t
                 located = self._smooth()
-                self.engine.special.count(len(self.recorder.times) - before)
+                self.engine.special.count(len(self.recorder.times) - before, self.t - since)
                 self._pass(located)
         except NotConsistent as error:
             raise SimulationError(f"at t = {self.t:.9g} s {error}", self._trajectory()) from None
@@ -122,11 +123,10 @@ class Run:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""
         memory, recorder = self.memory, self.recorder
         time, tolerance, info, dense = self.views
-        steps = self.steps if self.numeric else self.engine.special.get(self.method, memory.m, self.steps)
+        steps, auto = self._choose()
         times, sizes, rows = recorder.times.append, recorder.sizes.append, recorder.rows.extend
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
         rejected, counting, watch = False, bool(self.book.counted), self.watch
-        auto = self.method == "dopri5" and self.engine.method == "auto"
         wanted, halved, finest = 0.0, 0, _FINEST * (self.stop - self.start)
         while True:
             last = t + 1.01 * h >= target
@@ -138,8 +138,7 @@ class Run:
             error = info[0]
             if not error <= 1.0:
                 rejected = True
-                h = self._smaller(error, t, h, side)
-                steps = self.steps
+                h, steps = self._smaller(error, t, h, side, steps)
                 continue
             if info[1] and halved < _HALVINGS and h > finest:
                 halved += 1
@@ -161,32 +160,47 @@ class Run:
                 self.outside += memory.outside[: len(self.outside)]
             if watch is not None:
                 watch(t)
-            if auto and (info[4] > _STIFF or self.stiff > 0):
-                steps = self._watch_stiffness(info[4])
-                auto = self.method == "dopri5"
+            if auto and (info[4] > _STIFF or self.stiff > 0) and self._too_stiff(info[4]):
+                steps, auto = self._implicit(), False
             if last:
                 self.t, self.h, self.side = t, h, side
                 return False
 
-    def _smaller(self, e: float, t: float, h: float, side: int) -> float:
-        """The next trial size after a rejected step; algebraic unknowns get a solver with pivoting before the run is given up."""
+    def _choose(self) -> tuple[Calls, bool]:
+        """The steps for the present modes, and whether they are explicit and may turn out too short."""
+        special, explicit = self.engine.special, self.method == "dopri5"
+        steps = self.steps
+        if not self.numeric:
+            steps = special.get(self.method, self.memory.m, steps)
+            explicit = explicit or special.explicit
+        return steps, explicit and self.engine.method == "auto"
+
+    def _smaller(self, e: float, t: float, h: float, side: int, steps: Calls) -> tuple[float, Calls]:
+        """The next trial size after a rejected step, and its function: before a run is given up, algebraic unknowns get one that pivots."""
         self.rejected += 1
         h *= max(0.2, 0.9 * e**-0.2) if e == e and e < 1e100 else 0.1
         if h >= 1e-15 * max(1.0, abs(t)):
-            return h
+            return h, steps
         if self.method == "rodas5p" and not self.numeric and self.dae.z.numel():
             self.numeric = True
             self.steps = self.engine.stepper(self.method, numeric=True)
-            return 1e-6
+            return 1e-6, self.steps
         self.t, self.side = t, side
         raise SimulationError(underflow(self.engine, side, t, h))
 
-    def _watch_stiffness(self, ratio: float) -> tuple[Callable[[], None], Callable[[], None]]:
-        """Change to the implicit method after enough steps at the edge of the explicit one's stability."""
+    def _too_stiff(self, ratio: float) -> bool:
+        """Whether enough steps were at the edge of the explicit method's stability."""
         self.stiff += 1.0 if ratio > _STIFF else -0.4
-        if self.stiff >= _STIFF_STEPS:
+        return self.stiff >= _STIFF_STEPS
+
+    def _implicit(self) -> Calls:
+        """Change to the implicit method: for good, or in these modes."""
+        self.stiff = 0.0
+        if self.method == "dopri5":
             self.method = "rodas5p"
             self.steps = self.engine.stepper(self.method)
+        else:
+            self.engine.special.refuse(self.method, self.steps)
         return self.steps
 
     def _locate(self, t: float, h: float, side: int) -> bool:
@@ -224,6 +238,8 @@ class Run:
         if not located and self.instant > near and self.corner > near:
             return
         memory.time[0], memory.time[1] = t, 0.0
+        if located and self.instant > near and self.corner > near and self._bends():
+            return
         held_left, engine, resolver = m.copy(), self.engine, self.engine.resolver
         jumps = self.corner <= near and engine.schedules.cross(m, self.crossed, near)
         self.crossed = near
@@ -251,6 +267,20 @@ class Run:
         for index in changed:
             if index in self.book.chattering and self.chatter.note(index, t):
                 raise SimulationError(self.chatter.message(self.book.chattering[index], t))
+
+    def _bends(self) -> bool:
+        """Go on past the point where expressions bend; False if more than their modes has to be resolved there."""
+        m, bends = self.memory.m, self.engine.bends
+        places = [bends[k] for k in (self.memory.g <= 0.0).nonzero()[0].tolist()]
+        if not places or None in places:
+            return False
+        for index in places:
+            m[index] = 1.0 - m[index]
+        if self._turns():
+            return True
+        for index in places:
+            m[index] = 1.0 - m[index]
+        return False
 
     def _turns(self) -> bool:
         """Go on past a corner of continuous signals, with the same step size; False if modes have to be resolved there."""

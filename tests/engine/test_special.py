@@ -49,5 +49,5 @@ def test_only_frequent_modes_get_their_own_steps() -> None:
     engine = plant._engine("auto", False)
     assert not engine.special._built
     for _ in range(3):
-        plant.simulate(60)
+        plant.simulate(20)
     assert 0 < len(engine.special._built) < len(engine.special._taken)
