@@ -1,0 +1,95 @@
+"""A differential on its bench: losses and shares of torque over speed difference and torque."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import powertrain as pt
+from powertrain.components.differentials import Differential
+from powertrain.components.rotational import ConstantSpeed, ConstantTorque
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+SAMPLES = 720
+"""Angles at which a relative turn is looked at."""
+
+
+class DifferentialBench(pt.Component):
+    """A differential whose half shafts turn at given speeds, driven by a torque on its crown wheel."""
+
+    differential: Differential
+    drive: ConstantTorque = ConstantTorque(tau_constant=0)
+    left: ConstantSpeed = ConstantSpeed(w_fixed=1)
+    right: ConstantSpeed = ConstantSpeed(w_fixed=1)
+
+    def equations(self) -> pt.Equations:
+        """Three shafts."""
+        yield pt.connect(self.drive.flange, self.differential.crown)
+        yield pt.connect(self.differential.left, self.left.flange)
+        yield pt.connect(self.differential.right, self.right.flange)
+
+
+def differential_map(
+    differential: Differential, differences: ArrayLike, torques: ArrayLike, *, speed: float = 88.0
+) -> xr.Dataset:
+    """Means over one turn of the halves against each other, for speed differences [rad/s] > 0 and torques [N.m] of the crown wheel.
+
+    Variables ``left`` and ``right``: torques [N.m] given to the half shafts, ``loss`` [W], ``efficiency`` = power to the half shafts over
+    power of the crown wheel (the other way round for torques < 0). The left half shaft turns faster by the difference w_left - w_right;
+    ``speed`` [rad/s] is the crown wheel's. Errors: ParameterError for a difference <= 0, and those of the model.
+    """
+    import xarray as xr
+
+    given, loads = np.atleast_1d(np.asarray(differences, float)), np.atleast_1d(np.asarray(torques, float))
+    if (given <= 0).any():
+        raise pt.ParameterError(
+            f"differential_map: a speed difference of {given.min():g} rad/s turns nothing; give values > 0"
+        )
+    plant = pt.compile(DifferentialBench(differential=differential))
+    means = np.empty((2, given.size, loads.size))
+    for i, difference in enumerate(given):
+        for j, torque in enumerate(loads):
+            values = {
+                "drive.tau_constant": torque,
+                "left.w_fixed": speed + difference / 2,
+                "right.w_fixed": speed - difference / 2,
+            }
+            turn = 2 * np.pi / difference
+            result = plant.simulate(turn, parameters=values, times=(np.arange(SAMPLES) + 0.5) * turn / SAMPLES)
+            for k, side in enumerate(("left", "right")):
+                means[k, i, j] = -result[f"differential.{side}.tau"].mean()
+    fast, slow = means
+    out = fast * (speed + given[:, None] / 2) + slow * (speed - given[:, None] / 2)
+    into = np.broadcast_to(loads * speed, out.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        efficiency = np.where(into > 0, out / into, np.where(into < 0, into / out, np.nan))
+    dims = ("difference", "torque")
+    return xr.Dataset(
+        {
+            "left": (dims, fast, {"units": "N.m", "long_name": "Torque of the left half shaft"}),
+            "right": (dims, slow, {"units": "N.m", "long_name": "Torque of the right half shaft"}),
+            "loss": (dims, into - out, {"units": "W", "long_name": "Loss"}),
+            "efficiency": (dims, efficiency, {"units": "1", "long_name": "Efficiency"}),
+        },
+        {
+            "difference": ("difference", given, {"units": "rad/s", "long_name": "Speed difference, left ahead"}),
+            "torque": ("torque", loads, {"units": "N.m", "long_name": "Torque of the crown wheel"}),
+        },
+    )
+
+
+def plot_differential_map(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
+    """Contours of efficiency over speed difference and torque."""
+    import matplotlib.pyplot as plt
+
+    ax = plt.subplots(figsize=(6.5, 4.5), layout="constrained")[1] if ax is None else ax
+    values = found["efficiency"].transpose("torque", "difference")
+    filled = ax.contourf(found["difference"], found["torque"], values, levels=12, cmap="viridis")
+    ax.figure.colorbar(filled, ax=ax).set_label("efficiency  [1]")
+    ax.set(xlabel=r"speed difference $\omega_L - \omega_R$  [rad/s]", ylabel="torque of the crown wheel  [N.m]")
+    return ax
