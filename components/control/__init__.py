@@ -7,6 +7,7 @@ from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
 from powertrain.components.control.gear_schedule import GearSchedule
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
+from powertrain.components.control.power_split import PowerSplitControl
 from powertrain.components.control.start_stop import AlwaysOn, EngineSwitch, StartStop
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "GearSchedule",
     "OperatingLineControl",
     "Pedals",
+    "PowerSplitControl",
     "SetPedals",
     "StartStop",
 ]

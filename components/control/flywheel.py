@@ -17,8 +17,10 @@ from powertrain import (
     reinit,
     signal_input,
     signal_output,
+    time,
     when,
 )
+from powertrain.components.control.interfaces import SOON
 
 
 class FlywheelDrive(Component):
@@ -99,7 +101,7 @@ class FlywheelCharge(Component):
         """A switch with hysteresis."""
         low = self.w_rest - self.slope * ca.fabs(self.v.value)
         w_in = self.w_in.value
-        yield when(w_in < low, reinit(self.charging, 1))
+        yield when(ca.logic_and(w_in < low, time > SOON), reinit(self.charging, 1))
         yield when(w_in > low + self.hysteresis, reinit(self.charging, 0))
         yield self.on.value == self.charging
         yield self.throttle.value == self.charging * self.u_charge

@@ -26,6 +26,7 @@ from powertrain import (
     variable,
     when,
 )
+from powertrain.components.control.interfaces import SOON
 
 SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
@@ -70,7 +71,7 @@ class GearSchedule(Component):
         """When to shift, and the course of a shift."""
         self._check()
         t, v, eager = time - self.began, self.v.value, 1 + self.eager * self.accelerator.value
-        rested = t > self.dwell
+        rested = ca.logic_and(t > self.dwell, time > SOON)
         up, down = (
             self._at_gear([row[0] for row in self.speeds], 1),
             self._at_gear([row[1] for row in self.speeds], 2),

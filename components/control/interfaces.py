@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from powertrain import Component, Input, Output, signal_input, signal_output
 
+SOON = 1e-3
+"""Time [s] before which no control switches: what holds from the beginning is then an event as well."""
+
 
 class Pedals(Component):
     """Partial: an accelerator and a brake pedal, and what their foot may know: the speed to drive, the acceleration to come, the speed."""

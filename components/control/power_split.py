@@ -1,0 +1,136 @@
+"""Control of a power-split hybrid: how much the engine gives, at which speed, and what the machines do beside it."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Axis,
+    Component,
+    Discrete,
+    Equations,
+    Input,
+    Map,
+    Output,
+    Parameter,
+    Symbol,
+    Variable,
+    discrete,
+    parameter,
+    reinit,
+    signal_input,
+    signal_output,
+    time,
+    variable,
+    when,
+)
+from powertrain.components.control.interfaces import SOON
+from powertrain.components.control.operating_line import LINE
+
+THROTTLE = Map(
+    (Axis("speed", "rad/s", [0.0, 1e3], "clip"), Axis("torque", "N.m", [0.0, 115.0], "clip")),
+    [[0.0, 1.0], [0.0, 1.0]],
+    "1",
+    "throttle",
+)
+"""An engine whose torque is in proportion to its throttle."""
+MARGIN = 0.8
+"""Part of the battery's power that drives; the rest is for the losses of the machines and for the engine's start."""
+OVER = 40.0
+"""Speed above w_ref from which the engine gives less torque, none at twice as much [rad/s]."""
+
+
+class PowerSplitControl(Component):
+    """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
+
+    fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, charge_power/(tau_full w_ring))
+    wanted = min(tau_full accelerator, (0.8 discharge_power + tau_e w)/w_ring) - tau_full regenerated,  friction = brake - regenerated
+    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc)
+    engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run for t_least
+    P = demand within P_min..P_max,  w_ref = line(P), at most (w_sun + ratio w_ring)/(1 + ratio)
+    tau_e = P/w, at most tau_open,  throttle = throttle_map(w, tau_e)
+    tau_1 = held - tau_e/(1 + ratio),  tau_2 = wanted - ratio (tau_e/(1 + ratio) - held)
+    held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as tau_e until it fires and where it overspeeds
+
+    The battery gives or takes what the engine's power is below or above what is needed: a charge below soc_0 asks for more. Machine 1
+    holds the engine at the speed at which it makes the power with the least fuel; machine 2 makes up for what reaches the ring
+    without it, and recovers what the battery may take. Machine 1 starts the engine with the same control of speed. ``line`` (power to
+    speed) and ``throttle_map`` (speed and torque to throttle) are those of the engine: ``best_fuel_line`` and ``throttle_table`` make them.
+    """
+
+    line: Map = LINE
+    throttle_map: Map = THROTTLE
+    ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the sun", default=2.6, above=0)
+    tau_full: Parameter = parameter(
+        "N.m", "Torque at the ring that a full accelerator asks for", default=450.0, above=0
+    )
+    share: Parameter = parameter("1", "Part of the brake pedal that recovers energy", default=0.6, min=0, max=1)
+    w_fade: Parameter = parameter("rad/s", "Speed of the ring below which recovery fades", default=30.0, above=0)
+    k_soc: Parameter = parameter("W", "Power for a state of charge that is too low by 1", default=100e3, min=0)
+    soc_0: Parameter = parameter("1", "State of charge that is aimed at", default=0.6, min=0, max=1)
+    P_on: Parameter = parameter("W", "Demand from which the engine runs", default=9e3, above=0)
+    P_off: Parameter = parameter("W", "Demand below which it is stopped", default=4e3)
+    P_min: Parameter = parameter("W", "Least power of the running engine", default=5e3, min=0)
+    P_max: Parameter = parameter("W", "Greatest power of the engine", default=50e3, above=0)
+    v_on: Parameter = parameter("m/s", "Speed from which the engine always runs", default=22.0, above=0)
+    v_off: Parameter = parameter("m/s", "Speed below which it may stop", default=20.0, above=0)
+    t_least: Parameter = parameter("s", "Least time that it runs or stands", default=4.0, min=0)
+    tau_open: Parameter = parameter("N.m", "Greatest torque that the engine is asked for", default=115.0, above=0)
+    w_fire: Parameter = parameter("rad/s", "Speed from which the engine gives power", default=90.0, above=0)
+    k_w: Parameter = parameter("N.m.s/rad", "Torque of machine 1 for the engine's speed", default=1.0, above=0)
+    w_sun: Parameter = parameter("rad/s", "Speed that machine 1 is driven up to", default=1000.0, above=0)
+    tau_held: Parameter = parameter("N.m", "Greatest torque of machine 1 for it", default=30.0, above=0)
+    accelerator: Input = signal_input("1", "Accelerator pedal")
+    brake: Input = signal_input("1", "Brake pedal")
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    w: Input = signal_input("rad/s", "Speed of the engine")
+    w_ring: Input = signal_input("rad/s", "Speed of the ring")
+    soc: Input = signal_input("1", "State of charge")
+    charge_power: Input = signal_input("W", "Power that the battery may take", default=1e9)
+    discharge_power: Input = signal_input("W", "Power that the battery may give", default=1e9)
+    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
+    throttle: Output = signal_output("1", "Throttle of the engine")
+    tau_1: Output = signal_output("N.m", "Torque of machine 1")
+    tau_2: Output = signal_output("N.m", "Torque of machine 2")
+    friction: Output = signal_output("1", "Demand on the friction brakes")
+    demand: Variable = variable("W", "Power that car and battery ask for")
+    w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
+    running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
+    since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
+
+    def equations(self) -> Equations:
+        """Pedals, power, engine, machines."""
+        b, w, w_ring = self.brake.value, self.w.value, self.w_ring.value
+        turning = ca.fmax(w_ring, self.w_fade)
+        most = self.charge_power.value / (self.tau_full * turning)
+        regenerated = ca.fmin(ca.fmin(b, self.share), most) * _held(w_ring / self.w_fade)
+        asked = self.tau_full * self.accelerator.value
+        charge = self.k_soc * (self.soc_0 - self.soc.value)
+        yield self.demand == asked * w_ring + charge
+        yield from self._switch()
+        power = ca.fmin(ca.fmax(self.demand, self.P_min), self.P_max)
+        yield self.w_ref == ca.fmin(self.line(power), (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
+        firing = self.running * _held(w / self.w_fire) * _held(2 - (w - self.w_ref) / OVER)
+        torque = firing * ca.fmin(power / ca.fmax(w, self.w_fire), self.tau_open)
+        held = self.running * ca.fmin(ca.fmax(self.k_w * (self.w_ref - w), -self.tau_held), self.tau_held)
+        given = MARGIN * self.discharge_power.value + torque * w
+        wanted = ca.fmin(asked, given / turning) - self.tau_full * regenerated
+        yield self.on.value == self.running
+        yield self.throttle.value == firing * self.throttle_map(ca.fmax(w, self.w_fire), torque)
+        yield self.tau_1.value == held - torque / (1 + self.ratio)
+        yield self.tau_2.value == wanted - self.ratio * (torque / (1 + self.ratio) - held)
+        yield self.friction.value == b - regenerated
+
+    def _switch(self) -> Equations:
+        """Start and stop with hysteresis in power and speed."""
+        speed, rested = ca.fabs(self.v.value), time > ca.fmax(self.since + self.t_least, SOON)
+        needed = ca.logic_or(self.demand > self.P_on, speed > self.v_on)
+        idle = ca.logic_and(self.demand < self.P_off, speed < self.v_off)
+        start = ca.logic_and(ca.logic_and(needed, rested), self.running < 0.5)
+        stop = ca.logic_and(ca.logic_and(idle, rested), self.running > 0.5)
+        yield when(start, reinit(self.running, 1), reinit(self.since, time))
+        yield when(stop, reinit(self.running, 0), reinit(self.since, time))
+
+
+def _held(value: Symbol) -> Symbol:
+    return ca.fmin(ca.fmax(value, 0), 1)

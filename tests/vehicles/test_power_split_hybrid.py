@@ -1,0 +1,135 @@
+"""The power-split hybrid: speeds and torques of its gear, its rules, and a charge that stays."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.control import PowerSplitControl
+from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+from powertrain.vehicles.trials import CycleRun, charge_corrected, drive_cycle
+
+TOWN = DriveCycle.named("wltc").part(0, 140)
+
+
+@lru_cache
+def town() -> CycleRun:
+    return drive_cycle(PowerSplitHybrid(), TOWN, rtol=1e-7, atol=1e-9)
+
+
+def _balanced(run: CycleRun) -> None:
+    """Nothing goes missing but 1e-6 of the energy that went through the engine."""
+    assert not run.message
+    assert not run.audit.hidden
+    residual = run.audit.components["residual"].abs().max()
+    assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
+
+
+def test_town() -> None:
+    run = town()
+    _balanced(run)
+    assert run.time_outside == 0
+    soc, on = run.result["battery.soc"], run.result["engine.on"]
+    assert 0.55 < soc.min() < soc.max() < 0.65
+    assert set(on) == {0, 1}
+    assert np.interp(5.0, run.result.time, on) == 0
+    assert 2.5 < charge_corrected(run, "battery") < 4
+
+
+def test_speeds_and_torques_of_the_gear() -> None:
+    """3.6 w_carrier = w_sun + 2.6 w_ring; the engine runs near the speed of its line, with the torque that the control reckons with."""
+    result = town().result
+    carrier = result["engine.w"] + result["damper.w_rel"]
+    np.testing.assert_allclose(3.6 * carrier, result["machine_1.w"] + 2.6 * result["machine_2.w"], atol=1e-6)
+    fires = (
+        (result["engine.on"] > 0.5)
+        & (result["engine.w"] > 100)
+        & (np.abs(result["engine.w"] - result["control.w_ref"]) < 5)
+    )
+    assert fires.mean() > 0.1
+    held = result["control.w_ref"] - result["engine.w"]
+    reckoned = 3.6 * (held - result["control.tau_1"])
+    np.testing.assert_allclose(result["engine.tau"][fires], reckoned[fires], rtol=0.03, atol=0.5)  # a coarse table
+
+
+def test_brakes_recover() -> None:
+    """The friction brakes get little; the machine at the ring generates while the car brakes."""
+    run = town()
+    lost = run.audit.components["lost"]
+    assert lost["front_brake"] + lost["rear_brake"] < 0.05 * 1450 / 2 * run.cycle.top_speed**2
+    braking = run.result["driver.brake"] > 0.1
+    fast = run.result["body.v"] > 4
+    assert np.all(run.result["machine_2.power"][braking & fast] < 0)
+    assert run.result["battery.i"][braking & fast].max() > 20
+
+
+def control(**inputs: float | tuple[list[float], list[float]]) -> pt.Result[PowerSplitControl]:
+    given = {"accelerator": 0.0, "brake": 0.0, "v": 10.0, "w": 0.0, "w_ring": 100.0, "soc": 0.6}
+    return pt.simulate(PowerSplitControl(), stop=20, inputs={**given, **inputs}, max_step=0.5)
+
+
+def _last(result: pt.Result[PowerSplitControl], *names: str) -> list[float]:
+    return [float(result[name][-1]) for name in names]
+
+
+def test_drives_by_the_machine_at_low_power() -> None:
+    result = control(accelerator=0.1)  # 45 N.m at 100 rad/s: 4.5 kW
+    assert _last(result, "demand", "on", "throttle", "tau_1", "tau_2", "friction") == pytest.approx(
+        [4500, 0, 0, 0, 45, 0]
+    )
+
+
+def test_engine_gives_the_power_that_is_asked_for() -> None:
+    """22.5 kW at 200 rad/s are 112.5 N.m: 1/3.6 to machine 1, 2.6/3.6 to the ring; the charge asks for 1 kW more."""
+    result = control(accelerator=0.5, w=200.0, soc=0.59)
+    torque, w_ref = 23.5e3 / 200, float(result["w_ref"][-1])
+    torque, held = min(torque, 115.0), min(w_ref - 200, 30.0)
+    assert _last(result, "demand", "on") == pytest.approx([23500, 1])
+    assert _last(result, "throttle", "tau_1") == pytest.approx([torque / 115, held - torque / 3.6])
+    assert result["tau_2"][-1] == pytest.approx(225 - 2.6 * (torque / 3.6 - held))
+
+
+def test_engine_starts_and_stops_with_hysteresis() -> None:
+    """On above 9 kW (accelerator 0.2), off below 4 kW (0.089); 4 s between them at least."""
+    u = ([0.0, 5.0, 15.0, 20.0], [0.0, 0.3, 0.0, 0.0])
+    on = control(accelerator=u)
+    t = on.time[np.flatnonzero(np.diff(on["on"]))]
+    np.testing.assert_allclose(t, [5 * 2 / 3, 15 - 10 * 4 / 45 / 0.3], atol=1e-6)
+    assert control(v=25.0)["on"][-1] == 1  # always at speed
+    assert control(soc=0.5)["on"][-1] == 1  # an empty battery
+
+
+def test_recovers_what_the_battery_takes() -> None:
+    assert _last(control(brake=0.4), "tau_2", "friction") == pytest.approx([-180, 0])
+    assert _last(control(brake=0.8), "tau_2", "friction") == pytest.approx([-270, 0.2])
+    full = control(brake=0.4, charge_power=4500.0)
+    assert _last(full, "tau_2", "friction") == pytest.approx([-45, 0.3])
+    assert _last(control(brake=0.4, w_ring=15.0), "tau_2", "friction") == pytest.approx([-90, 0.2])
+    assert _last(control(accelerator=0.15, discharge_power=5000.0), "tau_2") == pytest.approx([40])
+
+
+@pytest.mark.slow
+def test_charge_is_sustained_over_the_wltc() -> None:
+    """From wherever it starts, the charge ends at the same state; started there, the consumption needs no correction."""
+    plant = pt.compile(PowerSplitHybrid())
+    runs = [drive_cycle(plant, starts={"battery.soc": soc}, compile=True) for soc in (0.5, 0.6, 0.7)]
+    ends = [float(run.result["battery.soc"][-1]) for run in runs]
+    np.testing.assert_allclose(ends, ends[0], atol=1e-5)
+    balanced = drive_cycle(plant, starts={"battery.soc": ends[0]}, compile=True)
+    for run in (*runs, balanced):
+        _balanced(run)
+        assert run.time_outside == 0
+        assert charge_corrected(run, "battery", path=0.9) == pytest.approx(balanced.litres_per_100km, rel=0.02)
+    assert balanced.litres_per_100km == pytest.approx(4.0, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["nedc", "udds", "hwfet"])
+def test_cycles(name: str) -> None:
+    run = drive_cycle(PowerSplitHybrid(), name, compile=True)
+    _balanced(run)
+    assert run.time_outside == 0

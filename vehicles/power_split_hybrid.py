@@ -1,0 +1,88 @@
+"""A power-split hybrid: engine, two machines and the wheels on one planetary gear, and a battery."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, connect
+from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain.components.control import Driver, Pedals, PowerSplitControl
+from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
+from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
+from powertrain.components.engines import Engine, WillansEngine, best_fuel_line, throttle_table
+from powertrain.components.rotational import SpringDamper
+from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+
+ENGINE = WillansEngine(
+    e=0.4, tau_0=15, tau_max=115, w_tau=420, P_max=55e3, w_P=520, tau_low=85, w_low=100, tau_starter=0, J=0.13
+)
+LINE = best_fuel_line(ENGINE, w_min=110, w_max=500, share=0.9, points=12).speeds()
+CONTROL = PowerSplitControl(line=LINE, throttle_map=throttle_table(ENGINE, speeds=21, torques=31))
+
+
+class PowerSplitHybrid(Component):
+    """A car of 1,450 kg with a planetary gear between the engine (carrier), machine 1 (sun) and machine 2 with the wheels (ring).
+
+    What the engine gives is split by the gear: 2.6/3.6 of its torque go to the ring, 1/3.6 to machine 1, whose power drives machine 2
+    or charges the battery. So machine 1 chooses the engine's speed at every speed of the car. The engine stands still at low power and
+    is started by machine 1. The rules are those of ``PowerSplitControl``; who exchanges the engine gives the control its tables.
+    The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
+    """
+
+    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
+    driver: Pedals = Driver(k_a=1 / 4)
+    control: PowerSplitControl = CONTROL
+    engine: Engine = ENGINE
+    damper: SpringDamper = SpringDamper(c=800, d=20)
+    gear: Epicyclic = PlanetaryGear(ratio=2.6, eta_ab=0.98, eta_ba=0.98)
+    machine_1: ElectricMachine = ElectricMachine(J=0.02, tau_max=70, P_max=42e3, w_max=1250, copper=0.1, iron=0.5)
+    machine_2: ElectricMachine = ElectricMachine(J=0.03, tau_max=450, P_max=55e3, w_max=700, copper=0.015, iron=0.8)
+    battery: PolarizedBattery = PolarizedBattery(R=0.2)
+    accessories: AccessoryLoad = AccessoryLoad(P=300)
+    final_drive: CrownGear = CrownGear(ratio=3.93, eta_ab=0.97, eta_ba=0.97)
+    front_brake: WheelBrake = WheelBrake(tau_max=3000)
+    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
+    front: Wheel = RigidWheel(J=2.0)
+    rear: Wheel = RigidWheel(J=2.0)
+    body: Body = VehicleBody(m=1450, A=2.2, Cd=0.27)
+    road: RoadProfile = RoadProfile()
+
+    def equations(self) -> Equations:
+        """The gear, the bus, and the way to the road; the two wheels of an axle are one, since they turn alike on a straight road."""
+        yield connect(self.engine.crank, self.damper.flange_a)
+        yield connect(self.damper.flange_b, self.gear.carrier)
+        yield connect(self.machine_1.shaft, self.gear.sun)
+        yield connect(self.machine_2.shaft, self.gear.ring, self.final_drive.flange_a)
+        yield connect(self.battery.bus, self.machine_1.bus, self.machine_2.bus, self.accessories.bus)
+        yield connect(self.final_drive.flange_b, self.front_brake.flange_a)
+        yield connect(self.front_brake.flange_b, self.front.hub)
+        yield connect(self.rear_brake.flange_b, self.rear.hub)
+        yield connect(self.front.road, self.body.front)
+        yield connect(self.rear.road, self.body.rear)
+        yield connect(self.body.front_load, self.front.load)
+        yield connect(self.body.rear_load, self.rear.load)
+        yield connect(self.body.s, self.road.s)
+        yield connect(self.road.grade, self.body.grade)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        yield connect(self.cycle.v_ref, self.driver.v_ref)
+        yield connect(self.cycle.a_ref, self.driver.a_ref)
+        yield connect(self.body.v, self.driver.v, self.control.v)
+        yield connect(self.driver.accelerator, self.control.accelerator)
+        yield connect(self.driver.brake, self.control.brake)
+        yield connect(self.engine.speed, self.control.w)
+        yield connect(self.machine_2.speed, self.control.w_ring)
+        yield connect(self.battery.state_of_charge, self.control.soc)
+        yield connect(self.battery.charge_power, self.control.charge_power)
+        yield connect(self.battery.discharge_power, self.control.discharge_power)
+        yield connect(self.control.on, self.engine.on)
+        yield connect(self.control.throttle, self.engine.throttle)
+        yield connect(self.control.tau_1, self.machine_1.torque_demand)
+        yield connect(self.control.tau_2, self.machine_2.torque_demand)
+        yield connect(self.control.friction, self.front_brake.demand, self.rear_brake.demand)
+
+    def initial(self) -> Equations:
+        """At rest, with the engine stopped."""
+        yield self.engine.w == 0
+        yield self.damper.phi_rel == 0
+        yield self.damper.w_rel == 0
