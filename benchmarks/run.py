@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import build_time, chain, coupled_clutches, driveline, steady_map, sweep
+from benchmarks import build_time, chain, coupled_clutches, drive_cycle, driveline, steady_map, sweep
 from benchmarks.native import no_compiler
 from benchmarks.timing import Row, table
 
@@ -27,6 +27,7 @@ FULL: dict[str, Runner] = {
     "build_time": build_time.run,
     "sweep": sweep.run,
     "steady_map": steady_map.run,
+    "drive_cycle": drive_cycle.run,
 }
 QUICK: dict[str, Runner] = {
     "coupled_clutches": partial(coupled_clutches.run, rounds=5, variants=10),
@@ -34,11 +35,13 @@ QUICK: dict[str, Runner] = {
     "chain": partial(chain.run, rounds=5),
     "build_time": partial(build_time.run, rounds=3, sizes=(10, 100, 300)),
     "sweep": partial(sweep.run, runs=50),
+    "drive_cycle": partial(drive_cycle.run, rounds=3, settled=2, tolerances=(1e-4,)),
 }
 HEAD = """# Benchmarks
 
 Measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C. Both sides of a ratio run in turns in the same
-process; a ratio is the median over the rounds. Tolerances are rtol 1e-6 and atol 1e-8 on both sides. What is timed for powertrain is
+process; a ratio is the median over the rounds. Tolerances are rtol 1e-6 and atol 1e-8 on both sides, where nothing else is said. What
+is timed for powertrain is
 `Plant.simulate` as a user calls it, initialisation included, and its states read at every output instant; the baselines give their states
 at the same instants. "C" is compiled with `-O3 -march=native` and has the model fixed in its text or generated for it; "ODE reduced by
 hand" means that no time is counted for finding it. `solve_ivp` runs equations in NumPy, as they are written by hand, with an event

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.components.cycles import DriveCycle
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from benchmarks import by_hand, chain, coupled_clutches, driveline, native, run, timing
+from benchmarks import by_hand, chain, coupled_clutches, drive_cycle, driveline, native, run, timing
 
 needs_gcc = pytest.mark.skipif(bool(native.no_compiler()), reason="there is no gcc")
 
@@ -52,6 +53,16 @@ def test_driveline_in_c_agrees() -> None:
     hand = driveline.whole_run_in_c(*driveline.by_hand())()[:, driveline.places()]
     exact = np.column_stack(list(ours.values()))
     assert (np.abs(hand - exact).max(axis=0) < 1e-4 * np.abs(exact).max(axis=0)).all()
+
+
+@pytest.mark.slow
+def test_drive_cycle_without_fastsim(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "fastsim", None)
+    monkeypatch.setattr(drive_cycle, "WLTC", DriveCycle.named("wltc").part(0, 40))
+    monkeypatch.setattr(native, "no_compiler", lambda: "no compiler for this test")
+    rows = drive_cycle.run(rounds=1, settled=1, tolerances=(1e-4,))
+    assert any(row.what == "FASTSim" and "powertrain[benchmarks]" in row.measured for row in rows)
+    assert rows[-1].measured == "no compiler for this test"
 
 
 def test_table_and_command_line(capsys: pytest.CaptureFixture[str]) -> None:
