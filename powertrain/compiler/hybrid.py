@@ -120,8 +120,9 @@ class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
     ``shared`` are groups of friction laws on the same motion (index in m: sign of the motion against the group's): stuck together, they
-    share a torque of which only the sum is determined. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
-    accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
+    share a torque of which only the sum is determined; the last ``fractions`` of ``z`` are the shares that are unknowns. ``impact_x``
+    and ``impact_a`` are the responses of der(x) and of the gaps' accelerations to the contact forces. ``residual_places`` are the lines
+    of text behind the residuals. ``smooth`` must not jump.
     """
 
     t: ca.SX
@@ -140,6 +141,7 @@ class HybridDae:
     schedules: tuple[Schedule, ...] = ()
     guards: tuple[Guard, ...] = ()
     shared: tuple[dict[int, float], ...] = ()
+    fractions: int = 0
     residual_places: tuple[str, ...] = ()
     smooth: tuple[Smooth, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))

@@ -34,7 +34,7 @@ class Resolver:
         self.symbols = column([t.symbol for t in torques])
         self.laws = [self._open_law(t) for t in torques]
         self.groups = parallel_groups(torques, self.laws, x, values)
-        parameters = {key(c.symbol) for c in reduced.flat.parameters}
+        parameters = {key(c.symbol): c.value for c in reduced.flat.parameters}
         torque, bent, self._bent_rows = solve_torques(torques, self.laws, self.groups, parameters)
         self.torque = column(torque)
         self.assigned = self.close([self._opened])[0]

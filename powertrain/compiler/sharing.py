@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 
 from powertrain.symbols import Symbol
 
+_LEAST = 1e-6
+"""The room (N.m or N) of a group below which fractions of it mean nothing: what is left of a decaying torque, and round-off."""
+
 
 @dataclass(frozen=True)
 class Member:
@@ -70,30 +73,34 @@ def share(members: Sequence[Member], k: int, theta: Symbol | None) -> tuple[Symb
     if all(m.infinite for m in before):
         return joint, rest
     finite = [m for m in before if not m.infinite]
-    width = this.high - this.low
     if theta is not None:
-        ratio = this.aligned - this.low - _filled(theta, width, 1)
+        ratio = _count(finite) * _rest(this, theta)
+        ratio -= sum((ca.if_else(m.stuck, _rest(m, theta), 0) for m in finite), Symbol(0))
     else:
         taken = sum((ca.if_else(m.stuck, m.aligned - m.low, 0) for m in finite), Symbol(0))
         room = sum((ca.if_else(m.stuck, m.high - m.low, 0) for m in finite), Symbol(0))
-        ratio = taken * width - (this.aligned - this.low) * room
+        ratio = taken * (this.high - this.low) - (this.aligned - this.low) * room
     unlimited = [m.stuck for m in before if m.infinite]
     return joint, ca.if_else(_any(unlimited), rest, ratio) if unlimited else ratio
 
 
 def fraction_residual(members: Sequence[Member], theta: Symbol) -> Symbol:
-    """The equation of theta: all stuck torques together are at that fraction of all stuck intervals."""
+    """The equation of theta: all stuck torques together are at that fraction of all stuck intervals; one half where these vanish."""
     finite = [m for m in members if not m.infinite]
-    taken = sum((ca.if_else(m.stuck, m.aligned - m.low, 0) for m in finite), Symbol(0))
+    taken = sum((ca.if_else(m.stuck, m.aligned - (m.low + m.high) / 2, 0) for m in finite), Symbol(0))
     room = sum((ca.if_else(m.stuck, m.high - m.low, 0) for m in finite), Symbol(0))
-    count = sum((ca.if_else(m.stuck, 1, 0) for m in finite), Symbol(0))
-    return ca.if_else(count >= 2, taken - _filled(theta, room, count), theta - 0.5)
+    share = ca.if_else(_count(finite) >= 2, taken * room / (room**2 + _LEAST**2), 0)
+    return theta - 0.5 - share
 
 
-def _filled(theta: Symbol, width: Symbol, count: Symbol | int) -> Symbol:
-    """theta*width; beyond [0, 1], where some law must break loose, a line of its own, so that there always is one such fraction."""
-    inside = ca.fmax(0, ca.fmin(1, theta))
-    return inside * width + (theta - inside) * count
+def _rest(member: Member, theta: Symbol) -> Symbol:
+    """What a torque has beside its fraction: where some law must break loose, or no interval is left, all of a group have the same."""
+    inside = ca.fmax(0, ca.fmin(1, theta)) - 0.5
+    return member.aligned - (member.low + member.high) / 2 - inside * (member.high - member.low)
+
+
+def _count(members: Sequence[Member]) -> Symbol:
+    return sum((ca.if_else(m.stuck, 1, 0) for m in members), Symbol(0))
 
 
 def joint_interval(members: Sequence[Member], k: int) -> tuple[Symbol, Symbol, Symbol, Symbol]:

@@ -154,12 +154,20 @@ def parallel_groups(
     groups = []
     for rows in sharing.parallel(numbers):
         members = [_member(movable[row], sign, opened[movable[row]]) for row, sign in rows]
-        members.sort(key=lambda m: not m.infinite)
+        members.sort(key=lambda m: (not m.infinite, _hollow(m, symbols, values)))
         bounds = ca.vertcat(*(ca.vertcat(m.lower, m.upper) for m in members))
         name = "share." + "+".join(torques[m.law].mode.name() for m in members)
         tied = any(ca.which_depends(bounds, symbols, 1, False))
         groups.append(Group(tuple(members), Symbol.sym(name) if tied else None))
     return groups
+
+
+def _hollow(member: sharing.Member, torques: Symbol, values: dict[int, float]) -> bool:
+    """Whether a law has no bounds without torques. Such a law comes late: the first stuck one of a group holds the motion."""
+    width = ca.substitute(member.upper - member.lower, torques, ca.DM.zeros(torques.numel()))
+    inside = ca.symvar(width)
+    point = ca.DM([values.get(key(s), generic(s)) for s in inside]) if inside else ca.DM(0, 1)
+    return float(ca.Function("powertrain_width", [column(inside)], [width])(point)) == 0.0
 
 
 def _member(index: int, sign: float, t: Torque) -> sharing.Member:
@@ -170,7 +178,7 @@ def _member(index: int, sign: float, t: Torque) -> sharing.Member:
 
 
 def solve_torques(
-    torques: list[Torque], opened: Sequence[Torque], groups: list[Group], parameters: set[int]
+    torques: list[Torque], opened: Sequence[Torque], groups: list[Group], parameters: dict[int, float]
 ) -> tuple[list[Symbol], list[int], list[Symbol]]:
     """The torques as expressions of states, implicit unknowns and modes; which of them stay implicit; and the residuals of these.
 
@@ -204,12 +212,21 @@ def solve_torques(
     return solution, implicit, left
 
 
-def _unmoved(t: Torque, parameters: set[int]) -> Symbol:
-    """Whether a torque does not move its own friction law, at instants where the terms of its influence cancel each other."""
+def _unmoved(t: Torque, parameters: dict[int, float]) -> Symbol:
+    """Whether a torque does not move its own friction law: where the terms of its influence cancel each other.
+
+    They may do so at instants, or for the ``parameters``, as between two equal wheels that roll on one body.
+    """
     slope = ca.jacobian(t.rate, t.symbol)
-    if isinstance(t.law, UnilateralLaw) or all(key(s) in parameters for s in free_symbols(slope)):
+    if isinstance(t.law, UnilateralLaw):
         return Symbol(0)
-    return ca.fabs(slope) <= _ROUND_OFF * terms(slope)
+    cancels = ca.fabs(slope) <= _ROUND_OFF * terms(slope)
+    inside = free_symbols(slope)
+    if all(key(s) in parameters for s in inside):
+        numbers = ca.DM([parameters[key(s)] for s in inside]) if inside else ca.DM(0, 1)
+        if not float(ca.Function("powertrain_unmoved", [column(inside)], [cancels])(numbers)):
+            return Symbol(0)
+    return cancels
 
 
 def _bent(rows: list[Symbol], symbols: list[Symbol]) -> set[int]:

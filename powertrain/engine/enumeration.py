@@ -41,7 +41,8 @@ def enumerate_modes(
 ) -> Found:
     """Try them on ``memory.m``, which is left as it was; ``attempt`` gives the rates, or None if the modes contradict them.
 
-    Combinations with the same rates count as one; with peaks above one, those with most stuck laws are preferred.
+    Combinations with the same rates count as one, and one that needs no hysteresis is preferred to those that do: a law that is about to
+    slide is consistent in both of its modes. With peaks above one, those with most stuck laws are preferred.
     ``narrow``: only the laws in ``varied``, the others as they are.
     """
     choices = _choices(dae, memory, side, varied)
@@ -53,21 +54,40 @@ def enumerate_modes(
         return Found((), tuple(choices), size)
     m = memory.m
     start = m.copy()
-    found: list[tuple[Array, Array]] = []
+    found: list[tuple[Array, Array, bool]] = []
     within = _SAME_IMPLICIT if dae.z.numel() else _SAME
     for combination in product(*steps):
         for part in combination:
             for index, mode in part.items():
                 m[index] = mode
         rates = attempt()
-        if rates is not None and not any(_same(rates, other, within) for _, other in found):
-            found.append((m.copy(), rates))
+        if rates is not None:
+            same = [k for k, (_, other, _) in enumerate(found) if _same(rates, other, within)]
+            strict = _strict(dae, memory, side)
+            if not same:
+                found.append((m.copy(), rates, strict))
+            elif strict and not found[same[0]][2]:
+                found[same[0]] = m.copy(), rates, strict
     m[:] = start
-    modes = [each for each, _ in found]
+    if sum(strict for _, _, strict in found) == 1:
+        found = [each for each in found if each[2]]
+    modes = [each for each, _, _ in found]
     if len(modes) > 1 and (law_values(dae, memory, side)[:, 5] > 1.0).any():
         stuck = [sum(each[law.index] == 0 for law in dae.frictions) for each in modes]
         modes = [each for each, count in zip(modes, stuck, strict=True) if count == max(stuck)]
     return Found(tuple(modes), tuple(choices), size)
+
+
+def _strict(dae: HybridDae, memory: Memory, side: int) -> bool:
+    """Whether the laws at rest keep to their limits without the hysteresis and the slack that round-off is allowed."""
+    for friction, row in zip(dae.frictions, law_values(dae, memory, side).tolist(), strict=True):
+        w, torque, lower, upper, rate, peak = row
+        mode = memory.m[friction.index]
+        if mode == 0.0 and not peak * lower <= torque <= peak * upper:
+            return False
+        if mode in (1.0, -1.0) and (friction.algebraic or abs(w) <= ZONE) and not mode * rate >= 0.0:
+            return False
+    return True
 
 
 def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dict[int, tuple[float, ...]]:

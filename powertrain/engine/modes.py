@@ -114,6 +114,6 @@ def snapped(dae: HybridDae) -> tuple[ca.SX, ca.SX]:
     for _ in range(4 if len(coupled) > 1 else 1):
         for stuck, w, gradient in coupled:
             speed = ca.substitute(w, dae.x, state)
-            state = state - ca.if_else(stuck, speed / (ca.sumsqr(gradient) + 1e-300), 0.0) * gradient.T
+            state = state - ca.if_else(stuck, speed / (ca.sumsqr(gradient) + 1e-24), 0.0) * gradient.T
     left = [ca.if_else(stuck, ca.fabs(ca.substitute(w, dae.x, state)), 0.0) for stuck, w, _ in coupled]
     return ca.densify(state), ca.mmax(ca.vertcat(*left)) if left else ca.SX(0)

@@ -1,0 +1,100 @@
+"""Cars at rest: lossy gears in a row without torque, a law of no width beside others, laws that are about to slide."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Ramp
+from powertrain.components.body import AxlePath, VehicleBody
+from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
+from powertrain.components.wheels import RigidWheel, SlipWheel, Wheel
+from powertrain.vehicles.rear_drive import RearDriveCar
+from powertrain.vehicles.split_path_car import SplitPathCar
+
+
+def test_two_lossy_gears_in_a_row_stand_still_without_torque() -> None:
+    """With the clutch open nothing is left of the bounds of gearbox and crown gear: no fraction of them can be told."""
+    plant = pt.compile(RearDriveCar(gearbox=rot.Gear(ratio=3.5, efficiency=0.97)))
+    for grade in (0.0, 0.1):
+        result = plant.simulate(1.0, starts={"engine.w": 85.0}, inputs={"brake": 0.3, "engaged": 0.0, "grade": grade})
+        assert abs(result["body.v"][-1]) < 1e-9
+    rolling = plant.simulate(1.0, starts={"engine.w": 85.0}, inputs={"engaged": 0.0, "grade": 0.1})
+    assert rolling["body.v"][-1] < -0.8
+
+
+def test_two_gears_without_loss_in_a_row_roll_back() -> None:
+    plant = pt.compile(RearDriveCar(gearbox=rot.Gear(ratio=3.5), crown=CrownGear(ratio=3.9)))
+    ideal = pt.compile(RearDriveCar(gearbox=rot.IdealGear(ratio=3.5), crown=CrownGear(ratio=3.9)))
+    ways = [
+        p.simulate(1.0, starts={"engine.w": 85.0}, inputs={"engaged": 0.0, "grade": 0.1})["body.v"][-1]
+        for p in (plant, ideal)
+    ]
+    assert ways[0] == pytest.approx(ways[1], rel=1e-6)
+    assert ways[0] < -0.8
+
+
+def test_crown_gear_without_loss_and_wheels_with_slip_in_the_split_path_car() -> None:
+    """Both cars start at 11 s; the loss of the crown gear and the slip change little of their speed."""
+    lossless = pt.simulate(pt.replace(SplitPathCar(), crown=CrownGear(ratio=4.5)), 16.0)
+    slipping = pt.simulate(pt.replace(SplitPathCar(), front=SlipWheel(J=2.0), rear=SlipWheel(J=2.0)), 16.0)
+    usual = pt.simulate(SplitPathCar(), 16.0)
+    for result in (lossless, slipping):
+        assert np.abs(result["body.v"][result.time < 11.0]).max() < 1e-9
+        assert result["body.v"][-1] == pytest.approx(usual["body.v"][-1], rel=0.02)
+
+
+class CarInBend(pt.Component):
+    """A car on two rigid wheels that enters a bend."""
+
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=0)
+    body: VehicleBody = VehicleBody()
+    differential: Differential = BevelDifferential(eta=0.95)
+    path: AxlePath = AxlePath(track=1.4)
+    left: Wheel = RigidWheel(load_nominal=4000)
+    right: Wheel = RigidWheel(load_nominal=4000)
+    curve: pt.Component = Ramp(height=1 / 7, duration=2, startTime=1)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.curve.y, self.path.curvature)  # type: ignore[attr-defined]
+        yield pt.connect(self.drive.flange, self.differential.crown)
+        yield pt.connect(self.differential.left, self.left.hub)
+        yield pt.connect(self.differential.right, self.right.hub)
+        yield pt.connect(self.path.left, self.left.road)
+        yield pt.connect(self.path.right, self.right.road)
+        yield pt.connect(self.path.axle, self.body.front)
+
+
+@pytest.mark.parametrize(("torque", "speed"), [(0.0, 0.0), (200.0, 0.0), (200.0, 5.0), (-200.0, 5.0)])
+def test_rigid_wheels_enter_a_bend(torque: float, speed: float) -> None:
+    """At rest, or moving: the motion within the differential is prescribed by the path."""
+    car = CarInBend(drive=rot.ConstantTorque(tau_constant=torque))
+    result = pt.simulate(car, 4.0, starts={"body.v": speed})
+    lead = 1.4 / 2 / 7
+    assert result["right.w"][-1] * (1 - lead) == pytest.approx(result["left.w"][-1] * (1 + lead), abs=1e-9)
+    assert (abs(result["body.v"][-1]) < 1e-9) == (torque == speed == 0.0)
+
+
+class Ending(pt.Component):
+    """A lossy gear between two inertias that a damper brings to rest: all torques and bounds end with the speed."""
+
+    first: rot.Inertia = rot.Inertia(J=1.0)
+    gear: rot.Gear = rot.Gear(ratio=2.0, efficiency=0.9)
+    second: rot.Inertia = rot.Inertia(J=1.0)
+    damper: rot.Damper = rot.Damper(d=1.0)
+    wall: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.first.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.second.flange_a)
+        yield pt.connect(self.second.flange_b, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.wall.flange)
+
+
+@pytest.mark.parametrize("w", [10.0, -10.0])
+def test_exponential_end_of_a_motion(w: float) -> None:
+    result = pt.simulate(Ending(), 400.0, starts={"first.w": w})
+    assert abs(result["first.w"][-1]) < 1e-8
+    assert len(result.events) < 50

@@ -1,0 +1,77 @@
+"""A differential whose sides are tied to each other by the numbers: its friction moves nothing, its torque at rest is not determined."""
+
+from __future__ import annotations
+
+import pytest
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Ramp
+from powertrain.components.body import VehicleBody
+from powertrain.components.differentials import BevelDifferential, Differential
+from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+
+
+class TwoWheels(pt.Component):
+    """Two rigid wheels behind a differential on one body; they start, and brake to rest."""
+
+    drive: rot.Torque = rot.Torque()
+    pull: Ramp = Ramp(height=200, duration=1, startTime=0.5)
+    stop: Ramp = Ramp(height=0.5, duration=0.2, startTime=2)
+    cage: rot.Inertia = rot.Inertia(J=0.1)
+    differential: Differential = BevelDifferential(eta=0.95)
+    brakes: tuple[WheelBrake, WheelBrake] = (WheelBrake(tau_max=1500), WheelBrake(tau_max=1500))
+    left: Wheel = RigidWheel(load_nominal=4000, J=1)
+    right: Wheel = RigidWheel(load_nominal=4000, J=1)
+    rear: Wheel = RigidWheel(load_nominal=4000, J=1)
+    body: VehicleBody = VehicleBody()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.pull.y, self.drive.tau)
+        yield pt.connect(self.drive.flange, self.cage.flange_a)
+        yield pt.connect(self.cage.flange_b, self.differential.crown)
+        hubs = (self.differential.left, self.differential.right)
+        for side, brake, wheel in zip(hubs, self.brakes, (self.left, self.right), strict=True):
+            yield pt.connect(side, brake.flange_a)
+            yield pt.connect(brake.flange_b, wheel.hub)
+            yield pt.connect(wheel.road, self.body.front)
+            yield pt.connect(self.stop.y, brake.demand)
+        yield pt.connect(self.rear.road, self.body.rear)
+
+
+@pytest.mark.parametrize("eta", [1.0, 0.95])
+def test_two_rigid_wheels_behind_a_differential(eta: float) -> None:
+    """The torque is shared alike, the result says that another share were possible, and nothing chatters."""
+    result = pt.simulate(pt.replace(TwoWheels(), differential=BevelDifferential(eta=eta)), 4.0)
+    assert result["body.v"].max() > 0.3
+    assert abs(result["body.v"][-1]) < 1e-9
+    assert result["differential.left.tau"] == pytest.approx(result["differential.right.tau"], abs=1e-3)
+    assert len(result.events) < 20
+    assert any(
+        ("differential.mesh" in note and "not unique" in note) or "how they share" in note for note in result.notes
+    )
+
+
+def test_the_lock_ends_with_other_parameters() -> None:
+    """With ratios that differ by parameters of the run the same plant lets the mesh move."""
+    plant = pt.compile(Tied())
+    locked, free = plant.simulate(1.0), plant.simulate(1.0, parameters={"outer.ratio": 1.1, "inner.ratio": 0.9})
+    assert locked["car.w"][-1] == pytest.approx(100 / 50, rel=1e-9)
+    assert (locked["differential.mesh.mode"] == 0).all()
+    assert (free["differential.mesh.mode"][1:] != 0).all()
+
+
+class Tied(pt.Component):
+    """Both sides drive one flywheel."""
+
+    differential: Differential = BevelDifferential(eta=0.95)
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=100)
+    outer: rot.IdealGear = rot.IdealGear(ratio=1.0)
+    inner: rot.IdealGear = rot.IdealGear(ratio=1.0)
+    car: rot.Inertia = rot.Inertia(J=50)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.differential.crown)
+        yield pt.connect(self.differential.left, self.outer.flange_a)
+        yield pt.connect(self.differential.right, self.inner.flange_a)
+        yield pt.connect(self.outer.flange_b, self.inner.flange_b, self.car.flange_a)
