@@ -52,8 +52,12 @@ def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
 
 
 def torque_margins(friction: Friction, eps: float = EPS) -> tuple[ca.SX, ca.SX]:
-    """Distances of a stuck torque from the lower and the upper limit, the hysteresis included."""
-    high, low = friction.peak * friction.upper, friction.peak * friction.lower
+    """Distances of a stuck torque from the lower and the upper limit, the hysteresis included.
+
+    Bounds that stand the wrong way round wait for a switch that is about to follow the torque: no reason to break loose.
+    """
+    high = friction.peak * ca.fmax(friction.upper, friction.lower)
+    low = friction.peak * ca.fmin(friction.upper, friction.lower)
     below = friction.torque - low + eps * (1.0 + finite_size(friction.lower))
     return below, high + eps * (1.0 + finite_size(friction.upper)) - friction.torque
 

@@ -116,9 +116,7 @@ class CircularCamDifferential(Differential, Lossy):
         yield self.kappa == self._coefficient()
         load = self.crown.tau
         limit = self.kappa / 2 * switch(load >= 0, load, -load, continuous=True)
-        # While the branch of the switch is not yet that of the load, the bounds stand the wrong way round. Stuck halves do not break
-        # loose for that.
-        yield friction(self.w_rel, self.tau, -limit, limit, peak=ca.if_else(limit < 0, -1, 1))
+        yield friction(self.w_rel, self.tau, -limit, limit)
         yield from self._dissipate()
 
     def _coefficient(self) -> Symbol:
