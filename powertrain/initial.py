@@ -150,9 +150,11 @@ class _Plan:
         self.linear = not self.nz and not ca.depends_on(jacobian.nz[:], ca.vertcat(dae.x, dae.z))
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
         self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
-        self.guess = self._guess(
-            {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}, np.zeros(self.size)
-        )
+        guesses = {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}
+        self.guess = self._guess(guesses, np.zeros(self.size))
+        places = [None if self.linear else self._place(c.label) for c in conditions[:given]]
+        self.known = [place for place in places if place is not None]
+        self.plain = np.array([place is not None for place in places], bool)
         self.declared = np.array([c.value for c in conditions[given:]])
         self.implied = np.array(
             [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
@@ -164,6 +166,8 @@ class _Plan:
     ) -> tuple[Array, Array, Array, InitialReport]:
         y = self._guess(guesses, self.guess.copy(), asked=True) if guesses else self.guess.copy()
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
+        for (place, slope, offset), value in zip(self.known, given[self.plain].tolist(), strict=True):
+            y[place] = (value - offset) / slope  # from elsewhere Newton's method may not get there
         for _ in range(_ROUNDS):
             choice = self._newton(t, y, m, p, target)
             if not self.modal:

@@ -62,3 +62,10 @@ def test_voltage_without_delay_is_the_limit_of_one_with_delay() -> None:
     )
     assert abs(soon - now) < 0.5 * abs(late - now)
     assert soon == pytest.approx(now, rel=0.01)
+
+
+@pytest.mark.parametrize("w", [200.0, 220.0])
+def test_start_of_constant_power_on_a_battery(w: float) -> None:
+    """The search for the implicit voltage begins at the speeds that are given: from rest the machines would ask for more than there is."""
+    result = pt.simulate(PowerSplit(), 0.1, starts={"engine.w": w, "output.w": 20.0})
+    assert result["engine.w"][0] == pytest.approx(w)
