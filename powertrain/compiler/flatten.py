@@ -65,7 +65,7 @@ Face = tuple[str, bool]
 
 @dataclass
 class Flat:
-    """A model without hierarchy."""
+    """A model without hierarchy. ``given``: unknowns that stand alone on the left of an equation, and whose text that is."""
 
     recorder: Recorder = field(default_factory=Recorder)
     unknowns: dict[int, Unknown] = field(default_factory=dict)
@@ -79,6 +79,7 @@ class Flat:
     components: list[Component] = field(default_factory=list)
     bindings: dict[int, tuple[Symbol, Symbol]] = field(default_factory=dict)
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
+    given: dict[int, str] = field(default_factory=dict)
 
 
 def flatten(model: Component) -> Flat:
@@ -186,6 +187,8 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
     left, right = row.dep(0), row.dep(1)
     if not all(key(s) in flat.recorder.constants for s in free_symbols(residual)):
         flat.equations.append(Equation(residual, place))
+        if left.is_symbolic():
+            flat.given[key(left)] = place.path
         return
     if left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count("."):
         left, right = right, left
@@ -260,6 +263,12 @@ def _write_unconnected(flat: Flat, port: Connector, spec: Port, top: bool) -> No
             flat.equations.append(Equation(port._symbols[name] - reference, place))
 
 
+def _given_by_whole(flat: Flat, port: Signal) -> bool:
+    """Whether an equation of a component above says  part.input.value == expression."""
+    path, owner = flat.given.get(key(port._symbols["value"])), port._path.rpartition(".")[0]
+    return path is not None and path != owner and f"{owner}.".startswith(f"{path}." if path else "")
+
+
 def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool) -> None:
     symbol = port._symbols["value"]
     if not isinstance(port, Input):
@@ -267,6 +276,8 @@ def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool)
     if top:
         flat.inputs.append(Unknown(port._path, symbol, port.unit, port.doc, guess=port.default or 0.0))
     elif port.default is not None:
+        if _given_by_whole(flat, port):
+            return
         constant = flat.recorder.hold(port._path)
         flat.parameters.append(Constant(port._path, constant, port.unit, port.doc, port.default))
         flat.equations.append(Equation(symbol - constant, place))

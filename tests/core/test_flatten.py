@@ -157,3 +157,26 @@ def test_one_value_in_two_places() -> None:
 
     result = pt.simulate(Pair(), 1.0, starts={"shafts[0].w": 1.0, "shafts[1].w": 2.0})
     assert (result["shafts[0].phi"][-1], result["shafts[1].phi"][-1]) == (pytest.approx(1.0), pytest.approx(2.0))
+
+
+class Switched(pt.Component):
+    on: pt.Input = pt.signal_input("1", "On", default=1.0)
+    x: pt.Variable = pt.variable("1", "How long it was on", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.on.value
+
+
+class Switching(pt.Component):
+    part: Switched = Switched()
+    constant: Switched = Switched()
+    usual: Switched = Switched()
+
+    def equations(self) -> pt.Equations:
+        yield self.part.on.value == pt.schedule([0, 1, 1, 2], [1, 1, 0, 0])
+        yield self.constant.on.value == 0.25
+
+
+def test_equation_of_the_whole_takes_the_place_of_a_default() -> None:
+    result = pt.simulate(Switching(), 2.0)
+    assert [result[f"{part}.x"][-1] for part in ("part", "constant", "usual")] == pytest.approx([1.0, 0.5, 2.0])
