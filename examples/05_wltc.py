@@ -28,10 +28,10 @@ def main() -> None:
     print(f"\nBackward {back.fuel:.4f} kg of fuel, forward {run.fuel:.4f} kg: {back.fuel / run.fuel - 1:+.2%}")
     print(f"\n{performance(car).round(2).to_string()}")
     if len(sys.argv) > 1:
-        ax = plot_driveline_map(found, run)
+        figure, ax = plt.subplots(figsize=(9, 6), layout="constrained")
+        plot_driveline_map(found, run, ax=ax)
         ax.set_title("Split-path CVT: efficiency from the tank to the road")
-        ax.figure.savefig(sys.argv[1], dpi=120)
-        plt.close("all")
+        figure.savefig(sys.argv[1], dpi=120)
 
 
 if __name__ == "__main__":

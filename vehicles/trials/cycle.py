@@ -125,7 +125,8 @@ def drive_cycle(
         if cycle is not None:
             vehicle = pt.replace(vehicle, cycle=pt.replace(vehicle.cycle, cycle=cycle))  # type: ignore[attr-defined]
         plant = pt.compile(vehicle)
-    driven: DriveCycle = plant.model.cycle.cycle
+    model: Any = plant.model
+    driven: DriveCycle = model.cycle.cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
     given, message = dict(parameters or {}), ""

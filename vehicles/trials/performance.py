@@ -22,12 +22,14 @@ def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
     Errors: SimulationError where that takes more than ten minutes.
     """
     plant = pt.compile(pt.replace(vehicle, driver=SetPedals(accelerator_set=1)))
+    reached = 0.0
     for minutes in range(1, 11):
         result = plant.simulate(60.0 * minutes, points=6000 * minutes, **options)
         t, v = result.time, result["body.v"]
         if v[-1] - v[np.searchsorted(t, t[-1] - 5)] < 5 * SETTLED:
             return result
-    raise pt.SimulationError(f"the vehicle still accelerates after ten minutes, at {v[-1] / KM_H:.1f} km/h")
+        reached = float(v[-1])
+    raise pt.SimulationError(f"the vehicle still accelerates after ten minutes, at {reached / KM_H:.1f} km/h")
 
 
 def time_between(result: pt.Result[Any], low: float, high: float) -> float:
