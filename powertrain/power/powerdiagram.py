@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ _BOX, _BAR, _GAP, _SPACE, _LEAST, _TIP = 1.9, 0.14, 2.3, 0.75, 0.035, 0.22
 
 @dataclass
 class _Vertex:
-    """A component or a connection in the drawing: its column, the middle of its height, and the bands at its sides."""
+    """A component, a connection, or a band where it passes a column: that column, the middle of its height, and the bands at its sides."""
 
     name: str
     component: bool
@@ -59,14 +60,15 @@ def plot_power_flow(flow: PowerFlow, ax: Axes | None = None, *, names: dict[str,
     largest = max(b.power for b in branches)
     width = [max(b.power / largest, _LEAST) for b in branches]
     back = [vertices[b.target].column <= vertices[b.source].column for b in branches]
-    _arrange(vertices, branches, width, back)
+    passes = _passes(vertices, branches, width, back)
+    _arrange(vertices, branches, width, back, passes)
     low = min(v.y - v.height / 2 for v in vertices.values()) - 1.0
     scale, unit = _prefix(largest)
     if ax is None:
         columns = max(v.column for v in vertices.values()) + 1
         ax = plt.subplots(figsize=(max(6.0, 2.3 * columns), 4.2), layout="constrained")[1]
     for k, branch in enumerate(branches):
-        line, low = _centre_line(vertices, branches, k, width, back[k], low)
+        line, low = _centre_line(vertices, branches, k, width, back[k], low, passes[k])
         _draw_band(ax, line, width[k], circulating[k] / branch.power)
         _label_band(ax, line, f"{branch.power * scale:.4g} {unit}", back[k], width[k])
     for vertex in vertices.values():
@@ -123,35 +125,59 @@ def _leads(branches: Sequence[Branch], start: str, end: str) -> bool:
     return end in reached
 
 
-def _arrange(
+def _passes(
     vertices: dict[str, _Vertex], branches: Sequence[Branch], width: Sequence[float], back: Sequence[bool]
+) -> list[list[_Vertex]]:
+    """For each branch its places in the columns between its ends, so that it does not go through what stands there."""
+    return [
+        []
+        if leads_back
+        else [
+            _Vertex("", False, column, height=w)
+            for column in range(vertices[b.source].column + 1, vertices[b.target].column)
+        ]
+        for b, w, leads_back in zip(branches, width, back, strict=True)
+    ]
+
+
+def _arrange(
+    vertices: dict[str, _Vertex],
+    branches: Sequence[Branch],
+    width: Sequence[float],
+    back: Sequence[bool],
+    passes: Sequence[Sequence[_Vertex]],
 ) -> None:
     """Heights, vertical places and the order of the bands at both sides."""
+    first = [way[0] if way else vertices[b.target] for way, b in zip(passes, branches, strict=True)]
+    last = [way[-1] if way else vertices[b.source] for way, b in zip(passes, branches, strict=True)]
+    ways = [[vertices[b.source], *way] for b, way in zip(branches, passes, strict=True)]
+    before = {id(v): u for way in ways for u, v in pairwise(way)}
     for v in vertices.values():
         v.entering = [k for k, b in enumerate(branches) if b.target == v.name]
         v.leaving = [k for k, b in enumerate(branches) if b.source == v.name]
         least = 0.7 if v.component else 0.2
         v.height = max(sum(width[k] for k in v.entering), sum(width[k] for k in v.leaving), least)
-    columns = [
-        [v for v in vertices.values() if v.column == c] for c in range(max(v.column for v in vertices.values()) + 1)
-    ]
+    placed = [*vertices.values(), *(v for way in passes for v in way)]
+    columns = [[v for v in placed if v.column == c] for c in range(max(v.column for v in placed) + 1)]
     for _ in range(3):
         for column in columns:
-            wish = {v.name: _wish(v, vertices, branches, back) for v in column}
-            column.sort(key=lambda v: -wish[v.name])
+            wish = {id(v): _wish(v, last, back, before.get(id(v))) for v in column}
+            column.sort(key=lambda v: -wish[id(v)])
             total = sum(v.height for v in column) + _SPACE * (len(column) - 1)
             top = total / 2 + float(np.mean(list(wish.values())))
             for v in column:
                 v.y = top - v.height / 2
                 top -= v.height + _SPACE
     for v in vertices.values():
-        v.entering.sort(key=lambda k: (back[k], -vertices[branches[k].source].y))
-        v.leaving.sort(key=lambda k: (back[k], -vertices[branches[k].target].y))
+        v.entering.sort(key=lambda k: (back[k], -last[k].y))
+        v.leaving.sort(key=lambda k: (back[k], -first[k].y))
 
 
-def _wish(v: _Vertex, vertices: dict[str, _Vertex], branches: Sequence[Branch], back: Sequence[bool]) -> float:
-    """Where a vertex would like to stand: at the height of its neighbours to the left; loads above what leads back."""
-    places = [vertices[branches[k].source].y for k in v.entering if not back[k]]
+def _wish(v: _Vertex, last: Sequence[_Vertex], back: Sequence[bool], before: _Vertex | None) -> float:
+    """Where a vertex would like to stand: at the height of its neighbours to the left; loads above what leads back, passing bands above."""
+    if before is not None:
+        return before.y + 0.1
+    places = [last[k].y for k in v.entering if not back[k]]
     leading_back = any(back[k] for k in v.leaving)
     return (float(np.mean(places)) if places else 0.0) - 0.1 * leading_back
 
@@ -163,21 +189,33 @@ def _centre_line(
     width: Sequence[float],
     back: bool,
     low: float,
+    passes: Sequence[_Vertex],
 ) -> tuple[Points, float]:
     """The middle line of a band, and the lowest line that is free below it."""
     source, target = vertices[branches[k].source], vertices[branches[k].target]
     start = (source.x + source.width, _offset(source, source.leaving, k, width))
     end = (target.x, _offset(target, target.entering, k, width))
     if not back:
-        s = np.linspace(0, 1, 60)[:, None]
-        reach = np.array([(end[0] - start[0]) * 0.45, 0.0])
-        p = [np.array(start), np.array(start) + reach, np.array(end) - reach, np.array(end)]
-        return (1 - s) ** 3 * p[0] + 3 * s * (1 - s) ** 2 * p[1] + 3 * s**2 * (1 - s) * p[2] + s**3 * p[3], low
+        ends, line = [start], [np.array([start])]
+        for v in passes:
+            left = v.column * (_BOX + _GAP)
+            line += [_curve(ends[-1], (left, v.y))[1:], np.array([[left + _BOX, v.y]])]
+            ends.append((left + _BOX, v.y))
+        return np.asarray(np.vstack([*line, _curve(ends[-1], end)[1:]]), float), low
     radius = width[k] / 2 + 0.12
     lane = low - width[k] / 2
     out, into = start[0] + radius + 0.05, end[0] - radius - _TIP - 0.05
     corners = [start, (out, start[1]), (out, lane), (into, lane), (into, end[1]), end]
     return _rounded(corners, radius), lane - width[k] / 2 - 0.3
+
+
+def _curve(start: tuple[float, float], end: tuple[float, float]) -> Points:
+    """From one point to another, level at both ends."""
+    s = np.linspace(0, 1, 60)[:, None]
+    reach = np.array([(end[0] - start[0]) * 0.45, 0.0])
+    p = [np.array(start), np.array(start) + reach, np.array(end) - reach, np.array(end)]
+    line = (1 - s) ** 3 * p[0] + 3 * s * (1 - s) ** 2 * p[1] + 3 * s**2 * (1 - s) * p[2] + s**3 * p[3]
+    return np.asarray(line, float)
 
 
 def _offset(v: _Vertex, bands: Sequence[int], k: int, width: Sequence[float]) -> float:
