@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from importlib.metadata import version
 from itertools import product
 from typing import Any
 
@@ -54,7 +55,7 @@ def fastsim() -> tuple[Callable[[], Any], str]:
     trace = {"name": "wltc", "time_seconds": WLTC.times.tolist(), "speed_meters_per_second": WLTC.speeds.tolist()}
     cycle, car = library.Cycle.from_dict(trace), library.Vehicle.from_resource(FUSION)
     car.set_save_interval(1)
-    return lambda: library.SimDrive(car, cycle).run(), str(library.version())
+    return lambda: library.SimDrive(car, cycle).run(), version("fastsim")
 
 
 def accuracy(run: CycleRun, reference: float) -> str:
@@ -76,11 +77,11 @@ def run(rounds: int = 7, settled: int = SETTLED, tolerances: tuple[float, ...] =
             rows += _prepared(calls, compiled, rtol, settled, reference.fuel)
         missing = ""
         try:
-            calls["fastsim"], version = fastsim()
+            calls["fastsim"], release = fastsim()
         except ImportError as error:
             missing = f"skipped: {error}; install powertrain[benchmarks]"
         times = measure(calls, rounds, inner=1, slow=rounds)
-    rows += [Row(NAME, "FASTSim", missing)] if missing else [_fastsim(times, version)]
+    rows += [Row(NAME, "FASTSim", missing)] if missing else [_fastsim(times, release)]
     for compiled, rtol in variants:
         rows += _measured(times, _said(compiled, rtol), not missing)
     if reason:
@@ -120,10 +121,10 @@ def _measured(times: Timings, said: str, compare: bool) -> list[Row]:
     return rows
 
 
-def _fastsim(times: Timings, version: str) -> Row:
+def _fastsim(times: Timings, release: str) -> Row:
     median = times.median("fastsim")
     return Row(
-        NAME, f"FASTSim {version}, {FUSION}, 1 Hz", f"{duration(median)}, {WLTC.duration / median:,.0f} x real time"
+        NAME, f"FASTSim {release}, {FUSION}, 1 Hz", f"{duration(median)}, {WLTC.duration / median:,.0f} x real time"
     )
 
 
