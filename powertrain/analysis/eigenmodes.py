@@ -41,8 +41,8 @@ def eigenmodes(
     driven = [*plant.compiled.inputs, *plant.parameters][:1]  # a linear model has an input; its column is not looked at
     wanted = list(plant.compiled.states) if shapes is None else shapes
     model = linearize(plant, inputs=driven, outputs=wanted, at=at, parameters=parameters)
-    values, vectors = np.linalg.eig(model.A)
-    swings = values.imag > _STILL * np.abs(values).max(initial=0.0)
+    values, vectors = (np.asarray(found, complex) for found in np.linalg.eig(model.A))
+    swings = np.imag(values) > _STILL * np.abs(values).max(initial=0.0)
     if not swings.any():
         raise ParameterError(
             f"{type(plant.model).__name__} does not vibrate: none of its {len(values)} eigenvalues is complex"
@@ -56,10 +56,10 @@ def eigenmodes(
         "frequency": ("mode", size / (2 * np.pi), {"units": "Hz", "long_name": "Undamped natural frequency"}),
         "damped_frequency": (
             "mode",
-            values[order].imag / (2 * np.pi),
+            np.imag(values[order]) / (2 * np.pi),
             {"units": "Hz", "long_name": "Damped frequency"},
         ),
-        "damping": ("mode", -values[order].real / size, {"units": "1", "long_name": "Damping ratio"}),
+        "damping": ("mode", -np.real(values[order]) / size, {"units": "1", "long_name": "Damping ratio"}),
         "shape": (("mode", "signal"), shape / largest[:, None], {"units": "1", "long_name": "Mode shape"}),
     }
     names = list(model.linearization.outputs)

@@ -68,14 +68,14 @@ def common(
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
     counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
     found, counted = ca.densify(found), ca.densify(counted)
+    z: ca.SX | None = None
     if held is not None:
         general = ca.Function(PREFIX + "general", [dae.t, dae.x, dae.z, dae.m, dae.p], [rates, found, counted])
-        rates, found, counted = general.call([dae.t, dae.x, dae.z, held, dae.p])
-    z: ca.SX | None = None
-    if held is not None and explicit:
-        z = solution(lambda z: general.call([dae.t, dae.x, z, held, dae.p])[0][n:, :], dae.z, rows)
-        rates, found, counted = general.call([dae.t, dae.x, z, held, dae.p])
-        rates[n:, :] = 0
+        if explicit:
+            z = solution(lambda z: general.call([dae.t, dae.x, z, held, dae.p])[0][n:, :], dae.z, rows)
+        rates, found, counted = general.call([dae.t, dae.x, dae.z if z is None else z, held, dae.p])
+        if explicit:
+            rates[n:, :] = 0
     called = kind is not ca.SX
     m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
     known: dict[str, ca.Function] = {}

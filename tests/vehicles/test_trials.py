@@ -2,8 +2,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.patches import Wedge
 
 import powertrain as pt
 from powertrain.components.control import SetPedals
@@ -11,6 +13,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.trials import CycleRun, drive_cycle
 from powertrain.vehicles.trials.performance import climbs, time_between
+from powertrain.vehicles.trials.sankey import plot_energy_flow
 
 WLTC = DriveCycle.named("wltc")
 
@@ -91,6 +94,18 @@ def test_steep_slopes_stop_the_car() -> None:
     """Full force in the lowest ratio is some 3 kN; a quarter of the weight of 1,300 kg is 3.2 kN."""
     assert climbs(SplitPathCar(), 0.1)
     assert not climbs(SplitPathCar(), 0.4)
+
+
+def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
+    ax = plot_energy_flow(town)
+    supplied = float(town.audit.components["sources"][""])
+    shown = {text.get_text().split("\n")[0] for text in ax.texts}
+    lost = town.audit.components["lost"]
+    wanted = {n for n in lost.index if n and "." not in n and lost[n] > 2e-3 * supplied}
+    assert shown == {"supplied", *wanted}
+    widths = [w.width or 0.0 for w in ax.patches if isinstance(w, Wedge)]
+    assert max(widths) == pytest.approx(float(lost["engine"]) / supplied)
+    plt.close("all")
 
 
 @pytest.mark.slow
