@@ -12,6 +12,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.engine.buffers import Array, Memory
+from powertrain.engine.indicators import EPS
 from powertrain.engine.jam import law_values
 from powertrain.engine.modes import ZONE
 
@@ -45,15 +46,17 @@ def enumerate_modes(
     slide is consistent in both of its modes. With peaks above one, those with most stuck laws are preferred.
     ``narrow``: only the laws in ``varied``, the others as they are.
     """
+    m = memory.m
+    start = m.copy()
+    _free_or_not(dae, memory, side)
     choices = _choices(dae, memory, side, varied)
     if narrow:
         choices = {index: values for index, values in choices.items() if index in varied}
     steps = _steps(dae, choices)
     size = prod(len(values) for values in steps)
     if size > _LIMIT:
+        m[:] = start
         return Found((), tuple(choices), size)
-    m = memory.m
-    start = m.copy()
     found: list[tuple[Array, Array, bool]] = []
     within = _SAME_IMPLICIT if dae.z.numel() else _SAME
     for combination in product(*steps):
@@ -88,6 +91,20 @@ def _strict(dae: HybridDae, memory: Memory, side: int) -> bool:
         if mode in (1.0, -1.0) and (friction.algebraic or abs(w) <= ZONE) and not mode * rate >= 0.0:
             return False
     return True
+
+
+def _free_or_not(dae: HybridDae, memory: Memory, side: int) -> None:
+    """Laws without a torque are free, whatever else is tried; laws that were, and have one, begin at rest.
+
+    Sliding laws show their own bounds, those at rest the bounds that they share.
+    """
+    m = memory.m
+    before = {friction.index: m[friction.index] for friction in dae.frictions if friction.may_free}
+    m[list(before)] = 1.0
+    for friction, row in zip(dae.frictions, law_values(dae, memory, side).tolist(), strict=True):
+        if friction.index in before:
+            free = row[3] - row[2] <= EPS
+            m[friction.index] = 2.0 if free else 0.0 if before[friction.index] == 2.0 else before[friction.index]
 
 
 def _choices(dae: HybridDae, memory: Memory, side: int, varied: set[int]) -> dict[int, tuple[float, ...]]:
