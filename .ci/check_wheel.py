@@ -1,4 +1,4 @@
-"""Install the wheels given into empty folders and check what they bring: `powertrain`, complete, and nothing beside."""
+"""Install the wheels given into empty folders and check what they bring: `powertrain` and its command, complete, and nothing beside."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 IMPORTS = """
 import powertrain, powertrain.components, powertrain.vehicles
 for module in powertrain, powertrain.components, powertrain.vehicles:
@@ -21,7 +22,8 @@ def check(wheel: str, target: Path) -> list[str]:
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(target), wheel]
     subprocess.run(pip, check=True)
     found = {path.name for path in target.iterdir() if not path.name.endswith(".dist-info")}
-    wrong = [] if found == {"powertrain"} else [f"the wheel installs {sorted(found)}, it should be only powertrain"]
+    expected = {"powertrain", SCRIPTS}
+    wrong = [] if found == expected else [f"the wheel installs {sorted(found)}, it should be {sorted(expected)}"]
     if not (target / "powertrain" / "py.typed").is_file():
         wrong.append("py.typed is missing")
     for source, name in ("powertrain", "."), ("components", "components"), ("vehicles", "vehicles"):
@@ -36,9 +38,10 @@ def check(wheel: str, target: Path) -> list[str]:
 
 
 def sources(folder: Path) -> list[Path]:
-    """List the modules below a folder, without those behind its links."""
+    """List the modules and tables below a folder, without those behind its links."""
     links = [path for path in folder.iterdir() if path.is_symlink()]
-    return [path for path in folder.rglob("*.py") if not any(path.is_relative_to(link) for link in links)]
+    found = [path for kind in ("*.py", "*.csv") for path in folder.rglob(kind)]
+    return [path for path in found if not any(path.is_relative_to(link) for link in links)]
 
 
 def main() -> None:
