@@ -78,7 +78,7 @@ def _choice(law: Law, moved: bool) -> Choice:
     if law.may_free:
         modes = (*modes, FREE)
     margins = tuple(_friction_margin(law, mode) for mode in modes)
-    rests = ca.fmin(ZONE - ca.fabs(law.w), law.upper - law.lower - EPS)
+    rests = ca.if_else(ca.fabs(law.w) <= ZONE, law.upper - law.lower - EPS, -1)
     return Choice(law, modes, margins, rests if law.prescribed else None)
 
 
@@ -96,7 +96,7 @@ def _friction_margin(law: Friction, mode: float) -> Symbol:
     if law.algebraic:
         away = mode * law.w + EPS
     elif law.prescribed:  # at rest all modes give the same torque where the bounds leave one only
-        away = ca.fmax(away, ca.fmin(rests, EPS - (law.upper - law.lower)))
+        away = ca.if_else(ca.fabs(law.w) <= ZONE, EPS - (law.upper - law.lower), away)
     else:
         away = ca.fmax(away, ca.fmin(rests, mode * law.rate + _SLACK))
     return away

@@ -110,6 +110,8 @@ class _Replay:
         if operation == ca.OP_MUL and (first.constant or last.constant):
             factor, form = (first, last) if first.constant else (last, first)
             return Form(_product(factor.a, form.a), _product(factor.a, form.b))
+        if operation == ca.OP_IF_ELSE_ZERO and first.constant:
+            return Form(*(None if part is None else _where(first.a, part) for part in (last.a, last.b)))
         if operation == ca.OP_DIV and last.constant and last.a is not None:
             return Form(*(None if part is None else part / last.a for part in (first.a, first.b)))
         if operation == ca.OP_DIV and first.a is None and last.a is None and first.b is not None and last.b is not None:
@@ -174,6 +176,10 @@ def _fails(forms: Sequence[Form], ends: Symbol) -> Symbol:
                 negative = negative * (end < 0)
             found = ca.fmax(found, negative)
     return found
+
+
+def _where(condition: Symbol | None, value: Symbol) -> Symbol:
+    return Symbol(0) if condition is None else ca.if_else(condition, value, 0)
 
 
 def _plain(operation: int, values: list[Symbol]) -> Symbol:
