@@ -12,6 +12,7 @@ from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import BearingFriction, Clutch, IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import Layout, SplitPathTransmission, UnitRatio, unit_ratio
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+from powertrain.vehicles.lumped_axles import to_the_road
 
 LAYOUT: Layout = "aHb"
 BASIC_RATIO = -1.7
@@ -69,15 +70,7 @@ class FlywheelHybrid(Component):
         yield connect(self.transmission.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.clutch.flange_a, self.before.flange)
         yield connect(self.clutch.flange_b, self.crown.flange_a, self.output.flange)
-        yield connect(self.crown.flange_b, self.front_brake.flange_a)
-        yield connect(self.front_brake.flange_b, self.front.hub)
-        yield connect(self.rear_brake.flange_b, self.rear.hub)
-        yield connect(self.front.road, self.body.front)
-        yield connect(self.rear.road, self.body.rear)
-        yield connect(self.body.front_load, self.front.load)
-        yield connect(self.body.rear_load, self.rear.load)
-        yield connect(self.body.s, self.road.s)
-        yield connect(self.road.grade, self.body.grade)
+        yield from to_the_road(self, self.crown.flange_b)
         yield from self._signals()
 
     def _signals(self) -> Equations:

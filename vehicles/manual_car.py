@@ -11,6 +11,7 @@ from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import Clutch, TwoFlanges
 from powertrain.components.transmissions import ManualGearbox, Shiftable
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+from powertrain.vehicles.lumped_axles import to_the_road
 
 
 class ManualCar(Component):
@@ -41,15 +42,7 @@ class ManualCar(Component):
         yield connect(self.engine.crank, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.gearbox.flange_a)
         yield connect(self.gearbox.flange_b, self.final_drive.flange_a)
-        yield connect(self.final_drive.flange_b, self.front_brake.flange_a)
-        yield connect(self.front_brake.flange_b, self.front.hub)
-        yield connect(self.rear_brake.flange_b, self.rear.hub)
-        yield connect(self.front.road, self.body.front)
-        yield connect(self.rear.road, self.body.rear)
-        yield connect(self.body.front_load, self.front.load)
-        yield connect(self.body.rear_load, self.rear.load)
-        yield connect(self.body.s, self.road.s)
-        yield connect(self.road.grade, self.body.grade)
+        yield from to_the_road(self, self.final_drive.flange_b)
         yield from self._signals()
 
     def _signals(self) -> Equations:

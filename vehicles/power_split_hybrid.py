@@ -11,6 +11,7 @@ from powertrain.components.electric import AccessoryLoad, ElectricMachine, Polar
 from powertrain.components.engines import Engine, WillansEngine, best_fuel_line, throttle_table
 from powertrain.components.rotational import SpringDamper
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+from powertrain.vehicles.lumped_axles import to_the_road
 
 ENGINE = WillansEngine(
     e=0.4, tau_0=15, tau_max=115, w_tau=420, P_max=55e3, w_P=520, tau_low=85, w_low=100, tau_starter=0, J=0.13
@@ -53,15 +54,7 @@ class PowerSplitHybrid(Component):
         yield connect(self.machine_1.shaft, self.gear.sun)
         yield connect(self.machine_2.shaft, self.gear.ring, self.final_drive.flange_a)
         yield connect(self.battery.bus, self.machine_1.bus, self.machine_2.bus, self.accessories.bus)
-        yield connect(self.final_drive.flange_b, self.front_brake.flange_a)
-        yield connect(self.front_brake.flange_b, self.front.hub)
-        yield connect(self.rear_brake.flange_b, self.rear.hub)
-        yield connect(self.front.road, self.body.front)
-        yield connect(self.rear.road, self.body.rear)
-        yield connect(self.body.front_load, self.front.load)
-        yield connect(self.body.rear_load, self.rear.load)
-        yield connect(self.body.s, self.road.s)
-        yield connect(self.road.grade, self.body.grade)
+        yield from to_the_road(self, self.final_drive.flange_b)
         yield from self._signals()
 
     def _signals(self) -> Equations:
