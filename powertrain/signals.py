@@ -27,6 +27,8 @@ BLOCK = 64
 """Signals computed together: neighbours share most of their arithmetic, a block costs little more than one of them."""
 LANES = 64
 """Samples of one call."""
+_FEW = 20
+"""A signal of fewer operations is computed alone."""
 _LARGEST_BLOCK = 4_000_000
 _LARGEST_CORRECTION = 40
 _CORRECTIONS = 4
@@ -242,7 +244,7 @@ class Signals:
                 continue
             first = self._place[name] // BLOCK * BLOCK
             block = tuple(self.names[first : first + BLOCK])
-            if len(block) * len(samples.t) > _LARGEST_BLOCK:
+            if len(block) * len(samples.t) > _LARGEST_BLOCK or ca.n_nodes(self.entries[name].expression) < _FEW:
                 block = (name,)
             values = np.ascontiguousarray(self._lanes(block)(samples, p).T)
             found.update(zip(block, values, strict=True))

@@ -26,7 +26,7 @@ ORDER = [
     "compiler: flatten alias index torques structure blocks resolver continuity assemble",
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
     "engine: survey verdict step settled dopri5 rodas5p steps book",
-    "engine: chatter schedules trajectory location projection consistent special jam redundancy uniqueness enumeration resolve continuity",
+    "engine: chatter schedules trajectory location projection consistent special jam redundancy uniqueness enumeration recall resolve continuity",
     "engine: sparse_step failure loop engine",
     "signals nonfinite events export conditions initial result plant",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms audit sweeping",

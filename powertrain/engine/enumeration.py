@@ -66,13 +66,13 @@ def enumerate_modes(
         rates = attempt()
         if rates is not None:
             same = [k for k, (_, other, _) in enumerate(found) if _same(rates, other, within)]
-            strict = _strict(dae, memory, side)
+            exact = strict(dae, memory, side)
             if not same:
-                found.append((m.copy(), rates, strict))
-            elif strict and not found[same[0]][2]:
-                found[same[0]] = m.copy(), rates, strict
+                found.append((m.copy(), rates, exact))
+            elif exact and not found[same[0]][2]:
+                found[same[0]] = m.copy(), rates, exact
     m[:] = start
-    if sum(strict for _, _, strict in found) == 1:
+    if sum(exact for _, _, exact in found) == 1:
         found = [each for each in found if each[2]]
     modes = [each for each, _, _ in found]
     if len(modes) > 1 and (law_values(dae, memory, side)[:, 5] > 1.0).any():
@@ -81,7 +81,7 @@ def enumerate_modes(
     return Found(tuple(modes), tuple(choices), size)
 
 
-def _strict(dae: HybridDae, memory: Memory, side: int) -> bool:
+def strict(dae: HybridDae, memory: Memory, side: int) -> bool:
     """Whether the laws at rest keep to their limits without the hysteresis and the slack that round-off is allowed."""
     for friction, row in zip(dae.frictions, law_values(dae, memory, side).tolist(), strict=True):
         w, torque, lower, upper, rate, peak = row

@@ -11,8 +11,9 @@ import numpy as np
 from powertrain.compiler.hybrid import Contact, HybridDae, When
 from powertrain.engine.buffers import Array, Bound, Memory, view
 from powertrain.engine.consistent import Algebra, NotConsistent
-from powertrain.engine.enumeration import enumerate_modes
+from powertrain.engine.enumeration import enumerate_modes, strict
 from powertrain.engine.jam import jam_message, undetermined_laws, undetermined_message
+from powertrain.engine.recall import Recall
 from powertrain.engine.redundancy import Redundancy
 from powertrain.engine.steps import PREFIX
 from powertrain.engine.uniqueness import Uniqueness
@@ -41,6 +42,7 @@ class Resolver:
         self._unsolved: NotConsistent | None = None
         self.redundancy = Redundancy(dae, memory)
         self.uniqueness = Uniqueness(dae, memory)
+        self._recall = Recall(memory.m)
         self._tries = 0
         self._flags = view(memory.flags)
 
@@ -133,13 +135,18 @@ class Resolver:
         self._tries = 0
 
     def _enumerate(self, side: int, varied: set[int], message: str | None = None) -> bool:
+        if self._recall.again(lambda: self._try(side) is not None and strict(self.dae, self.memory, side)):
+            self.redundancy.note(side)
+            return True
         for narrow in (True, False):
             found = enumerate_modes(self.dae, self.memory, side, varied, lambda: self._try(side), narrow)
             self._tries += found.combinations
             if found.modes or self._tries > _TRIES:
                 break
         if len(found.modes) == 1:
+            before = self.memory.m.copy()
             self.memory.m[:] = found.modes[0]
+            self._recall.keep(found.involved, before)
             self._solve(side)
             self.redundancy.note(side)
             return True
