@@ -176,7 +176,7 @@ class Resolver:
             except NotConsistent:
                 return None
         rates = self._rates(side)
-        largest = max(map(abs, rates.tolist()))
+        largest = max(map(abs, rates.tolist()), default=0.0)
         if not largest < np.inf:
             return None
         memory.jumped[1] = _SLACK * (1.0 + largest)
