@@ -159,9 +159,7 @@ def _assemble(
         state_names=tuple(_state_names(reduced, states)),
         held_start=_held_start(flat, m),
         frictions=tuple(
-            _friction(t, opened, resolver, layout)
-            for t, opened in zip(laws, resolver.laws, strict=True)
-            if isinstance(t.law, FrictionLaw)
+            _friction(k, t, resolver, layout) for k, t in enumerate(laws) if isinstance(t.law, FrictionLaw)
         ),
         contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
         shared=tuple({layout[key(torques[m.law].mode)]: m.sign for m in g.members} for g in resolver.groups),
@@ -208,7 +206,8 @@ def _held_start(flat: Flat, held: list[Symbol]) -> Any:
     return np.array([start.get(key(s), 0.0) for s in held])
 
 
-def _friction(t: Torque, opened: Torque, resolver: Resolver, layout: dict[int, int]) -> Friction:
+def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> Friction:
+    opened = resolver.laws[k]
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
@@ -218,6 +217,7 @@ def _friction(t: Torque, opened: Torque, resolver: Resolver, layout: dict[int, i
         algebraic=t.algebraic,
         prescribed=not any(ca.which_depends(opened.rate, t.symbol, 1, False)),
         may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), resolver.symbols, 1, False)),
+        idle=resolver.idle(k),
     )  # fmt: skip
 
 

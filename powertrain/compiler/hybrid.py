@@ -19,7 +19,10 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Friction:
-    """w > 0: torque = upper; w < 0: torque = lower; w = 0: stuck, torque in [peak*lower, peak*upper] so that rate = 0."""
+    """w > 0: torque = upper; w < 0: torque = lower; w = 0: stuck, torque in [peak*lower, peak*upper] so that rate = 0.
+
+    ``idle``: while not 0, no torque of this law moves it; where it is stuck its torque is then (rate without it)/HOLDS.
+    """
 
     name: str
     where: str
@@ -34,6 +37,7 @@ class Friction:
     algebraic: bool = False
     prescribed: bool = False
     may_free: bool = True
+    idle: ca.SX = field(default_factory=lambda: ca.SX(0))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from powertrain.compiler import sharing
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import Torque, parallel_groups, solve_torques
+from powertrain.compiler.torques import Torque, parallel_groups, solve_torques, unmoved
 from powertrain.laws import FrictionLaw
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 
@@ -118,6 +118,11 @@ class Resolver:
                 )
                 laws[member.law] = replace(laws[member.law], law=joint)
         return laws
+
+    def idle(self, k: int) -> Symbol:
+        """Where not 0, the torque of this law does not move it."""
+        parameters = {key(c.symbol): c.value for c in self.reduced.flat.parameters}
+        return self.close([unmoved(self.laws[k], parameters)])[0]
 
     def residuals(self) -> list[Symbol]:
         """The equations of the implicit unknowns ``z``: of the model, of laws that are not linear, of fractions of a shared torque."""

@@ -25,7 +25,7 @@ from powertrain.symbols import Symbol, column, free_symbols, key, total_derivati
 
 _FLOOR = 1e-9
 """Pivots of stuck laws below this part of what they are alone count as zero."""
-_HOLDS = 1e-6
+HOLDS = 1e-6
 """Pivot of a law that no torque can hold: where it would have to be held its torque is beyond all bounds."""
 _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
@@ -201,8 +201,8 @@ def solve_torques(
     explicit = [i for i in range(len(rows)) if i not in implicit]
     solution = [t.symbol for t in torques]
     linear_rows, stuck = [rows[i] for i in explicit], [torques[i].mode == 0 for i in explicit]
-    unmoved = [_unmoved(opened[i], parameters) for i in explicit]
-    found = _solve_linear(linear_rows, [solution[i] for i in explicit], stuck, unmoved)
+    idle = [unmoved(opened[i], parameters) for i in explicit]
+    found = _solve_linear(linear_rows, [solution[i] for i in explicit], stuck, idle)
     for i, value in zip(explicit, found, strict=True):
         solution[i] = value
     left = [rows[i] for i in implicit]
@@ -212,7 +212,7 @@ def solve_torques(
     return solution, implicit, left
 
 
-def _unmoved(t: Torque, parameters: dict[int, float]) -> Symbol:
+def unmoved(t: Torque, parameters: dict[int, float]) -> Symbol:
     """Whether a torque does not move its own friction law: where the terms of its influence cancel each other.
 
     They may do so at instants, or for the ``parameters``, as between two equal wheels that roll on one body.
@@ -245,13 +245,11 @@ def _without_torques(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Sy
     return ca.vertsplit(short), (column(names), column(parts))
 
 
-def _solve_linear(
-    rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol], unmoved: list[Symbol]
-) -> list[Symbol]:
+def _solve_linear(rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol], idle: list[Symbol]) -> list[Symbol]:
     """The unknowns of linear rows, each row's own unknown taken as its pivot.
 
     A stuck law whose motion the other stuck laws already hold has no pivot left; with a tiny one in its place it takes no torque,
-    unless it would have to hold against them: then its torque is beyond all bounds. Nor has a law that is ``unmoved`` by its torque.
+    unless it would have to hold against them: then its torque is beyond all bounds. Nor has a law that is ``idle``: unmoved by its torque.
     """
     if not rows:
         return []
@@ -266,11 +264,11 @@ def _solve_linear(
     own = [row.get(i, Symbol(1)) for i, row in enumerate(entries)]
 
     def settle(i: int, pivot: Symbol) -> Symbol:
-        if pivot.is_constant() or (len(rows) < 2 and unmoved[i].is_zero()):
+        if pivot.is_constant() or (len(rows) < 2 and idle[i].is_zero()):
             return pivot
-        nothing = ca.logic_or(own[i] == 0, unmoved[i])
-        floor = ca.if_else(nothing, -_HOLDS, _FLOOR * own[i])
-        small = ca.logic_or(unmoved[i], ca.fabs(pivot) <= _FLOOR * ca.fabs(own[i]))
+        nothing = ca.logic_or(own[i] == 0, idle[i])
+        floor = ca.if_else(nothing, -HOLDS, _FLOOR * own[i])
+        small = ca.logic_or(idle[i], ca.fabs(pivot) <= _FLOOR * ca.fabs(own[i]))
         return ca.if_else(ca.logic_and(stuck[i], small), floor, pivot)
 
     solution = linear.solve(entries, right, numbers, settle)

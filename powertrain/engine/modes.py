@@ -7,7 +7,17 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Switch, When
-from powertrain.engine.indicators import EPS, approaching, friction_free, in_time, relation, torque_eps, torque_margins
+from powertrain.compiler.torques import HOLDS
+from powertrain.engine.indicators import (
+    EPS,
+    approaching,
+    finite_size,
+    friction_free,
+    in_time,
+    relation,
+    torque_eps,
+    torque_margins,
+)
 
 ZONE = 2 * EPS
 """Speeds below this count as zero."""
@@ -83,8 +93,9 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
-        forward = rate > -EPS - slack if friction.algebraic else rate > -slack
-        backward = rate < EPS + slack if friction.algebraic else rate < slack
+        up, down = (0.0, 0.0) if friction.algebraic else held_rates(friction)
+        forward = rate > -EPS - slack if friction.algebraic else rate > up - slack
+        backward = rate < EPS + slack if friction.algebraic else rate < slack - down
         loose = ca.if_else(
             mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)
         )
@@ -94,6 +105,12 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     leaves = friction_free(dae, friction) <= 0
     free = ca.if_else(mode == 2, ca.logic_not(leaves), leaves)
     return ca.if_else(free, 2.0, new)
+
+
+def held_rates(friction: Friction) -> tuple[ca.SX, ca.SX]:
+    """The rates up to which an idle law can be held forward and backward: round-off, as its torque does not move it."""
+    low, high = (HOLDS * friction.peak * finite_size(bound) for bound in (friction.lower, friction.upper))
+    return ca.if_else(friction.idle, high, 0.0), ca.if_else(friction.idle, low, 0.0)
 
 
 def snapped(dae: HybridDae) -> tuple[ca.SX, ca.SX]:
