@@ -286,21 +286,24 @@ class Signals:
             return samples
         if "correction" not in self._local.__dict__:
             jacobian = ca.vec(ca.densify(ca.jacobian(self.residual, self.inputs[2]).T))
-            self._local.correction = Lanes(self.inputs, ca.vertcat(self.residual, jacobian))
+            self._local.correction = Lanes(self.inputs, ca.cse(ca.vertcat(self.residual, jacobian)))
         correction: Lanes = self._local.correction
-        rows = correction(samples, p)
+        rows, z, left = correction(samples, p), samples.z.copy(), np.arange(len(samples.t))
         for _ in range(_CORRECTIONS):
             try:
                 step = np.linalg.solve(rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz, None])[:, :, 0]
             except np.linalg.LinAlgError:
                 break
-            tried = correction(samples._replace(z=samples.z - step), p)
-            better = (np.abs(tried[:, :nz]).max(axis=1) < np.abs(rows[:, :nz]).max(axis=1))[:, None]
-            samples = samples._replace(z=np.where(better, samples.z - step, samples.z))
-            rows = np.where(better, tried, rows)
-            if not (better & (np.abs(step) > _CLOSE * (1.0 + np.abs(samples.z)))).any():
+            near = (np.abs(step) <= _CLOSE * (1.0 + np.abs(z[left]))).all(axis=1)
+            z[left[near]] -= step[near]
+            left, step, rows = left[~near], step[~near], rows[~near]
+            if not left.size:
                 break
-        return samples
+            tried = correction(Samples(samples.t[left], samples.x[left], z[left] - step, samples.m[left]), p)
+            better = np.abs(tried[:, :nz]).max(axis=1) < np.abs(rows[:, :nz]).max(axis=1)
+            z[left[better]] -= step[better]
+            left, rows = left[better], tried[better]
+        return samples._replace(z=z)
 
 
 def fits_pattern(name: str, pattern: str) -> bool:

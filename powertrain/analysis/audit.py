@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +38,10 @@ def energy_audit(result: Result[Any]) -> EnergyAudit:
 
 @dataclass
 class _Sums:
-    """Integrals over the run in joules, extremes in watts; ``forward`` and ``backward`` are the positive and negative part of ``power``."""
+    """Integrals over the run in joules, extremes in watts, and the most that the model ``stored``.
+
+    ``forward`` and ``backward`` are the positive and negative part of ``power``.
+    """
 
     power: Array
     forward: Array
@@ -50,10 +53,11 @@ class _Sums:
     turned: Array
     imbalance: Array
     scale: Array
+    stored: Array
 
     @classmethod
     def of(cls, ports: int, parts: int) -> _Sums:
-        return cls(*(np.zeros(ports) for _ in range(5)), *(np.zeros(parts) for _ in range(5)))
+        return cls(*(np.zeros(ports) for _ in range(5)), *(np.zeros(parts) for _ in range(5)), np.zeros(1))
 
 
 @dataclass(frozen=True)
@@ -84,15 +88,20 @@ class EnergyAudit:
         self._parts, self._ports, self._own = terms.parts, terms.ports, terms.own
         self._sums = _integrate(terms, trajectory, p)
         self._jumps = _jumps(terms, trajectory, p)
-        samples = Samples(*trajectory.at(np.unique(result.time), with_events=True))
-        self.time: Array = samples.t
-        self._values = terms.values(samples, p)
+        self._samples = Samples(*trajectory.at(np.unique(result.time), with_events=True))
+        self.time: Array = self._samples.t
+        self._at = partial(terms.values, p=p)
         first, last = (
-            terms.values(Samples(*trajectory.at([t], with_events=False)), p).energy[0]
+            self._at(Samples(*trajectory.at([t], with_events=False))).energy[0]
             for t in (trajectory.start, trajectory.end)
         )
         self._stored = last - first
-        self._largest = float(np.abs(self._values.energy.sum(axis=1)).max(initial=0.0))
+        self._largest = max(map(float, (self._sums.stored[0], abs(first.sum()), abs(last.sum()))))
+
+    @cached_property
+    def _values(self) -> Values:
+        """The terms at ``time``."""
+        return self._at(self._samples)
 
     @cached_property
     def components(self) -> pd.DataFrame:
@@ -283,6 +292,7 @@ def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
         sums.imbalance = np.maximum(sums.imbalance, np.where(boundary, 0.0, np.abs(supply)).max(axis=0))
         scale = np.abs(values.loss) + np.abs(values.rate) + np.abs(power) @ np.abs(terms.own.T)
         sums.scale = np.maximum(sums.scale, scale.max(axis=0))
+        sums.stored = np.maximum(sums.stored, np.abs(values.energy.sum(axis=1)).max())
     return sums
 
 

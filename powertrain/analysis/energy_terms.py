@@ -101,7 +101,7 @@ class EnergyTerms:
                 ca.vec(ca.densify(ca.jacobian(dae.residual, dae.z)).T),
                 _rate(dae.residual, dae.t, dae.x, dae.xdot),
             ]
-        self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.vertcat(*rows))
+        self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.cse(ca.vertcat(*rows)))
 
     def values(self, samples: Samples, p: Array) -> Values:
         """The terms at the samples. ModelError where one is not finite."""
