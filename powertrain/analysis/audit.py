@@ -57,7 +57,7 @@ class _Sums:
 
     @classmethod
     def of(cls, ports: int, parts: int) -> _Sums:
-        return cls(*(np.zeros(ports) for _ in range(5)), *(np.zeros(parts) for _ in range(5)), np.zeros(1))
+        return cls(*(np.zeros(n) for n in (*[ports] * 5, *[parts] * 5, 1)))
 
 
 @dataclass(frozen=True)
