@@ -15,7 +15,7 @@ import pytest
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as trans
-from powertrain.components.blocks import Constant, Sine
+from powertrain.components.blocks import Constant, Ramp, Sine, Step
 
 
 def refused(kind: type[pt.PowertrainError], *said: str, do: Callable[[], Any]) -> str:
@@ -550,26 +550,52 @@ def test_freewheel_that_starts_backward() -> None:
 
 
 class Prescribed(pt.Component):
-    """A bearing on a shaft whose speed is forced and stops."""
+    """A bearing on a shaft whose speed is forced."""
 
     motor: rot.Speed = rot.Speed(exact=True)
     bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=((0.0, 1.0),))
-    speed: Constant = Constant(k=0.0)
+    speed: pt.Component = Constant(k=0.0)
 
     def equations(self) -> pt.Equations:
-        yield pt.connect(self.speed.y, self.motor.w_ref)
+        yield pt.connect(self.speed.y, self.motor.w_ref)  # type: ignore[attr-defined]
         yield pt.connect(self.motor.flange, self.bearing.flange_a)
 
 
+class SameSpeed(pt.Component):
+    """A pressed clutch between two shafts that are forced to turn."""
+
+    one: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=3.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=20.0)
+    other: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=3.0)
+    press: Step = Step(startTime=0.5)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.one.flange, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.other.flange)
+        yield pt.connect(self.press.y, self.clutch.f_normalized)
+
+
 def test_friction_under_prescribed_motion() -> None:
-    """At rest no equation determines its torque: the smallest is taken, and the notes say so."""
-    result = pt.simulate(Prescribed(), 1.0)
-    assert (result["bearing.tau"] == 0).all()
-    assert "bearing.mode (bearing: yield friction(" in result.notes[0]
-    assert "its torque is not unique" in result.notes[0]
+    said = ("nothing determines its torque", "put a shaft stiffness")
+    text = ("bearing: yield friction(", "-1 to 1 N.m", "t = 0 s", *said)
+    refused(pt.InitializationError, *text, do=lambda: pt.simulate(Prescribed(), 1.0))
     moving = pt.simulate(pt.replace(Prescribed(), {"speed.k": 2.0}), 1.0)
     assert moving["bearing.tau"][-1] == 1.0
     assert not moving.notes
+    text = ("clutch: yield friction(", "-10 to 10 N.m", "t = 0.5 s", *said)
+    refused(pt.SimulationError, *text, do=lambda: pt.simulate(SameSpeed(), 1.0))
+    slips = pt.simulate(SameSpeed(), 1.0, parameters={"other.w_fixed": 4.0})
+    assert slips["clutch.tau"][-1] == 10.0
+
+
+def test_friction_under_a_motion_that_pauses() -> None:
+    """While it pauses no equation determines the torque: the smallest is given, and the notes say so."""
+    result = pt.simulate(Prescribed(speed=Ramp(duration=1.0, startTime=0.5)), 1.0)
+    assert (result["bearing.tau"][result.time < 0.5] == 0).all()
+    assert result["bearing.tau"][-1] == 1.0
+    (note,) = result.notes
+    assert "bearing.mode (bearing: yield friction(" in note
+    assert "its torque is not unique: 0 N.m is given, any from -1 to 1 N.m would do" in note
 
 
 class UserTorque(pt.Component):

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from powertrain.compiler.hybrid import Guard, HybridDae, Switch
 from powertrain.engine import steps
+from powertrain.engine.admissible import Admissible
 from powertrain.engine.book import book
 from powertrain.engine.buffers import Array, Bound, Memory
 from powertrain.engine.compiled import compile_functions
@@ -265,7 +266,7 @@ class Engine:
         try:
             self.resolver.resolve(0)
             self.resolver.check_unique(0)
-            self.check_modes(0)
+            self.admissible.check(0)
         except (NotConsistent, SimulationError) as error:
             raise InitializationError(f"start at t = {t:.9g} s: {error}") from None
         return 0
@@ -290,19 +291,6 @@ class Engine:
         self.instants.call()
         after = t + 1e-12 * max(1.0, abs(t))
         return min([instant for instant in self.memory.instants.tolist() if instant > after], default=np.inf)
-
-    def check_modes(self, side: int) -> None:
-        """Refuse motion against a torque without limit; note friction at rest under a prescribed motion, whose torque is not unique."""
-        for law, mode in self._one_way:
-            if self.memory.m[law.index] == mode:
-                way = "forward" if mode > 0 else "backward"
-                raise SimulationError(
-                    f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
-                    "slide that way. Give a start (or a reset) with which it rests or moves the other way."
-                )
-        for law in self._prescribed:
-            if self.memory.m[law.index] == 0:
-                self.resolver.redundancy.add([law])
 
     def _shared(self) -> steps.Common:
         if self._model is None:
@@ -364,11 +352,7 @@ class Engine:
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"], memory)
         self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
-        self._prescribed = [law for law in self.dae.frictions if law.prescribed]
-        ends = [
-            (law, mode, bound) for law in self.dae.frictions for mode, bound in ((1.0, law.upper), (-1.0, law.lower))
-        ]
-        self._one_way = [(law, mode) for law, mode, bound in ends if bound.is_constant() and np.isinf(float(bound))]
+        self.admissible = Admissible(self.dae, memory, self.resolver.redundancy)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
         self._untimed_whens = [
             (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None

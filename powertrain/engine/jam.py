@@ -90,5 +90,13 @@ def undetermined_note(laws: Sequence[Friction], t: float) -> str:
     )
 
 
+def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
+    """A law at rest that its torque cannot move."""
+    return (
+        f"from t = {t:.9g} s: {_names([law])} is stuck where nothing can move anyway; its torque is not unique: {torque:.6g} {law.unit} is "
+        f"given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
+    )
+
+
 def _names(laws: Sequence[Friction]) -> str:
     return " and ".join(f"{law.name} ({law.where})" for law in laws)

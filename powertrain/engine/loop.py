@@ -249,7 +249,7 @@ class Run:
             return
         left = memory.y[self.side].copy()
         resolver.resolve(self.side)
-        engine.check_modes(self.side)
+        engine.admissible.check(self.side)
         held = m.copy()
         changed = (held != held_left).nonzero()[0].tolist()
         if changed:

@@ -48,12 +48,15 @@ class Redundancy:
         if self._seen[stuck]:
             self.add(self._seen[stuck])
 
-    def add(self, laws: Sequence[Friction]) -> None:
-        """Note that these laws share a torque."""
-        key = tuple(law.name for law in laws)
-        if key not in self._noted:
-            self._noted.add(key)
-            self.notes.append(undetermined_note(laws, self.memory.time[0]))
+    def add(self, laws: Sequence[Friction], text: str | None = None) -> None:
+        """Note that these laws share a torque, or what ``text`` says of them."""
+        if not self.noted(laws):
+            self._noted.add(_names(laws))
+            self.notes.append(text or undetermined_note(laws, self.memory.time[0]))
+
+    def noted(self, laws: Sequence[Friction]) -> bool:
+        """Whether there is a note about these laws."""
+        return _names(laws) in self._noted
 
     def _dependent(self, stuck: Sequence[int], side: int) -> list[Friction]:
         dae, memory = self.dae, self.memory
@@ -72,3 +75,7 @@ class Redundancy:
         rank = int((sizes > _RANK).sum())
         involved = (np.abs(left[:, rank:]) > 1e-6).any(axis=1)
         return [self._laws[k] for k, found in zip(stuck, np.atleast_1d(involved).tolist(), strict=True) if found]
+
+
+def _names(laws: Sequence[Friction]) -> tuple[str, ...]:
+    return tuple(law.name for law in laws)

@@ -1,0 +1,58 @@
+"""What modes that fit together may still not be: motion against a torque without limit, rest where no torque is determined."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import Friction, HybridDae
+from powertrain.engine.buffers import Memory
+from powertrain.engine.indicators import EPS
+from powertrain.engine.jam import law_values, resting_note
+from powertrain.engine.redundancy import Redundancy
+from powertrain.errors import SimulationError
+
+
+class Admissible:
+    """Looks at the modes after they were resolved.
+
+    A friction law that its torque cannot move, at rest, may carry any torque between its bounds; no motion, loss or energy depends on it.
+    Where its speed may change (a pause in a cycle) the smallest torque is taken and noted. Where it is constant the law is refused.
+    """
+
+    def __init__(self, dae: HybridDae, memory: Memory, redundancy: Redundancy) -> None:
+        self.dae, self.memory, self.redundancy = dae, memory, redundancy
+        ends = [(law, mode, bound) for law in dae.frictions for mode, bound in ((1.0, law.upper), (-1.0, law.lower))]
+        self._one_way = [(law, mode) for law, mode, bound in ends if bound.is_constant() and np.isinf(float(bound))]
+        changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
+        self._prescribed = [
+            (k, law, not ca.depends_on(law.w, changing)) for k, law in enumerate(dae.frictions) if law.prescribed
+        ]
+
+    def check(self, side: int) -> None:
+        """Refuse what cannot be, note what is not unique."""
+        held, t = self.memory.m, self.memory.time[0]
+        for law, mode in self._one_way:
+            if held[law.index] == mode:
+                way = "forward" if mode > 0 else "backward"
+                raise SimulationError(
+                    f"{law.name} ({law.where}) moves {way} at t = {t:.9g} s, where its torque has no limit: it cannot "
+                    "slide that way. Give a start (or a reset) with which it rests or moves the other way."
+                )
+        for k, law, for_ever in self._prescribed:
+            if held[law.index] == 0:
+                self._rests(k, law, for_ever, side)
+
+    def _rests(self, k: int, law: Friction, for_ever: bool, side: int) -> None:
+        if not for_ever and self.redundancy.noted([law]):
+            return
+        _, torque, lower, upper, _, _ = law_values(self.dae, self.memory, side)[k].tolist()
+        room = upper - lower > EPS
+        unit, t = law.unit, self.memory.time[0]
+        if for_ever and room:
+            raise SimulationError(
+                f"{law.name} ({law.where}) rests at t = {t:.9g} s under a prescribed motion that never moves it: nothing determines its "
+                f"torque, which may lie anywhere from {lower:.6g} to {upper:.6g} {unit}. Take it out, or put a shaft stiffness between it "
+                "and what prescribes the motion."
+            )
+        self.redundancy.add([law], resting_note(law, torque, lower, upper, t) if room else None)
