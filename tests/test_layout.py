@@ -27,7 +27,7 @@ ORDER = [
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
     "engine: survey verdict step settled dopri5 rodas5p steps book",
     "engine: chatter schedules trajectory location projection consistent special",
-    "engine: jam redundancy uniqueness enumeration recall resolve admissible",
+    "engine: jam redundancy resting uniqueness enumeration recall resolve admissible",
     "engine: continuity sparse_step failure loop engine",
     "signals nonfinite events export conditions initial result plant",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms audit sweeping",

@@ -98,5 +98,13 @@ def resting_note(law: Friction, torque: float, lower: float, upper: float, t: fl
     )
 
 
+def held_note(law: Friction, t: float) -> str:
+    """A law at a limit of its torque that others hold at rest."""
+    return (
+        f"from t = {t:.9g} s: {_names([law])} is held at rest by other laws; it is given a limit of its torque, "
+        "which is not unique"
+    )
+
+
 def _names(laws: Sequence[Friction]) -> str:
     return " and ".join(f"{law.name} ({law.where})" for law in laws)

@@ -15,6 +15,7 @@ from powertrain.engine.enumeration import enumerate_modes, strict
 from powertrain.engine.jam import jam_message, undetermined_laws, undetermined_message
 from powertrain.engine.recall import Recall
 from powertrain.engine.redundancy import Redundancy
+from powertrain.engine.resting import Resting
 from powertrain.engine.steps import PREFIX
 from powertrain.engine.uniqueness import Uniqueness
 from powertrain.errors import SimulationError
@@ -42,6 +43,7 @@ class Resolver:
         self._unsolved: NotConsistent | None = None
         self.redundancy = Redundancy(dae, memory)
         self.uniqueness = Uniqueness(dae, memory)
+        self.resting = Resting(dae, memory, self.redundancy)
         self._recall = Recall(memory.m)
         self._tries = 0
         self._flags = view(memory.flags)
@@ -49,8 +51,10 @@ class Resolver:
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
         self.extra, self._unsolved = [], None
+        self.resting.look_back(side)
         for _ in range(_ROUNDS):
             if self._fixed_point(side):
+                self.resting.look(side)
                 return
         names = sorted({name for name, _ in self.extra})
         raise SimulationError(
@@ -132,6 +136,7 @@ class Resolver:
     def forget(self) -> None:
         """Drop the notes of the last run."""
         self.redundancy.forget()
+        self.resting.forget()
         self._tries = 0
 
     def _enumerate(self, side: int, varied: set[int], message: str | None = None) -> bool:
