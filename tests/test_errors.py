@@ -598,6 +598,30 @@ def test_friction_under_a_motion_that_pauses() -> None:
     assert "its torque is not unique: 0 N.m is given, any from -1 to 1 N.m would do" in note
 
 
+class Felt(pt.Component):
+    """The torque that a bearing takes at an exact speed, put on a shaft of its own by a sensor."""
+
+    speed: Ramp = Ramp(height=-10.0, duration=0.5, offset=10.0)
+    motor: rot.Speed = rot.Speed(exact=True)
+    sensor: rot.TorqueSensor = rot.TorqueSensor()
+    bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=((0.0, 2.0),))
+    torque: rot.Torque = rot.Torque()
+    J: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.speed.y, self.motor.w_ref)
+        yield pt.connect(self.motor.flange, self.sensor.flange_a)
+        yield pt.connect(self.sensor.flange_b, self.bearing.flange_a)
+        yield pt.connect(self.sensor.tau, self.torque.tau)
+        yield pt.connect(self.torque.flange, self.J.flange_a)
+
+
+def test_motion_that_follows_a_torque_that_nothing_determines() -> None:
+    text = ("bearing: yield friction(", "other parts move", "t = 0.5 s", "-2 to 2 N.m")
+    refused(pt.SimulationError, *text, do=lambda: pt.simulate(Felt(), 1.0))
+    assert pt.simulate(Felt(), 0.4)["J.w"][-1] == pytest.approx(2 * 0.4)
+
+
 class UserTorque(pt.Component):
     """A user's function outside its range: sqrt(1 - phi) on a shaft that turns beyond phi = 1."""
 

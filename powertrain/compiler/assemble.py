@@ -211,11 +211,13 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> 
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
+    prescribed = not any(ca.which_depends(opened.rate, t.symbol, 1, False))
     return Friction(
         t.mode.name(), str(t.place), layout[key(t.mode)], t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
         algebraic=t.algebraic,
-        prescribed=not any(ca.which_depends(opened.rate, t.symbol, 1, False)),
+        prescribed=prescribed,
+        acts=not prescribed or resolver.acts(k),
         may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), resolver.symbols, 1, False)),
         idle=resolver.idle(k),
     )  # fmt: skip

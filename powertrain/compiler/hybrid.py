@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 class Friction:
     """w > 0: torque = upper; w < 0: torque = lower; w = 0: stuck, torque in [peak*lower, peak*upper] so that rate = 0.
 
+    ``prescribed``: no torque of this law ever moves it; ``acts``: yet other motions follow that torque.
     ``idle``: while not 0, no torque of this law moves it; where it is stuck its torque is then (rate without it)/HOLDS.
     """
 
@@ -36,6 +37,7 @@ class Friction:
     unit: str = "N.m"
     algebraic: bool = False
     prescribed: bool = False
+    acts: bool = False
     may_free: bool = True
     idle: ca.SX = field(default_factory=lambda: ca.SX(0))
 

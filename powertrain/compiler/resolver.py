@@ -11,7 +11,7 @@ from powertrain.compiler import sharing
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import Torque, parallel_groups, solve_torques, unmoved
+from powertrain.compiler.torques import Torque, cancels, parallel_groups, solve_torques, unmoved
 from powertrain.laws import FrictionLaw
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 
@@ -123,6 +123,14 @@ class Resolver:
         """Where not 0, the torque of this law does not move it."""
         parameters = {key(c.symbol): c.value for c in self.reduced.flat.parameters}
         return self.close([unmoved(self.laws[k], parameters)])[0]
+
+    def acts(self, k: int) -> bool:
+        """Whether anything that moves follows the torque of this law, be it through a sensor."""
+        derivative = self.reduced.flat.recorder.derivative
+        rates = self.opened([*(derivative(s) for s in ca.vertsplit(self.x)), *self._residuals])
+        rates += [law.rate for i, law in enumerate(self.laws) if i != k]
+        slopes = [e for rate in rates for e in ca.vertsplit(ca.densify(ca.jacobian(rate, self.symbols[k])))]
+        return any(not e.is_zero() and not cancels(e) for e in slopes)
 
     def residuals(self) -> list[Symbol]:
         """The equations of the implicit unknowns ``z``: of the model, of laws that are not linear, of fractions of a shared torque."""

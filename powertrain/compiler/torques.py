@@ -229,6 +229,14 @@ def unmoved(t: Torque, parameters: dict[int, float]) -> Symbol:
     return cancels
 
 
+def cancels(slope: Symbol) -> bool:
+    """Whether the terms of an expression cancel each other whatever the values."""
+    inside = free_symbols(slope)
+    numbers = ca.DM([generic(s) for s in inside]) if inside else ca.DM(0, 1)
+    off = ca.fabs(slope) <= _ROUND_OFF * terms(slope)
+    return bool(float(ca.Function("powertrain_cancels", [column(inside)], [off])(numbers)))
+
+
 def _bent(rows: list[Symbol], symbols: list[Symbol]) -> set[int]:
     """What the slopes of the rows depend on."""
     slopes = ca.jacobian(column(rows), column(symbols))

@@ -16,8 +16,9 @@ from powertrain.errors import SimulationError
 class Admissible:
     """Looks at the modes after they were resolved.
 
-    A friction law that its torque cannot move, at rest, may carry any torque between its bounds; no motion, loss or energy depends on it.
-    Where its speed may change (a pause in a cycle) the smallest torque is taken and noted. Where it is constant the law is refused.
+    A friction law that its torque cannot move, at rest, may carry any torque between its bounds; no loss or energy depends on it. Where its
+    speed may change (a pause in a cycle) the smallest torque is taken and noted. Where that is constant, or other parts move by the torque
+    (through a sensor), the law is refused.
     """
 
     def __init__(self, dae: HybridDae, memory: Memory, redundancy: Redundancy) -> None:
@@ -26,7 +27,9 @@ class Admissible:
         self._one_way = [(law, mode) for law, mode, bound in ends if bound.is_constant() and np.isinf(float(bound))]
         changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
         self._prescribed = [
-            (k, law, not ca.depends_on(law.w, changing)) for k, law in enumerate(dae.frictions) if law.prescribed
+            (k, law, law.acts or not ca.depends_on(law.w, changing))
+            for k, law in enumerate(dae.frictions)
+            if law.prescribed
         ]
 
     def check(self, side: int) -> None:
@@ -39,20 +42,21 @@ class Admissible:
                     f"{law.name} ({law.where}) moves {way} at t = {t:.9g} s, where its torque has no limit: it cannot "
                     "slide that way. Give a start (or a reset) with which it rests or moves the other way."
                 )
-        for k, law, for_ever in self._prescribed:
+        for k, law, refused in self._prescribed:
             if held[law.index] == 0:
-                self._rests(k, law, for_ever, side)
+                self._rests(k, law, refused, side)
 
-    def _rests(self, k: int, law: Friction, for_ever: bool, side: int) -> None:
-        if not for_ever and self.redundancy.noted([law]):
+    def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:
+        if not refused and self.redundancy.noted([law]):
             return
         _, torque, lower, upper, _, _ = law_values(self.dae, self.memory, side)[k].tolist()
         room = upper - lower > EPS
         unit, t = law.unit, self.memory.time[0]
-        if for_ever and room:
+        if refused and room:
+            why = "by whose torque other parts move" if law.acts else "that never moves"
             raise SimulationError(
-                f"{law.name} ({law.where}) rests at t = {t:.9g} s under a prescribed motion that never moves it: nothing determines its "
-                f"torque, which may lie anywhere from {lower:.6g} to {upper:.6g} {unit}. Take it out, or put a shaft stiffness between it "
-                "and what prescribes the motion."
+                f"{law.name} ({law.where}), {why}, rests at t = {t:.9g} s under a prescribed motion: nothing determines its torque, "
+                f"which may lie anywhere from {lower:.6g} to {upper:.6g} {unit}. Take it out, or put a shaft stiffness between it and what "
+                "prescribes the motion."
             )
         self.redundancy.add([law], resting_note(law, torque, lower, upper, t) if room else None)
