@@ -265,8 +265,8 @@ class Engine:
         self.fire(t, t)
         try:
             self.resolver.resolve(0)
-            self.resolver.check_unique(0)
             self.admissible.check(0)
+            self.resolver.check_unique(0)
         except (NotConsistent, SimulationError) as error:
             raise InitializationError(f"start at t = {t:.9g} s: {error}") from None
         return 0
