@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable, within
 from powertrain.components.cvu.interfaces import VariableUnit
 
 
@@ -17,8 +17,8 @@ class ElectricVariator(VariableUnit):
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
 
     The torque into each flange is positive where the machine generates. E is the energy in the link, E_0 what is aimed at: at low speed
-    of flange_a, and beyond its torque, the link is drawn down. Machines as quasi-static losses, without inertia.
-    ``ratio`` may be any number, also through zero (geared neutral).
+    of flange_a, and beyond its torque, the link is drawn down; a link drawn empty ends a simulation with an error. Machines as
+    quasi-static losses, without inertia. ``ratio`` may be any number, also through zero (geared neutral).
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)
@@ -38,6 +38,7 @@ class ElectricVariator(VariableUnit):
     def equations(self) -> Equations:
         """Speed control, link control, and the link's balance."""
         V = self._ratio()
+        within(self.E, 0.0, ca.inf, name="energy in the link of the two machines", unit="J")
         yield from self._balance()
         yield self.w_a == der(self.flange_a.phi - self.support.phi)
         yield self.w_b == der(self.flange_b.phi - self.support.phi)

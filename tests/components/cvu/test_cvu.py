@@ -186,6 +186,12 @@ def test_electric_variator_keeps_ratio_and_link() -> None:
     assert tau_a * 100 + tau_b * w_b == pytest.approx(losses, rel=1e-6)
 
 
+def test_electric_variator_gives_no_more_than_its_link_holds() -> None:
+    """V w_a T_b = 4 kW need 400 N.m from flange_a, which 300 N.m cannot be: the link runs empty."""
+    with pytest.raises(pt.SimulationError, match=r"energy in the link .* leaves its range"):
+        prescribed(ElectricVariator(), 4.0, 10.0, -100.0, stop=30.0, J=0.02)
+
+
 def test_torque_limiter_slips_beyond_its_torque() -> None:
     parts = TorqueLimiter(tau_max=5.0), rot.ConstantSpeed(w_fixed=10), rot.Inertia(J=0.1)
     for load, mode in ((-4.9, 0), (-5.1, -1), (5.1, 1)):
