@@ -248,3 +248,19 @@ def test_gearbox_is_its_gear_and_its_shaft() -> None:
     assert np.abs(a - b).max() < 1e-6 * np.abs(b).max()
     heat = whole["parts[2].lossyGear.lossPower"] + whole["parts[2].elastoBacklash.lossPower"]
     np.testing.assert_allclose(whole["parts[2].heat_port.Q_flow"], -heat, atol=1e-9 * heat.max())
+
+
+def test_gear_between_an_exact_motion_and_a_torque_has_no_states() -> None:
+    """The load of 4 N.m takes 4/(2*0.9) where it is driven and gives 4*0.9/2 where it drives."""
+    swing = Line(
+        parts=(rot.Position(exact=True), rot.Gear(ratio=2.0, efficiency=0.9), rot.ConstantTorque(tau_constant=-4.0)),
+        signals=(Sine(amplitude=1.0, f=1.0),),
+        wires=((0, 0, "phi_ref"),),
+    )
+    result = run(swing, 1.0)
+    assert not result.compiled.states
+    forward = np.cos(2 * np.pi * result.time) > 1e-6
+    backward = np.cos(2 * np.pi * result.time) < -1e-6
+    np.testing.assert_allclose(result["parts[1].flange_a.tau"][forward], 2 / 0.9, rtol=1e-9)
+    np.testing.assert_allclose(result["parts[1].flange_a.tau"][backward], 2 * 0.9, rtol=1e-9)
+    assert pt.energy_audit(result).closure < 1e-6
