@@ -358,3 +358,29 @@ def test_a_run_that_takes_no_time() -> None:
     assert audit.closure == 0.0
     assert audit.components["lost"].sum() == 0.0
     assert "EnergyAudit of Oscillator" in repr(audit)
+
+
+class Swung(pt.Component):
+    """A damped inertia that swings as a source says: there are no states, and steps of any length."""
+
+    sine: blocks.Sine = blocks.Sine(amplitude=1.0, f=5.0)
+    source: rot.Position = rot.Position(exact=True)
+    inertia: rot.Inertia = rot.Inertia(J=2.0)
+    damper: rot.Damper = rot.Damper(d=3.0)
+    ground: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.sine.y, self.source.phi_ref)
+        yield pt.connect(self.source.flange, self.inertia.flange_a)
+        yield pt.connect(self.inertia.flange_b, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+
+
+@pytest.mark.parametrize("f", [0.3, 5.0, 50.0])
+def test_what_swings_within_a_step_is_integrated(f: float) -> None:
+    result = pt.simulate(pt.replace(Swung(), {"sine.f": f}), 2.0)
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-9
+    w = 2 * np.pi * f
+    lost = 3.0 * w**2 * (1.0 + np.sin(4 * w) / (4 * w))
+    assert audit.components.loc["damper", "lost"] == pytest.approx(lost, rel=1e-7)

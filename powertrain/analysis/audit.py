@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import EnergyTerms, Values
+from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.result import Result
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Matrix = NDArray[np.float64]
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 HIDDEN = 1e-6
 """Largest imbalance of power, relative to the component's own terms, that counts as rounding."""
 
@@ -28,8 +28,9 @@ def energy_audit(result: Result[Any]) -> EnergyAudit:
     """Follows the energy of a simulation through every port and every component.
 
     At every instant, for every component but sources and ground: power in through its ports = loss() + d energy()/dt. Over the run:
-    E(end) - E(start) = supply - losses, with the integrals by Gauss quadrature on the integrator's own steps and dense output, so that what
-    is left over is of the integrator's order. Energy lost at one instant (an impact, a reset) is a loss of the component that declares it.
+    E(end) - E(start) = supply - losses, with the integrals by Gauss quadrature on the integrator's dense output, in its steps or finer, so
+    that what is left over is of the integrator's order. Energy lost at one instant (an impact, a reset) is a loss of the component that
+    declares it.
 
     Raises ParameterError for a result that kept samples only, ModelError where a term cannot be computed or is not finite.
     """
@@ -57,7 +58,9 @@ class _Sums:
 
     @classmethod
     def of(cls, ports: int, parts: int) -> _Sums:
-        return cls(*(np.zeros(n) for n in (*[ports] * 5, *[parts] * 5, 1)))
+        sums = cls(*(np.zeros(n) for n in (*[ports] * 5, *[parts] * 5, 1)))
+        sums.highest[:], sums.lowest[:] = -np.inf, np.inf
+        return sums
 
 
 @dataclass(frozen=True)
@@ -273,19 +276,23 @@ def _supply(values: Values, own: Matrix) -> Matrix:
 
 
 def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
-    samples, weights = _nodes(trajectory)
     sums = _Sums.of(len(terms.ports), len(terms.parts))
     boundary = np.array([part.boundary for part in terms.parts])
-    for block in terms.blocks(samples):
-        values, w = terms.values(Samples(*(a[block] for a in samples)), p), weights[block]
+    waiting = Pieces.of(trajectory).blocks(terms.block)
+    while waiting:
+        pieces = waiting.pop()
+        values, w = terms.values(pieces.samples(trajectory), p), pieces.weights
         supply, power = _supply(values, terms.own), values.power
+        own = np.hstack((values.loss, values.rate, np.where(boundary, supply, 0.0)))
+        rough = pieces.rough(np.hstack((power, own)), sums.turned.sum() + (w @ np.abs(own)).sum())
+        if rough.any():
+            waiting += pieces.halves(rough).blocks(terms.block)
+            w = w * np.repeat(~rough, len(NODES))
         sums.power += w @ power
         sums.forward += w @ np.maximum(power, 0.0)
         sums.backward += w @ np.maximum(-power, 0.0)
-        sums.highest = (
-            np.maximum(sums.highest, power.max(axis=0, initial=-np.inf)) if block.start else power.max(axis=0)
-        )
-        sums.lowest = np.minimum(sums.lowest, power.min(axis=0, initial=np.inf)) if block.start else power.min(axis=0)
+        sums.highest = np.maximum(sums.highest, power.max(axis=0))
+        sums.lowest = np.minimum(sums.lowest, power.min(axis=0))
         sums.loss += w @ values.loss
         sums.supply += w @ supply
         sums.turned += w @ (np.abs(values.loss) + np.abs(values.rate) + np.where(boundary, np.abs(supply), 0.0))
@@ -293,22 +300,9 @@ def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
         scale = np.abs(values.loss) + np.abs(values.rate) + np.abs(power) @ np.abs(terms.own.T)
         sums.scale = np.maximum(sums.scale, scale.max(axis=0))
         sums.stored = np.maximum(sums.stored, np.abs(values.energy.sum(axis=1)).max())
+    for extreme in (sums.highest, sums.lowest):
+        extreme[~np.isfinite(extreme)] = 0.0
     return sums
-
-
-def _nodes(trajectory: Trajectory) -> tuple[Samples, Array]:
-    """The nodes of Gauss quadrature in every step, from its dense output, and their weights."""
-    if not len(trajectory.times):
-        return Samples(*trajectory.at([], with_events=False)), np.zeros(0)
-    lengths = np.diff(np.append(trajectory.times, trajectory.end))
-    part = (NODES + 1) / 2
-    t = (trajectory.times[:, None] + lengths[:, None] * part).ravel()
-    weights = (lengths[:, None] * WEIGHTS / 2).ravel()
-    q = (lengths / trajectory.sizes)[:, None] * part
-    powers = q[:, :, None] ** np.arange(5)
-    y = (powers @ trajectory.dense).reshape(len(t), -1)
-    held = trajectory.held[np.repeat(trajectory.mode_of_step, len(NODES))]
-    return Samples(t, y[:, : trajectory.states], y[:, trajectory.states :], held), weights
 
 
 def _jumps(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> tuple[_Jump, ...]:

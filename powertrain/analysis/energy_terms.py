@@ -6,7 +6,6 @@ in it or, in a boundary (source, ground), taken out of the model.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -134,11 +133,10 @@ class EnergyTerms:
             row, place = bad[0]
             raise ModelError(f"the {name} {owners[place] or 'the model'} is not finite at t = {t[row]:.9g} s")
 
-    def blocks(self, samples: Samples) -> Iterator[slice]:
-        """Ranges of samples whose terms fit comfortably into memory."""
-        size = max(1, _BLOCK // max(1, self._lanes.size))
-        for first in range(0, len(samples.t), size):
-            yield slice(first, first + size)
+    @property
+    def block(self) -> int:
+        """How many samples' terms fit comfortably into memory."""
+        return max(1, _BLOCK // max(1, self._lanes.size))
 
 
 def own_power(parts: list[Part], ports: int) -> Matrix:

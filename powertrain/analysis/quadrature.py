@@ -1,0 +1,84 @@
+"""Gauss quadrature over the steps of a run, in pieces as fine as what is integrated asks for.
+
+The integrator's steps follow the states. What is driven by time alone may swing many times within one of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.engine.buffers import Array
+from powertrain.engine.trajectory import Trajectory
+from powertrain.signals import Samples
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+_OUTER = [0, 1, 3, 4]
+_COARSE = np.zeros(5)
+_COARSE[_OUTER] = np.linalg.solve(np.vander(NODES[_OUTER], increasing=True).T, [2.0, 0.0, 2.0 / 3.0, 0.0])
+_FEWEST = 64
+"""A run has at least about so many pieces, so that their nodes do not fall in step with what swings."""
+_ROUGH = 1e-5
+"""Share of the whole integral by which the rules with and without the middle node may differ: the error is about its square."""
+_MOST = 20
+"""Halvings, after which a jump is taken as it is."""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Stretches of time, each within one step, that came from steps by ``halvings``."""
+
+    first: Array
+    length: Array
+    step: NDArray[np.int_]
+    halvings: int = 0
+
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> Pieces:
+        """The steps of a run, long ones divided."""
+        if not len(trajectory.times):
+            return cls(np.zeros(0), np.zeros(0), np.zeros(0, int))
+        lengths = np.diff(np.append(trajectory.times, trajectory.end))
+        count = np.maximum(1, np.ceil(_FEWEST * lengths / (trajectory.end - trajectory.start))).astype(int)
+        step = np.repeat(np.arange(len(lengths)), count)
+        within = np.arange(len(step)) - (np.cumsum(count) - count)[step]
+        length = (lengths / count)[step]
+        return cls(trajectory.times[step] + within * length, length, step)
+
+    def blocks(self, nodes: int) -> list[Pieces]:
+        """Groups of about so many nodes, the last one first."""
+        size = max(1, nodes // len(NODES))
+        return [self._some(slice(i, i + size)) for i in range(0, len(self.first), size)][::-1]
+
+    def _some(self, which: slice | NDArray[np.bool_]) -> Pieces:
+        return Pieces(self.first[which], self.length[which], self.step[which], self.halvings)
+
+    def halves(self, which: NDArray[np.bool_]) -> Pieces:
+        """Two for each of these."""
+        some, again = self._some(which), lambda a, b: np.concatenate((a, b))
+        half = some.length / 2
+        return Pieces(
+            again(some.first, some.first + half), again(half, half), again(some.step, some.step), self.halvings + 1
+        )
+
+    def samples(self, trajectory: Trajectory) -> Samples:
+        """The nodes in every piece, from the dense output of its step."""
+        t = self.first[:, None] + self.length[:, None] * (NODES + 1) / 2
+        q = (t - trajectory.times[self.step, None]) / trajectory.sizes[self.step, None]
+        y = (q[:, :, None] ** np.arange(5) @ trajectory.dense[self.step]).reshape(t.size, -1)
+        held = trajectory.held[trajectory.mode_of_step[np.repeat(self.step, len(NODES))]]
+        return Samples(t.ravel(), y[:, : trajectory.states], y[:, trajectory.states :], held)
+
+    @property
+    def weights(self) -> Array:
+        """The weights of the nodes."""
+        return (self.length[:, None] * WEIGHTS / 2).ravel()
+
+    def rough(self, values: NDArray[np.float64], whole: float) -> NDArray[np.bool_]:
+        """Where the two rules differ by more than their share of ``whole``. ``values``: a row for each node."""
+        if self.halvings == _MOST:
+            return np.zeros(len(self.first), bool)
+        difference = np.tensordot(values.reshape(len(self.first), len(NODES), -1), WEIGHTS - _COARSE, (1, 0))
+        return self.length / 2 * np.abs(difference).sum(axis=1) > _ROUGH * whole
