@@ -50,7 +50,7 @@ class GradeForce(OneFlangeAndSupport):
 class Vehicle(Component):
     """A vehicle on a road, driven at the wheels' shaft flangeR or pulled at flangeT, or both, or a trailer.
 
-    (m + J/R^2) a = flangeR.tau/R + flangeT.f - fDrag - fRoll - fGrav
+      (m + J/R^2) a = flangeR.tau/R + flangeT.f - fDrag - fRoll - fGrav
     fDrag = Cd A rho (v - vWind) |v - vWind|/2,  fRoll = Cr m g cos(alpha) sign(v),  fGrav = m g sin(alpha)
 
     tan(alpha) is the inclination. The sign is smoothed to v/vReg below vReg. With ``useWindInput``, ``useCrInput`` and

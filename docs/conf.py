@@ -15,7 +15,8 @@ project = "powertrain"
 author = copyright = "The powertrain authors"
 release = version = powertrain.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "site_pages"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "mathml", "site_pages"]
+html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "_computed", "_ext"]
@@ -29,12 +30,14 @@ html_theme_options = {
     "show_prev_next": True,
     "secondary_sidebar_items": ["page-toc"],
     "header_links_before_dropdown": 8,
+    "navbar_persistent": ["search-button"],
     "navigation_depth": 3,
 }
 html_show_sourcelink = False
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+autodoc_type_aliases = {"ArrayLike": "ArrayLike", "Array": "Array"}
 nitpicky = False
 
 _CODE = re.compile(r"(``.*?``)")

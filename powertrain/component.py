@@ -74,9 +74,9 @@ class Parameter(Quantity):
     def range(self) -> str:
         """The allowed values as a text: '(0, 1]', '[0, inf) without 1'."""
         low = f"({self.above:g}" if self.above >= self.min else f"[{self.min:g}"
-        high = f"{self.max:g}]" if math.isfinite(self.max) else "inf)"
-        without = f" without {' and '.join(f'{v:g}' for v in self.exclude)}" if self.exclude else ""
-        return f"{low}, {high}{without}"
+        high = f"{self.max:g}{')' if self.max in self.exclude else ']'}" if math.isfinite(self.max) else "inf)"
+        others = [f"{value:g}" for value in self.exclude if value != self.max]
+        return f"{low}, {high}" + (f" without {' and '.join(others)}" if others else "")
 
     def check(self, value: float, where: str) -> float:
         """``value`` as a float, or ParameterError where it is no finite number or not in the range."""

@@ -21,7 +21,7 @@ def made_with(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.syspath_prepend(str(DOCS / "_ext"))
     monkeypatch.setenv("MPLBACKEND", "Agg")
     yield import_module
-    for name in ("executed", "pagetext", "component_pages"):
+    for name in ("executed", "formulas", "pagetext", "component_pages"):
         sys.modules.pop(name, None)
 
 
@@ -63,6 +63,8 @@ def test_an_error_names_the_line_of_the_page(made_with: Any, tmp_path: Path) -> 
         ("w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0", True),
         ("Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power", False),
         ("For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.", False),
+        ("Hence w_large - w_h = -(Z_ring/Z_large) (w_ring - w_h): each mesh", False),
+        ("T_L = -left.tau goes out to the left. The rollers wedge the cams apart.", False),
         ("The car drives.", False),
     ],
 )
@@ -70,11 +72,32 @@ def test_formulas_in_docstrings(made_with: Any, line: str, formula: bool) -> Non
     assert made_with("pagetext").is_equation(line) is formula
 
 
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("J der(w_rel) = tau_max", "<i>J</i> <i>w\u0307</i><sub>rel</sub> = <i>τ</i><sub>max</sub>"),
+        ("der(s - r phi) <= 0", "d(<i>s</i> − <i>r</i> <i>φ</i>)/d<i>t</i> ≤ 0"),
+        ("k w^2 + x^(n - 1)", "<i>k</i> <i>w</i><sup>2</sup> + <i>x</i><sup><i>n</i> − 1</sup>"),
+        ("flange_b.tau = -lossPower", "flange_b.<i>τ</i> = −<i>lossPower</i>"),
+        ("phi0 where it slips < 1", "<i>φ</i><sub>0</sub> where it slips &lt; 1"),
+    ],
+)
+def test_formulas_are_typeset(made_with: Any, text: str, shown: str) -> None:
+    assert made_with("formulas").typeset(text, {"lossPower"}) == shown
+
+
+def test_a_line_of_formulas_is_one_of_statements(made_with: Any) -> None:
+    shown = made_with("pagetext").docstring("A brake.\n\nw > 0: tau = limit,  w = 0: |tau| <= limit\n\nIt holds.")
+    assert shown.startswith("A brake.")
+    assert shown.endswith("It holds.")
+    assert shown.count('<span class="statement">') == 2
+
+
 def test_every_component_gets_a_page(made_with: Any, tmp_path: Path) -> None:
     made_with("component_pages").write_pages(tmp_path)
     clutch = (tmp_path / "components" / "rotational" / "Clutch.md").read_text(encoding="utf-8")
     assert "from powertrain.components.rotational import Clutch" in clutch
-    assert "| `fn_max` | – | N | \\[0, inf) | Normal force" in clutch
+    assert "| `fn_max` | – | N | \\[0,\N{NO-BREAK SPACE}inf) | Normal force" in clutch
     assert "Source: `components/rotational/clutch.py`, line" in clutch
     assert (tmp_path / "components" / "vehicles" / "SplitPathCar.md").is_file()
 

@@ -27,7 +27,7 @@ class FlywheelHybrid(Component):
     The flywheel (1.1 kg.m2, a steel disk of 35 kg and half a metre) turns three times as fast as the shaft of the transmission, at
     most 1,700 rad/s, where it holds 1.6 MJ; the car at 130 km/h has 0.9 MJ. The engine charges it at a good load, or stands still.
     The transmission is that of the split-path car with a wider range, r from 0.15 to 2; below it the clutch at its output slips.
-    ``drive.recovery`` = 0 leaves all braking to the friction brakes.
+    With ``drive.recovery`` = 0 it leaves all braking to the friction brakes.
     Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are made up.
     """
 

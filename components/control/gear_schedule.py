@@ -35,9 +35,9 @@ SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 class GearSchedule(Component):
     """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
 
-    up from gear to gear + 1 where v > up (1 + eager accelerator),  down to gear where v < down (1 + eager accelerator)
-    t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
-    ..+ t_close: hold rises to 1
+      up from gear to gear + 1 where v > up (1 + eager accelerator),  down to gear where v < down (1 + eager accelerator)
+      t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
+      ..+ t_close: hold rises to 1
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
 
     ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below

@@ -40,7 +40,9 @@ class AlwaysOn(EngineSwitch):
 class StartStop(EngineSwitch):
     """Stops the engine at rest, starts it with the accelerator.
 
-    on = 0 from where |v| < v_stop and accelerator < u_stop,  if it has been running for t_least;  on = 1 from where accelerator > u_start
+    The signal ``on``:
+      on = 0 from where |v| < v_stop and accelerator < u_stop,  if it has been running for t_least
+      on = 1 from where accelerator > u_start
     """
 
     v_stop: Parameter = parameter("m/s", "Speed below which the engine is stopped", default=0.1, above=0)

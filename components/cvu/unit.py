@@ -18,9 +18,11 @@ class CVU(VariableUnit):
     w_b = V w_a,  T_a = tauLoss - V T_b,  T_a + T_b + support.tau = 0
 
     Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power that the unit gives to what stands at
-    flange_b (in a split-path transmission the differential), Yu & Beachley 1986 have P_2 < 0, flange_b drives: loss = (1 - eta_ba)
-    |P_2| (eq. 25a), hence T_a w_a = -eta_ba T_b w_b and tauLoss = (1 - 1/eta_ba) T_a;
-    P_2 > 0, flange_a drives: loss = (1 - eta_ab)/eta_ab |P_2| (eq. 25b), hence T_b w_b = -eta_ab T_a w_a and tauLoss = (1 - eta_ab) T_a.
+    flange_b (in a split-path transmission the differential), Yu & Beachley 1986 have, in eqs. (25a) and (25b):
+
+    P_2 < 0, flange_b drives: loss = (1 - eta_ba) |P_2|,  hence T_a w_a = -eta_ba T_b w_b,  tauLoss = (1 - 1/eta_ba) T_a
+    P_2 > 0, flange_a drives: loss = (1 - eta_ab)/eta_ab |P_2|,  hence T_b w_b = -eta_ab T_a w_a,  tauLoss = (1 - eta_ab) T_a
+
     At rest tauLoss lies anywhere between its values forward and backward: the torques at rest hold each other within the efficiency.
 
     ``map_ab``, ``map_ba`` take the place of eta_ab, eta_ba; their axes are any of ratio [1], w_a [rad/s] (its size), tau [N.m] (size of

@@ -37,9 +37,9 @@ class ElectricMachine(Lossy):
     tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max/|w|) fade,  fade = (w_max - |w|)/band within 0..1
     lossPower = P_0 + copper tau^2 + iron |w| + windage w^2,  or loss_map
 
-    tau > 0 drives forward; tau w < 0 generates. ``loss_map`` [W] takes the place of the formula: over |w| [rad/s] and |tau| [N.m]; or,
-    where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where it generates.
-    The loss is drawn from the bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for
+    Forward it drives where tau > 0; it generates where tau w < 0. ``loss_map`` [W] takes the place of the formula: over |w| [rad/s] and
+    |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
+    it generates. The loss is drawn from the bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for
     a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
     """
 

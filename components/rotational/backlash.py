@@ -38,8 +38,8 @@ class _Play(CompliantWithRelativeStates, Lossy):
 class ElastoBacklash(_Play):
     """Backlash in series with a spring and damper; the torque is continuous and never pulls.
 
-    With x = phi_rel - phi_rel0: tau_c = c (x - b/2) for x > b/2, c (x + b/2) for x < -b/2, else 0;
-    tau = tau_c + tau_d with tau_d = d w_rel limited to [-|tau_c|, |tau_c|].
+    x = phi_rel - phi_rel0,  tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0
+    tau = tau_c + tau_d with tau_d = d w_rel limited to [-|tau_c|, |tau_c|]
 
     The limit lets the damper torque grow from zero at contact and end at a torque of zero when the sides part
     (the law of the Modelica Standard Library 4.0.0). lossPower = tau_d w_rel; so it also counts the spring's energy
@@ -61,10 +61,10 @@ class ElastoBacklash(_Play):
 class ElastoBacklash2(_Play):
     """Backlash in series with a spring and damper; the torque jumps at contact and never pulls.
 
-    With x = phi_rel - phi_rel0: tau_c = c (x - b/2) for x > b/2, c (x + b/2) for x < -b/2, else 0;
-    tau = tau_c + d w_rel where that pushes in the direction of tau_c, else 0.
+    x = phi_rel - phi_rel0,  tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0
+    tau = tau_c + d w_rel where that pushes in the direction of tau_c, else 0;  lossPower = (tau - tau_c) w_rel
 
-    lossPower = (tau - tau_c) w_rel. Up to b = 1e-10 rad the element is a SpringDamper.
+    Up to b = 1e-10 rad the element is a SpringDamper.
     """
 
     def equations(self) -> Equations:

@@ -15,7 +15,8 @@ BESSEL = (1.3617, 0.6180)
 class Position(OneFlangeAndSupport):
     """Moves a shaft by an angle signal.
 
-    exact: phi = phi_ref, which must be differentiable as often as the model needs.
+    exact: phi = phi_ref, which must be differentiable as often as the model needs
+
     Else phi is phi_ref behind a second-order Bessel filter of critical frequency f_crit:
     phi + 1.3617 w/w_crit + 0.6180 der(w)/w_crit^2 = phi_ref,  w_crit = 2 pi f_crit,  starting at phi = phi_ref
     """
@@ -45,7 +46,8 @@ class Position(OneFlangeAndSupport):
 class Speed(OneFlangeAndSupport):
     """Moves a shaft by a speed signal.
 
-    exact: w = w_ref, which must be differentiable as often as the model needs.
+    exact: w = w_ref, which must be differentiable as often as the model needs
+
     Else w is w_ref behind a first-order filter of critical frequency f_crit:
     der(w) = 2 pi f_crit (w_ref - w),  starting at w = w_ref
     """

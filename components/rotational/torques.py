@@ -115,7 +115,7 @@ class LinearSpeedDependentTorque(_SpeedDependentTorque):
     """A torque in proportion to speed.
 
     tau = tau_nominal |w/w_nominal| with TorqueDirection (the same direction whichever way the shaft turns),
-    else tau_nominal w/w_nominal
+    else tau = tau_nominal w/w_nominal
     """
 
     def equations(self) -> Equations:
@@ -129,7 +129,7 @@ class QuadraticSpeedDependentTorque(_SpeedDependentTorque):
     """A torque in proportion to the square of speed.
 
     tau = tau_nominal (w/w_nominal)^2 with TorqueDirection (the same direction whichever way the shaft turns),
-    else tau_nominal (w/w_nominal) |w/w_nominal|
+    else tau = tau_nominal (w/w_nominal) |w/w_nominal|
     """
 
     def equations(self) -> Equations:
@@ -142,10 +142,10 @@ class QuadraticSpeedDependentTorque(_SpeedDependentTorque):
 class InverseSpeedDependentTorque(_SpeedDependentTorque):
     """A torque in inverse proportion to speed (constant power).
 
-    With TorqueDirection (the same direction whichever way the shaft turns):
-    tau = tau_nominal w_nominal/|w|, held constant below w0.
-    Else tau = tau_nominal w_nominal/w; below w0 tau = tau_nominal w/w0, as in the Modelica Standard Library 4.0.0,
-    so that the torque jumps at w0 unless w0 = w_nominal.
+    tau = tau_nominal w_nominal/|w| with TorqueDirection (the same direction whichever way the shaft turns), held constant below w0
+    else tau = tau_nominal w_nominal/w,  below w0 tau = tau_nominal w/w0
+
+    Below w0 it is as in the Modelica Standard Library 4.0.0, so that the torque jumps at w0 unless w0 = w_nominal.
     """
 
     w0: Parameter = parameter("rad/s", "Speed below which the torque is limited", default=0.1, min=1e-15)
@@ -165,8 +165,8 @@ class SignTorque(_TorqueOnFlange):
     """A constant torque that changes sign with speed; a negative one brakes in both directions.
 
     tau = tau_nominal sign(w), smoothed around w = 0 by ``reg``:
-    "exp": 2/(1 + exp(-w/(0.01 w0))) - 1;  below w0 "sine": sin(pi/2 w/w0);  "linear": w/w0;
-    "cosine": sign(w) (1 - cos(pi/2 w/w0))
+      "exp": 2/(1 + exp(-w/(0.01 w0))) - 1;  below w0 "sine": sin(pi/2 w/w0);  "linear": w/w0;
+      "cosine": sign(w) (1 - cos(pi/2 w/w0))
     """
 
     tau_nominal: Parameter = parameter("N.m", "Torque; negative, it brakes")

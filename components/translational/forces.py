@@ -135,10 +135,10 @@ class QuadraticSpeedDependentForce(_SpeedDependentForce):
 class InverseSpeedDependentForce(_SpeedDependentForce):
     """A force in inverse proportion to speed (constant power).
 
-    With ForceDirection (the same direction whichever way the rod moves):
-    f = -f_nominal v_nominal/|v|, held constant below v0.
-    Else f = -f_nominal v_nominal/v; below v0 f = -f_nominal v/v0, as in the Modelica Standard Library 4.0.0,
-    so that the force jumps at v0 unless v0 = v_nominal.
+    f = -f_nominal v_nominal/|v| with ForceDirection (the same direction whichever way the rod moves), held constant below v0
+    else f = -f_nominal v_nominal/v,  below v0 f = -f_nominal v/v0
+
+    Below v0 it is as in the Modelica Standard Library 4.0.0, so that the force jumps at v0 unless v0 = v_nominal.
     """
 
     v0: Parameter = parameter("m/s", "Speed below which the force is limited", default=0.1, min=1e-15)
@@ -158,8 +158,8 @@ class SignForce(_ForceOnFlange):
     """A constant force that changes sign with speed; a negative one brakes in both directions.
 
     f = -f_nominal sign(v), smoothed around v = 0 by ``reg``:
-    "exp": 2/(1 + exp(-v/(0.01 v0))) - 1;  below v0 "sine": sin(pi/2 v/v0);  "linear": v/v0;
-    "cosine": sign(v) (1 - cos(pi/2 v/v0))
+      "exp": 2/(1 + exp(-v/(0.01 v0))) - 1;  below v0 "sine": sin(pi/2 v/v0);  "linear": v/v0;
+      "cosine": sign(v) (1 - cos(pi/2 v/v0))
     """
 
     f_nominal: Parameter = parameter("N", "Force; negative, it brakes")

@@ -15,7 +15,8 @@ BESSEL = (1.3617, 0.6180)
 class Position(OneFlangeAndSupport):
     """Moves a rod to a position signal.
 
-    exact: s = s_ref, which must be differentiable as often as the model needs.
+    exact: s = s_ref, which must be differentiable as often as the model needs
+
     Else s is s_ref behind a second-order Bessel filter of critical frequency f_crit:
     s + 1.3617 v/w_crit + 0.6180 der(v)/w_crit^2 = s_ref,  w_crit = 2 pi f_crit,  starting at s = s_ref
     """
@@ -46,7 +47,8 @@ class Position(OneFlangeAndSupport):
 class Speed(OneFlangeAndSupport):
     """Moves a rod by a speed signal.
 
-    exact: v = v_ref, which must be differentiable as often as the model needs.
+    exact: v = v_ref, which must be differentiable as often as the model needs
+
     Else v is v_ref behind a first-order filter of critical frequency f_crit:
     der(v) = 2 pi f_crit (v_ref - v),  starting at v = v_ref
     """

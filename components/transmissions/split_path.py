@@ -27,10 +27,10 @@ class SplitPathTransmission(_SplitPath):
     """A split-path CVT: power goes from flange_a to flange_b through a differential, and in part through a variable unit.
 
     The differential's members stand at 1 (input, flange_a), 2 and 3 (output, flange_b) as ``layout`` says: "bHa" is b at 1, H at 2, a
-    at 3. Input-coupled (Fig. 8): the unit lies between 1 and 2, V = w_2/w_1, r = w_3/w_1 = R + (1 - R) V,  R = (w_3 - w_2)/(w_1 - w_2)
-    (eqs. 23, 24)
-    Output-coupled: it lies between 3 and 2, V = w_2/w_3,
-        r = R/(1 - V + R V),  from (w_3 - V w_3) = R (w_1 - V w_3)
+    at 3. Input-coupled (Fig. 8, eqs. 23 and 24) the unit lies between 1 and 2, output-coupled between 3 and 2:
+
+    input-coupled: V = w_2/w_1,  r = w_3/w_1 = R + (1 - R) V,  R = (w_3 - w_2)/(w_1 - w_2)
+    output-coupled: V = w_2/w_3,  r = R/(1 - V + R V),  from (w_3 - V w_3) = R (w_1 - V w_3)
 
     flange_b of the unit is the side of the differential. Nothing here has inertia: put inertias at the flanges.
     Errors: ParameterError for a layout or coupling that does not exist.

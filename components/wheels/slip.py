@@ -45,7 +45,7 @@ class SlipWheel(SlippingWheel):
     steady: f = C v_slip/|v|, at most mu fn;  else the deflection u relaxes over the path sigma (1 + d |v|/C):
     f = C/sigma u + d der(u),  der(u) = v_slip - |v| f/C - v_slide
     v_slide > 0: f = mu fn;  v_slide < 0: f = -mu fn;  v_slide = 0: |f| <= mu fn
-    Stored energy C/sigma u^2/2,  loss |v| f^2/C + f v_slide + d der(u)^2 + tau_roll w
+    stored energy = C/sigma u^2/2,  loss = |v| f^2/C + f v_slide + d der(u)^2 + tau_roll w
 
     With C to infinity at a fixed sigma it rolls as a rigid wheel does, up to the limit of friction.
     Source of the relaxation: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 7 (sigma der(u) + |v| u = sigma v_slip).

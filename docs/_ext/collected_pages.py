@@ -80,7 +80,7 @@ def write_help() -> None:
     parts = []
     for name in ("", *main.list_commands(click.Context(main))):
         arguments = [name, "--help"] if name else ["--help"]
-        ran = CliRunner().invoke(main, arguments, prog_name="powertrain", terminal_width=100)
+        ran = CliRunner().invoke(main, arguments, prog_name="powertrain", terminal_width=90)
         if ran.exit_code:
             raise RuntimeError(f"powertrain {' '.join(arguments)}: {ran.output}")
         title = f"powertrain {name}".strip()

@@ -85,20 +85,30 @@ def _family(family: str, entries: list[Entry]) -> str:
 
 def _page(entry: Entry) -> str:
     kind = entry.kind
-    parts = [f"# {entry.name}", pagetext.docstring(inspect.getdoc(kind) or ""), f"```python\n{_import(entry)}\n```"]
+    parts = [
+        f"# {entry.name}",
+        pagetext.docstring(inspect.getdoc(kind) or "", kind._fields),
+        f"```python\n{_import(entry)}\n```",
+    ]
     for found in facts(kind):
-        rows = [[cell.replace("must be given", "–") for cell in row] for row in found.rows]
-        shown = pagetext.table(found.head, rows, found.right, code=(0,))
+        rows = [[_cell(cell, head) for cell, head in zip(row, found.head, strict=True)] for row in found.rows]
+        shown = f"```{{table}}\n:class: facts\n\n{pagetext.table(found.head, rows, found.right, code=(0,))}\n```"
         if found.title == "Slots and fields":
             shown = _KIND.sub(lambda name: _linked(name[0]), shown)
         parts.append(f"## {found.title}\n\n{shown}")
     if any("must be given" in row for found in facts(kind) for row in found.rows):
         parts.append("–: must be given.")
-    parts.append(f"## Text\n\n```python\n{text_of(kind).strip()}\n```")
+    parts.append(f"## Equations as written\n\n```python\n{text_of(kind).strip()}\n```")
     line = inspect.getsourcelines(kind)[1]
     file = kind.__module__.removeprefix("powertrain.").replace(".", "/")
     parts.append(f"Source: `{file}.py`, line {line}.")
     return "\n\n".join(parts) + "\n"
+
+
+def _cell(text: str, head: str) -> str:
+    if head == "range":
+        return text.replace(", ", ",\N{NO-BREAK SPACE}")
+    return text.replace("must be given", "–")
 
 
 @cache

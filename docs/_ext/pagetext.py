@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
+
+from formulas import formulas
 
 _CODE = re.compile(r"(``.*?``)")
 _SPECIAL = re.compile(r"([\\*_|$<>\[\]`#~])")
@@ -13,6 +15,7 @@ _PROSE = set(
     "a an and are as at be both but by for from has how if in is it its no not of on or so that the them these they this to which with"
     " without".split()
 )
+_SENTENCE = re.compile(r"^[A-Z][a-z]+ [a-z]|[a-z]\. [A-Z][a-z]+ ")
 _WORD = re.compile(r"(?<!\S)[a-z]+(?![\w.(/])")
 _MOST_PROSE, _SHORT = 4, 3
 _FULL = 100
@@ -25,24 +28,31 @@ def escaped(text: str) -> str:
     return "".join(part[1:-1] if k % 2 else _SPECIAL.sub(r"\\\1", part) for k, part in enumerate(parts))
 
 
-def docstring(text: str) -> str:
-    """A docstring as Markdown: prose as prose; lines of equations, and indented lines, as they stand."""
+def docstring(text: str, names: Collection[str] = ()) -> str:
+    """A docstring as Markdown: prose as prose; lines of formulas, and indented lines, typeset; ``names`` are those of variables."""
     shown: list[str] = []
-    before, inside = "", False
+    block: list[str] = []
     for number, line in enumerate(text.splitlines()):
-        goes_on = inside and len(before) > _FULL and not before.endswith((".", ",", ";", ":"))
-        literal = bool(line.strip()) and (line.startswith("  ") or goes_on or (number > 0 and is_equation(line)))
-        if literal != inside:
-            shown += ["```", ""] if inside else ["", "```text"]
-        before, inside = line, literal
-        shown.append(line if literal else escaped(line))
-    return "\n".join([*shown, "```"] if inside else shown)
+        if line.startswith("  ") or (number > 0 and is_equation(line)):
+            block.append(line)
+        elif line and block and len(block[-1]) > _FULL and not block[-1].endswith((".", ",", ";", ":")):
+            block[-1] += f" {line}"
+        else:
+            shown += [*_formulas(block, names), escaped(line)]
+            block = []
+    return "\n".join([*shown, *_formulas(block, names)])
+
+
+def _formulas(lines: list[str], names: Collection[str]) -> list[str]:
+    if lines and lines[0].lstrip().startswith(">>>"):
+        return ["", "```python", *lines, "```", ""]
+    return ["", "```{raw} html", formulas(lines, names), "```", ""] if lines else []
 
 
 def is_equation(line: str) -> bool:
     """Whether a line of a docstring begins with a formula, and is not a sentence with one in it."""
     sign = _SIGN.search(line)
-    if sign is None:
+    if sign is None or _SENTENCE.search(line):
         return False
     left = line[: sign.start()]
     before, whole = (set(_WORD.findall(part.lower())) for part in (left, line))

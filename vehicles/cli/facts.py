@@ -7,7 +7,7 @@ import re
 import textwrap
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import powertrain as pt
@@ -33,12 +33,18 @@ def facts(kind: type[pt.Component]) -> list[Facts]:
     """All tables of a component that have rows."""
     tables = [
         Facts("Parameters", ("name", "default", "unit", "range", "meaning"), list(_parameters(kind)), (1,)),
-        Facts("Slots and fields", ("name", "kind", "default", ""), list(_slots(kind))),
+        Facts("Slots and fields", ("name", "kind", "default", "takes"), list(_slots(kind))),
         Facts("Ports", ("name", "kind", "unit", "meaning"), list(_ports(kind))),
         Facts("Variables", ("name", "unit", "meaning"), list(_variables(kind))),
         Facts("Parameters of its parts", ("path", "value", "unit", "range", "meaning"), list(_inner(kind)), (1,)),
     ]
-    return [table for table in tables if table.rows]
+    return [_without_empty_end(table) for table in tables if table.rows]
+
+
+def _without_empty_end(table: Facts) -> Facts:
+    if any(row[-1] for row in table.rows):
+        return table
+    return replace(table, head=table.head[:-1], rows=[row[:-1] for row in table.rows])
 
 
 def text_of(kind: type[pt.Component]) -> str:
@@ -72,7 +78,7 @@ def _slots(kind: type[pt.Component]) -> Iterator[Row]:
             continue
         takes = kind._slot_types().get(name)
         fits = [entry.name for entry in fitting(takes) if entry.kind is not takes]
-        yield name, _kind(takes), _default(spec), f"takes {', '.join(fits)}" if fits else ""
+        yield name, _kind(takes), _default(spec), ", ".join(fits)
 
 
 def _default(spec: Any) -> str:

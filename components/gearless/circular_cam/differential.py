@@ -42,7 +42,7 @@ class CircularCamDifferential(Differential, Lossy):
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit;  limit = kappa(theta) |crown.tau|/2
 
-    T_L = -left.tau and T_R = -right.tau go out to the half shafts: T_R - T_L = 2 tau. The rollers wedge the cams apart. Each cam turns
+    The half shafts get T_L = -left.tau and T_R = -right.tau, so that T_R - T_L = 2 tau. The rollers wedge the cams apart. Each cam turns
     at theta' against the cage, left ahead and right back, and rubs with the friction torque kappa |crown.tau|/2 on its disk. With
     lambda the outer track's share of the torque
 

@@ -29,7 +29,7 @@ class SphericalCamDifferential(Differential, Lossy):
     to the other, with a jump for ``sharing`` = "single", smoothly (a few harmonics, see ``Wave``) for "elastic".
     Turning the other way is the mirror image: psi becomes -psi. psi = 0 is the middle of a stroke on both sides.
 
-    kappa >= 1 over a part of the cycle (steep flanks, rough rollers): there halves at rest stay at rest under any torque of the cage.
+    Where kappa >= 1 over a part of the cycle (steep flanks, rough rollers), halves at rest stay so under any torque of the cage.
 
     Without friction it is the open bevel differential. Without inertia: put inertias at its flanges. Geometry and friction are structure,
     checked and solved where it is built. The cam by default is the paper's choice {M = 4, N = 5}; its friction is assumed. Source:
