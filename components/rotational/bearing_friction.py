@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, variable
-from powertrain.components.rotational.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -31,7 +31,7 @@ class BearingFriction(TwoFlangesAndSupport, Lossy):
         yield self.flange_b.phi == self.flange_a.phi
         yield self.w == der(self.phi)
         yield self.flange_a.tau + self.flange_b.tau == self.tau
-        limit = at_speed(self.tau_pos, self.w, "N.m", "tau_pos")
+        limit = at_speed(self, "tau_pos", self.w, ("rad/s", "N.m"))
         yield friction(self.w, self.tau, -limit, limit, peak=self.peak)
         yield from self._dissipate()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
-from powertrain.components.rotational.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -38,7 +38,7 @@ class Brake(TwoFlangesAndSupport, Lossy):
         yield self.w == der(self.phi)
         yield self.flange_a.tau + self.flange_b.tau == self.tau
         yield self.fn == self.fn_max * self.f_normalized.value
-        limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self.mue_pos, self.w, "1", "mue_pos")
+        limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.w, ("rad/s", "1"))
         yield friction(self.w, self.tau, -limit, limit, peak=self.peak)
         yield from self._dissipate()
 

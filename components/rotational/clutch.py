@@ -7,7 +7,7 @@ import math
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, friction, parameter, signal_input, variable
-from powertrain.components.rotational.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
 
 
@@ -27,7 +27,7 @@ class _Pressed(CompliantWithRelativeStates, Lossy):
 
     def _limit(self) -> Symbol:
         """Torque of the sliding plates at |w_rel|."""
-        return self.cgeo * ca.fmax(self.fn, 0) * at_speed(self.mue_pos, self.w_rel, "1", "mue_pos")
+        return self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.w_rel, ("rad/s", "1"))
 
     def loss(self) -> Symbol:
         """Friction torque times relative speed."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 
 from powertrain import (
@@ -16,8 +18,10 @@ from powertrain import (
     switch,
     variable,
 )
-from powertrain.components.rotational.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+
+EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
 
 
 class _LossyPair(TwoFlangesAndSupport, Lossy):
@@ -108,8 +112,8 @@ class LossyGear(_LossyPair):
                     f"{self._path}.lossTable: the row {row} has no mesh loss, so its bearing friction cannot "
                     f"depend on the side that drives ({row[3]:g} N.m and {row[4]:g} N.m)"
                 )
-        units = ("1", "1", "N.m", "N.m")
-        eta1, eta2, b1, b2 = (at_speed(self.lossTable, self.w_a, u, "lossTable", i) for i, u in enumerate(units, 1))
+        eta1, eta2 = (at_speed(self, "lossTable", self.w_a, ("rad/s", "1"), i, EFFICIENCIES) for i in (1, 2))
+        b1, b2 = (at_speed(self, "lossTable", self.w_a, ("rad/s", "N.m"), i, ANY) for i in (3, 4))
         return eta1, eta2, ca.fabs(b1), ca.fabs(b2)
 
 

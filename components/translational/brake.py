@@ -16,7 +16,7 @@ from powertrain import (
     signal_input,
     variable,
 )
-from powertrain.components.translational.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.translational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -57,7 +57,7 @@ class SupportFriction(_SlidesOnSupport):
     def equations(self) -> Equations:
         """A rod that rubs on its support."""
         yield from self._slide()
-        limit = at_speed(self.f_pos, self.v, "N", "f_pos")
+        limit = at_speed(self, "f_pos", self.v, ("m/s", "N"))
         yield friction(self.v, self.f, -limit, limit, peak=self.peak)
 
 
@@ -82,5 +82,5 @@ class Brake(_SlidesOnSupport):
         """A rod that is pressed to its support."""
         yield from self._slide()
         yield self.fn == self.fn_max * self.f_normalized.value
-        limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self.mue_pos, self.v, "1", "mue_pos")
+        limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.v, ("m/s", "1"))
         yield friction(self.v, self.f, -limit, limit, peak=self.peak)

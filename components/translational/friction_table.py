@@ -1,22 +1,10 @@
-"""Friction characteristics given by tables over speed."""
+"""Friction characteristics over speed, sampled."""
 
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
-import casadi as ca
-
-from powertrain import Map, Symbol
-
-Table: TypeAlias = tuple[tuple[float, float], ...]
-"""Rows (speed in m/s from 0 on, value)."""
-
-
-def at_speed(table: Table, v: Symbol, unit: str, name: str) -> Symbol:
-    """The value at |v|: linear between the rows and continued by the last two; one row is a constant."""
-    speeds, values = [row[0] for row in table], [row[1] for row in table]
-    return Map.curve(speeds, values, x="v", x_unit="m/s", unit=unit, name=name, outside="linear")(ca.fabs(v))
+from powertrain.components.friction_table import Table
 
 
 def stribeck_table(

@@ -191,3 +191,27 @@ def test_freewheel_cannot_start_the_wrong_way(kind: str) -> None:
     part = rot.Freewheel() if kind == "Freewheel" else rot.OneWayClutch(fn_max=1)
     with pytest.raises(pt.PowertrainError, match=r"parts\[2\].mode"):
         run(overrun(part, kind == "OneWayClutch"), 1.0, {"1.w": 3.0})
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (((0.0, -1.0),), "-1 N.m at 0 rad/s"),
+        (((-1.0, 2.0), (0.0, 1.0)), "2 N.m at -1 rad/s"),
+        (((0.0, 1.0), (5.0, 2.0), (5.0, 3.0)), "5 follows 5"),
+        (((0.0, 1.0), (5.0,)), "no table of rows"),
+        ((), "no points"),
+    ],
+)
+def test_friction_that_is_no_table_or_would_drive(table: tuple[tuple[float, ...], ...], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said) as caught:
+        run(bearing(table), 1.0)
+    assert "parts[2].tau_pos" in str(caught.value)
+
+
+def test_friction_table_that_falls_below_zero_ends_the_run() -> None:
+    """tau = 1 - w/10 beyond its last row at w = 5."""
+    falling = bearing(((0.0, 1.0), (5.0, 0.5)))
+    assert run(falling, 1.0, {"1.w": 9.0}).ok
+    with pytest.raises(pt.SimulationError, match="tau_pos continued beyond 5 rad/s .*parts.2.*allowed 0"):
+        run(falling, 3.0, {"1.w": 9.0})
