@@ -38,8 +38,9 @@ class MeshLaw(ThreeMembers, Lossy):
     eta_ab) T_a or (1 - 1/eta_ba) T_a, and the loss tauLoss w_rel is never negative. Without relative motion
     nothing is lost: the mesh is stuck, tauLoss lies anywhere between its values forward and backward, the members turn as one block.
 
-    R_o < 0 is the type 2K-H(-), R_o > 0 the types 2K-H(+) and KHV. For eta < R_o < 1/eta the carrier cannot drive: the gear locks
-    itself; a torque that would have to pass it has no solution, or several, and the simulation says so.
+    R_o < 0 is the type 2K-H(-), R_o > 0 the types 2K-H(+) and KHV. For eta_ba < R_o < 1/eta_ab the carrier can drive but not be driven: a
+    moves it no more than b does, with the other one held. The gear locks itself; a torque that would have to pass it has no solution,
+    or several, and the simulation says so.
 
     ``map_ab``, ``map_ba``: efficiencies that depend on the operating point take the place of eta_ab, eta_ba. Their axes are named by
     what they depend on, any of w_rel [rad/s] (its size), tau [N.m] (size of T_a), angle [rad] (of a against the carrier, periodic over

@@ -79,7 +79,7 @@ class DoublePinionPlanetaryGear(_SunAndRing):
     w_sun - w_carrier = +ratio (w_ring - w_carrier),  R_o = ratio = Z_ring/Z_sun > 1 (type 2K-H(+))
 
     With ratio = 2 it is a differential of equal shares between sun and carrier, driven at the ring.
-    For ratio < 1/eta_ba the carrier cannot drive the sun with the ring held: the gear locks itself.
+    For ratio < 1/eta_ab the sun cannot drive the carrier with the ring held, nor the ring with the sun held: the gear locks itself.
     """
 
     def equations(self) -> Equations:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,7 @@ import powertrain as pt
 from powertrain.components.differentials import FundamentalDifferential
 from powertrain.components.transmissions import COMBINATIONS, TYPES, Coupling, SplitPathTransmission
 from powertrain.vehicles.split_path.bench import SplitPathBench
-from powertrain.vehicles.split_path.duty import SIGNALS, Duty, Unit, Vector, part_of, unit_margins
+from powertrain.vehicles.split_path.duty import SIGNALS, Duty, Unit, Vector, check_unit, part_of, unit_margins
 from powertrain.vehicles.split_path.refinement import Refined, refine_ratio
 
 if TYPE_CHECKING:
@@ -50,7 +50,8 @@ def split_path_designs(
     ``transmission``: the one to vary, with its efficiencies and its kind of unit; by default eta = 0.95 and eta_v = 0.9.
 
     A combination drives in one type below r = 1 and in another above. r = 1 is where two members, and then all, turn alike, and the only
-    ratio at which they can change places without a jump of speeds.
+    ratio at which they can change places without a jump of speeds. Errors: ParameterError for a duty, a unit or a rank that does not
+    exist, and for basic ratios of 0 or 1.
     """
     from tqdm.auto import tqdm
 
@@ -58,6 +59,9 @@ def split_path_designs(
     values = np.array([float(x if isinstance(x, (int, float)) else x.ratio) for x in ratios])
     if not values.size:
         raise pt.ParameterError("there is no basic ratio to look at")
+    check_unit(unit)
+    if by not in get_args(Rank):
+        raise pt.ParameterError(f"designs are not ranked by {by!r}, but by one of {', '.join(get_args(Rank))}")
     if isinstance(duty, Duty) and weights is not None:
         raise pt.ParameterError("weights belong to a range of r; a Duty has its own")
     work = duty if isinstance(duty, Duty) else Duty.over(duty, weights)

@@ -97,6 +97,15 @@ def part_of(duty: Duty, mask: NDArray[np.bool_]) -> Duty:
     return Duty(duty.r[mask], duty.weight[mask], duty.torque[mask], duty.speed[mask], duty.low, duty.high)
 
 
+def check_unit(unit: Unit) -> None:
+    """Errors: ParameterError for a range that is not low < high, and for a span that is not above 1."""
+    if isinstance(unit, tuple):
+        if not unit[0] < unit[1]:
+            raise pt.ParameterError(f"the range of the variable unit from V = {unit[0]:g} to {unit[1]:g} is empty")
+    elif unit is not None and not unit > 1:
+        raise pt.ParameterError(f"the span V_max/V_min = {unit:g} of the variable unit is not above 1")
+
+
 def unit_margins(V: Vector, unit: Unit) -> Vector:
     """Not negative where the unit can do it."""
     if unit is None:
