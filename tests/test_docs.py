@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from powertrain.components.rotational import Clutch
+from powertrain.vehicles.cli.docstrings import is_equation
 from powertrain.vehicles.cli.facts import facts, text_of
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -68,8 +69,8 @@ def test_an_error_names_the_line_of_the_page(made_with: Any, tmp_path: Path) -> 
         ("The car drives.", False),
     ],
 )
-def test_formulas_in_docstrings(made_with: Any, line: str, formula: bool) -> None:
-    assert made_with("pagetext").is_equation(line) is formula
+def test_formulas_in_docstrings(line: str, formula: bool) -> None:
+    assert is_equation(line) is formula
 
 
 @pytest.mark.parametrize(

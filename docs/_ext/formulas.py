@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterable
 from html import escape
 
-GREEK = dict(
+GREEK: dict[str, str] = dict(
     zip(
         "alpha beta gamma delta epsilon eta theta kappa lambda mu nu pi rho sigma tau phi psi omega".split(),
         "αβγδεηθκλμνπρστφψω",

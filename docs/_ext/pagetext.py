@@ -8,18 +8,10 @@ from pathlib import Path
 
 from formulas import formulas
 
+from powertrain.vehicles.cli.docstrings import blocks
+
 _CODE = re.compile(r"(``.*?``)")
 _SPECIAL = re.compile(r"([\\*_|$<>\[\]`#~])")
-_SIGN = re.compile(r" (?:=|<=|>=|<|>) |(?<=\w)=(?=\w)")
-_PROSE = set(
-    "a an and are as at be both but by for from has how if in is it its no not of on or so that the them these they this to which with"
-    " without".split()
-)
-_SENTENCE = re.compile(r"^[A-Z][a-z]+ [a-z]|[a-z]\. [A-Z][a-z]+ ")
-_WORD = re.compile(r"(?<!\S)[a-z]+(?![\w.(/])")
-_MOST_PROSE, _SHORT = 4, 3
-_FULL = 100
-"""Characters from which a line of a formula goes on in the next one."""
 
 
 def escaped(text: str) -> str:
@@ -29,36 +21,17 @@ def escaped(text: str) -> str:
 
 
 def docstring(text: str, names: Collection[str] = ()) -> str:
-    """A docstring as Markdown: prose as prose; lines of formulas, and indented lines, typeset; ``names`` are those of variables."""
-    shown: list[str] = []
-    block: list[str] = []
-    for number, line in enumerate(text.splitlines()):
-        if line.startswith("  ") or (number > 0 and is_equation(line)):
-            block.append(line)
-        elif line and block and len(block[-1]) > _FULL and not block[-1].endswith((".", ",", ";", ":")):
-            block[-1] += f" {line}"
-        else:
-            shown += [*_formulas(block, names), escaped(line)]
-            block = []
-    return "\n".join([*shown, *_formulas(block, names)])
+    """A docstring as Markdown: prose as prose, formulas typeset; ``names`` are those of variables."""
+    return "\n\n".join(
+        _formulas(lines, names) if are_formulas else "\n".join(map(escaped, lines))
+        for are_formulas, lines in blocks(text)
+    )
 
 
-def _formulas(lines: list[str], names: Collection[str]) -> list[str]:
-    if lines and lines[0].lstrip().startswith(">>>"):
-        return ["", "```python", *lines, "```", ""]
-    return ["", "```{raw} html", formulas(lines, names), "```", ""] if lines else []
-
-
-def is_equation(line: str) -> bool:
-    """Whether a line of a docstring begins with a formula, and is not a sentence with one in it."""
-    sign = _SIGN.search(line)
-    if sign is None or _SENTENCE.search(line):
-        return False
-    left = line[: sign.start()]
-    before, whole = (set(_WORD.findall(part.lower())) for part in (left, line))
-    if len(left.split()) <= _SHORT:
-        before -= {"a", "on"}  # names of variables
-    return not before & _PROSE and len([w for w in before if len(w) > 3]) < 3 and len(whole & _PROSE) <= _MOST_PROSE
+def _formulas(lines: list[str], names: Collection[str]) -> str:
+    if lines[0].lstrip().startswith(">>>"):
+        return "\n".join(["```python", *lines, "```"])
+    return f"```{{raw}} html\n{formulas(lines, names)}\n```"
 
 
 def table(

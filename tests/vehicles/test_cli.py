@@ -123,12 +123,28 @@ def test_info_of_a_vehicle_lists_what_can_be_set() -> None:
     text = done("info", "split-path-car")
     assert "transmission.differential.ratio" in text
     assert "crown.mesh.ratio" not in text  # the crown gear determines it
-    assert "takes MappedEngine, WillansEngine" in " ".join(text.split())
+    assert "WillansEngine MappedEngine, WillansEngine" in " ".join(text.split())
 
 
 @pytest.mark.parametrize("name", [entry.full_name for entry in (*assembled(), *components())])
 def test_info_of_everything(name: str) -> None:
     assert name.rpartition(".")[2] in done("info", name)
+
+
+def test_info_fills_prose_to_the_terminal_and_leaves_formulas_their_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "70")
+    lines = done("info", "CircularCamDifferential").partition("Parameters")[0].splitlines()
+    assert max(map(len, lines)) <= 70
+    assert any(line.startswith("  kappa = mu D_R (lambda/(D_out tan(alpha_out))") for line in lines)
+
+
+def test_a_reader_that_goes_away_gets_no_message() -> None:
+    program = "import sys; from powertrain.vehicles.cli import main; main(['list'])"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.close()
+        assert process.stderr is not None
+        assert process.stderr.read() == b""
 
 
 def test_info_of_an_ambiguous_name() -> None:

@@ -61,10 +61,19 @@ class Commands(click.Group):
         write_examples(EXAMPLES, formatter)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """What the library refuses, and files that cannot be read or written, end with code 1 and the message."""
+        """What the library refuses, and files that cannot be read or written, end with code 1 and the message.
+
+        A reader of the output that has gone, such as ``head``, is no error to tell.
+        """
         try:
             return super().invoke(ctx)
-        except (PowertrainError, OSError) as error:
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise click.ClickException(
+                f"{error.filename}: {error.strerror}" if error.filename else str(error)
+            ) from None
+        except PowertrainError as error:
             raise click.ClickException(str(error)) from None
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from powertrain.vehicles.cli.options import Command, of_the_command_line
-from powertrain.vehicles.cli.text import columns, title
+from powertrain.vehicles.cli.text import columns, paragraphs, title
 
 if TYPE_CHECKING:
     from powertrain.vehicles.cli.catalogue import Entry
@@ -40,7 +40,7 @@ def described(entry: Entry, text: bool = False) -> str:
     from powertrain.vehicles.cli.facts import facts, text_of
 
     kind = entry.kind
-    sections = [f"{entry.name} ({entry.family})\n\n{textwrap.indent(inspect.getdoc(kind) or '', '  ')}"]
+    sections = [f"{entry.name} ({entry.family})\n\n{paragraphs(inspect.getdoc(kind) or '')}"]
     sections += [f"{title(table.title)}\n{columns(table.rows, table.head, table.right)}" for table in facts(kind)]
     shown = inspect.getsource(kind) if text else textwrap.indent(text_of(kind), "  ")
     sections.append(f"{title('Equations')}\n{shown}")

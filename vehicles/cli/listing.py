@@ -54,7 +54,8 @@ def _components(family: str | None) -> None:
     shown = [name for name in known if family in (None, name, name.partition(".")[0])]
     if not shown:
         raise click.BadParameter(
-            f"there is no family {family!r}{suggestion(str(family), known)}", param_hint="--family"
+            f"there is no family {family!r}{suggestion(str(family), known)} (families: {', '.join(known)})",
+            param_hint="--family",
         )
     for name in shown:
         _section(name, [entry for entry in catalogue.components() if entry.family == name])

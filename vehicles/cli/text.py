@@ -8,6 +8,8 @@ import shutil
 import textwrap
 from collections.abc import Iterable, Sequence
 
+from powertrain.vehicles.cli.docstrings import blocks
+
 LARGEST_WIDTH = 140
 
 
@@ -36,13 +38,26 @@ def width() -> int:
     return min(shutil.get_terminal_size((110, 24)).columns, LARGEST_WIDTH)
 
 
+def paragraphs(docstring: str) -> str:
+    """A docstring in the width of the terminal: prose filled, formulas a line each."""
+    shown = []
+    for are_formulas, lines in blocks(docstring):
+        texts = [line.strip() for line in lines] if are_formulas else [" ".join(lines)]
+        further = "      " if are_formulas else "  "
+        filled = [textwrap.fill(text, width(), initial_indent="  ", subsequent_indent=further) for text in texts]
+        shown.append("\n".join(filled))
+    return "\n\n".join(shown)
+
+
 def first_line(kind: type) -> str:
     """What a class is, from its docstring."""
     return (inspect.getdoc(kind) or "").partition("\n")[0]
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number for reading: ``digits`` significant ones, without an exponent where that is short."""
+    """A number for reading: ``digits`` significant ones, without an exponent where that is short; - where there is none."""
+    if math.isnan(value):
+        return "-"
     if not math.isfinite(value) or value == 0 or 1e-3 <= abs(value) < 1e6:
         places = digits - 1 - (math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 0)
         return f"{value:.{max(places, 0)}f}" if value else "0"
