@@ -6,7 +6,9 @@ known; rows that do not fit as a whole are left to the walk from point to point.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -22,53 +24,42 @@ from powertrain.symbols import Symbol
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
+LANES = 256
 BLOCK = 16
-LANES = 512
+_CACHED = 1 << 16
+"""Numbers that stay in the processor's cache."""
 _KEPT = 256
 _SHORT = 16
 _MOST_CUTS = 16
 _PROBES = 8
 _COARSE = 33
 _WIDEST = 8192
+_LARGE = 1e150
+"""Products of two smaller numbers are finite."""
 
 Modes = Callable[[NDArray[np.intp], NDArray[np.intp]], Rows]
 """Modes at (row, column) pairs, one column of the result per pair."""
 
 
 class _Flat:
-    """One combination of modes in which everything is affine along a row: two numbers per output and row."""
+    """One combination of modes in which everything is affine along a row: a + b x with two numbers per output and row."""
 
     def __init__(self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol) -> None:
-        self.places: list[tuple[int, int]] = []
-        rows: list[Symbol] = [forms.fits]
-        for form in forms.outputs:
-            place = [0, 0]
-            for i, part in enumerate((form.a, form.b)):
-                if part is not None:
-                    place[i] = len(rows)
-                    rows.append(part)
-            self.places.append((place[0], place[1]))
+        pairs = [Symbol(0) if part is None else part for form in forms.outputs for part in (form.a, form.b)]
+        rows = list(ca.cse([forms.fits, *pairs]))
         self._tape = Tape("steady_flat", slow, ca.vertcat(problem.common, ends), rows, LANES)
 
     def set_row(self, x: Array, common: Array) -> None:
         """The values along the rows, and what is the same for all."""
-        self._x = x
         self._tape.set_common(np.concatenate([common, [x.min(), x.max()]]))
 
-    def write(self, slow: Rows, which: Index, tables: Sequence[Rows]) -> tuple[Mask, bool]:
-        """Writes those of some rows that fit; which do, and whether all values are finite."""
+    def write(self, slow: Rows, which: Index, pairs: Sequence[Rows]) -> Mask:
+        """Writes a and b of those of some rows that fit; which do."""
         found = self._tape(slow[:, which])
-        good = found[0] != 0.0
-        for lines, run in _runs(which, good):
-            for table, (a, b) in zip(tables, self.places, strict=True):
-                target = table[lines]
-                if b:
-                    np.multiply(found[b, run, None], self._x, out=target)
-                    if a:
-                        target += found[a, run, None]
-                else:
-                    target[...] = found[a, run, None] if a else 0.0
-        return good, bool(np.isfinite(found[:, good]).all())
+        good: Mask = found[0] != 0.0
+        for k, pair in enumerate(pairs):
+            pair[:, which[good]] = found[2 * k + 1 : 2 * k + 3, good]
+        return good
 
 
 class _Curved:
@@ -94,8 +85,8 @@ class _Curved:
         self._x[:], self._ends[:] = x, (x.min(), x.max())
         self._common[: common.size] = common
 
-    def write(self, slow: Rows, which: Index, tables: Sequence[Rows]) -> tuple[Mask, bool]:
-        """Writes those of some rows that fit; which do, and whether all values are known to be finite."""
+    def write(self, slow: Rows, which: Index, tables: Sequence[Rows]) -> Mask:
+        """Writes the values of those of some rows that fit; which do."""
         good = np.zeros(which.size, bool)
         for low in range(0, which.size, BLOCK):
             some = which[low : low + BLOCK]
@@ -108,7 +99,30 @@ class _Curved:
             for lines, run in _runs(some, fine):
                 for table, values in zip(tables, self._shaped, strict=False):
                     table[lines] = values[run]
-        return good, False
+        return good
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Columns before which the rows of a grid are cut; and what fitted each piece of each row last: a number of a combination, or -1."""
+
+    cuts: list[int]
+    fitted: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """All rows between two cuts: what fitted them last, which are open still, and a and b of the others (outputs x 2 x rows)."""
+
+    first: int
+    x: Array
+    fitted: Index
+    open: Mask
+    pairs: Rows
+
+    @property
+    def columns(self) -> slice:
+        return slice(self.first, self.first + self.x.size)
 
 
 class RowMap:
@@ -116,8 +130,7 @@ class RowMap:
 
     def __init__(self, walker: Walker) -> None:
         self.walker = walker
-        self._forms: dict[tuple[Key, int], RowForms] = {}
-        self._ends: dict[tuple[Key, int], Symbol] = {}
+        self._forms: dict[tuple[Key, int], tuple[RowForms, Symbol]] = {}
         self._tapes: dict[tuple[Key, int, int], _Flat | _Curved] = {}
 
     def fill(
@@ -125,7 +138,7 @@ class RowMap:
         fast: int,
         x: Array,
         slow: Rows,
-        cuts: Sequence[int],
+        plan: Plan,
         common: Array,
         results: Sequence[Array],
         rest: Callable[[int, int, int], None],
@@ -135,45 +148,94 @@ class RowMap:
 
         Returns whether all values are known to be finite.
         """
-        count, finite = slow.shape[1], True
+        count, reached = slow.shape[1], 0
         tables = [r[: count * x.size].reshape(count, x.size) for r in results]
-        for first, last in zip([0, *cuts], [*cuts, x.size], strict=True):
-            left = np.arange(count)
-            for key in self.walker.keys if last - first >= _SHORT else []:
-                tape = self._tape(key, fast, last - first)
-                tape.set_row(np.ascontiguousarray(x[first:last]), common)
-                good, fine = tape.write(slow, left, [t[:, first:last] for t in tables])
-                finite &= fine
-                left = left[~good]
-                done(count * first + (count - left.size) * (last - first))
-                if not left.size:
-                    break
-            for row in left.tolist():
-                finite = False
-                rest(row, first, last)
-            done(count * last)
-        return finite
+        pieces = [
+            _Piece(first, x[first:last], fitted, np.ones(count, bool), np.zeros((len(tables), 2, count)))
+            for fitted, (first, last) in zip(plan.fitted, pairwise([0, *plan.cuts, x.size]), strict=True)
+        ]
+        for piece in pieces:
+            for points in self._settle(piece, True, fast, slow, common, list(piece.pairs)):
+                reached += points
+                done(reached)
+        if reached:
+            _draw(tables, pieces)
+        finite = reached == count * x.size
+        for piece in pieces:
+            for points in self._settle(piece, False, fast, slow, common, [t[:, piece.columns] for t in tables]):
+                reached += points
+                done(reached)
+            for row in np.flatnonzero(piece.open).tolist():
+                rest(row, piece.first, piece.first + piece.x.size)
+                reached += piece.x.size
+                done(reached)
+        return finite and all(np.abs(each).max(initial=0.0) < _LARGE for each in (x, *(p.pairs for p in pieces)))
+
+    def _settle(
+        self, piece: _Piece, flat: bool, fast: int, slow: Rows, common: Array, targets: Sequence[Rows]
+    ) -> Iterator[int]:
+        """Tries the combinations that are flat, or those that are not: first on the rows that they fitted last, then on all.
+
+        Yields the number of points each time some are settled.
+        """
+        width = piece.x.size
+        for again in (True, False):
+            if not piece.open.any() or width < _SHORT:
+                return
+            for number, key in enumerate(self.walker.keys):
+                rows = np.flatnonzero(piece.open & (piece.fitted == number) if again else piece.open)
+                if not rows.size or self._form(key, fast)[0].flat != flat:
+                    continue
+                tape = self._tape(key, fast, width)
+                tape.set_row(piece.x, common)
+                fits = rows[tape.write(slow, rows, targets)]
+                piece.fitted[fits], piece.open[fits] = number, False
+                yield fits.size * width
+
+    def _form(self, key: Key, fast: int) -> tuple[RowForms, Symbol]:
+        """What one combination gives along a row, and the symbols of its ends."""
+        if (key, fast) not in self._forms:
+            problem, ends = self.walker.problem, Symbol.sym("ends", 2)
+            others = [s for i, s in enumerate(problem.grid) if i != fast]
+            others += [*(problem.common[i] for i in range(problem.common.numel())), ends[0], ends[1]]
+            self._forms[key, fast] = row_forms(problem.grid[fast], ends, others, *self.walker.parts(key)), ends
+        return self._forms[key, fast]
 
     def _tape(self, key: Key, fast: int, width: int) -> _Flat | _Curved:
-        problem = self.walker.problem
-        x, slow = problem.grid[fast], [s for i, s in enumerate(problem.grid) if i != fast]
-        if (key, fast) not in self._forms:
-            ends = Symbol.sym("ends", 2)
-            others = [*slow, *(problem.common[i] for i in range(problem.common.numel())), ends[0], ends[1]]
-            wanted, margins, rivals = self.walker.parts(key)
-            self._forms[key, fast] = row_forms(x, ends, others, wanted, margins, rivals)
-            self._ends[key, fast] = ends
-        forms = self._forms[key, fast]
+        forms, ends = self._form(key, fast)
         place = (key, fast, 0 if forms.flat else width)
         if place not in self._tapes:
             if len(self._tapes) > _KEPT:
                 self._tapes.clear()
-            ends = self._ends[key, fast]
-            flat = forms.flat
+            problem = self.walker.problem
+            slow = [s for i, s in enumerate(problem.grid) if i != fast]
             self._tapes[place] = (
-                _Flat(problem, forms, slow, ends) if flat else _Curved(problem, forms, slow, ends, x, width)
+                _Flat(problem, forms, slow, ends)
+                if forms.flat
+                else _Curved(problem, forms, slow, ends, problem.grid[fast], width)
             )
         return self._tapes[place]
+
+
+@np.errstate(all="ignore")
+def _draw(tables: Sequence[Rows], pieces: Sequence[_Piece]) -> None:
+    """Writes a + b x along all rows, also along open ones.
+
+    Some whole rows at a time, which stay in the cache, get the first piece's a before all else: memory is written much faster in long
+    runs than in short ones.
+    """
+    terms = [np.vstack([np.ones_like(p.x), p.x]) for p in pieces]
+    for k, table in enumerate(tables):
+        step = max(1, _CACHED // table.shape[1])
+        sloping = [bool(p.pairs[k, 1].any()) for p in pieces]
+        for low in range(0, len(table), step):
+            block = slice(low, low + step)
+            table[block] = pieces[0].pairs[k, 0, block, None]
+            for piece, slopes, each in zip(pieces, sloping, terms, strict=True):
+                if slopes:
+                    np.matmul(piece.pairs[k, :, block].T, each, out=table[block, piece.columns])
+                elif piece.first:
+                    table[block, piece.columns] = piece.pairs[k, 0, block, None]
 
 
 def _runs(which: Index, good: Mask) -> list[tuple[slice, slice]]:
@@ -195,8 +257,8 @@ def _value(form: Form, x: Symbol) -> Symbol:
     return a if form.b is None else a + form.b * x
 
 
-def find_cuts(rows: int, columns: int, modes: Modes) -> list[int] | None:
-    """Columns before which modes change on sample rows; None where there are too many for a map by rows."""
+def make_plan(rows: int, columns: int, modes: Modes) -> Plan | None:
+    """Cuts where modes change on sample rows; None where there are too many for a map by rows."""
     probes = np.unique(np.linspace(0, rows - 1, _PROBES).round().astype(np.intp))
     places = np.unique(np.linspace(0, columns - 1, min(columns, _COARSE)).round().astype(np.intp))
     found = modes(np.repeat(probes, places.size), np.tile(places, probes.size))
@@ -210,4 +272,6 @@ def find_cuts(rows: int, columns: int, modes: Modes) -> list[int] | None:
         same = (modes(probes[row], middle) == start).all(axis=0)
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     cuts = sorted(set(high.tolist()))
-    return cuts if len(cuts) <= _MOST_CUTS and columns <= _WIDEST else None
+    if len(cuts) > _MOST_CUTS or columns > _WIDEST:
+        return None
+    return Plan(cuts, np.full((len(cuts) + 1, rows), -1))

@@ -16,7 +16,7 @@ from powertrain.steadystate.lanes import Rows
 from powertrain.steadystate.operating import Solver
 from powertrain.steadystate.points import OK
 from powertrain.steadystate.progress import Bar
-from powertrain.steadystate.rows import RowMap, find_cuts
+from powertrain.steadystate.rows import Plan, RowMap, make_plan
 from powertrain.steadystate.sheet import Sheet, block
 from powertrain.steadystate.walk import Walker
 
@@ -38,7 +38,7 @@ class SteadyMap:
         self.walker = None if problem.u else Walker(problem, self.solver)
         self._rows_map = RowMap(self.walker) if self.walker is not None else None
         self._orders: dict[Any, list[str]] = {}
-        self._cuts: dict[Any, list[int] | None] = {}
+        self._plans: dict[Any, Plan | None] = {}
 
     def valid(self, parameters: Array) -> bool:
         """Whether the problem is formulated rightly for these parameters too."""
@@ -92,7 +92,7 @@ class SteadyMap:
             curved = [any(d in a.dims and a.name in self._given for a in grid.axes) for d in grid.dims]
             best = sorted(range(len(shape)), key=lambda i: (-changes[i], grid.shape[i] >= _SHORT_ROW, not curved[i], i))
             self._orders = {identity: [grid.dims[i] for i in best]}
-            self._cuts.clear()
+            self._plans.clear()
         return grid.ordered(self._orders[identity])
 
     def _by_rows(self, walker: Walker, sheet: Sheet, grid: Grid, common: Array, bar: Bar) -> bool | None:
@@ -111,10 +111,10 @@ class SteadyMap:
             return found.modes
 
         identity = grid.identity()
-        if identity not in self._cuts:
-            self._cuts[identity] = find_cuts(slow.shape[1], x.size, points)
-        cuts = self._cuts[identity]
-        if cuts is None:
+        if identity not in self._plans:
+            self._plans[identity] = make_plan(slow.shape[1], x.size, points)
+        plan = self._plans[identity]
+        if plan is None:
             return None
 
         def rest(row: int, first: int, end: int) -> None:
@@ -127,7 +127,7 @@ class SteadyMap:
             sheet.put(start, part)
 
         assert self._rows_map is not None
-        return self._rows_map.fill(fast, x, slow, cuts, common, sheet.rows, rest, bar.reach)
+        return self._rows_map.fill(fast, x, slow, plan, common, sheet.rows, rest, bar.reach)
 
     def _walk(self, walker: Walker, sheet: Sheet, first: int, count: int, values: list[Array], bar: Bar | None) -> None:
         results = [row[first:] for row in sheet.rows]
