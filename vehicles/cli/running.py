@@ -32,6 +32,8 @@ MAP = 47, 61
 """Speeds and positions of the accelerator of a map."""
 COUNTED = ("sources", "lost", "stored")
 """Columns of the audit that are shown."""
+PRINTED_FROM = 50.0
+"""Energy [J] below which a component is not listed: half of the last digit."""
 
 
 @click.command(
@@ -189,12 +191,12 @@ def _not_followed(run: CycleRun) -> list[str]:
 def _energies(run: CycleRun) -> str:
     """A line for every component that supplied, lost or stored energy; parts stand below their whole, indented."""
     table = run.audit.components
-    supplied, floor = float(table.sources[""]), 1e-6 * run.audit.turnover
+    supplied = float(table.sources[""])
     rows = []
     amounts = {str(path): [float(row[name]) for name in COUNTED] for path, row in table.iterrows()}
     for path, own in amounts.items():
         alone = amounts.get(path.rpartition(".")[0]) == own  # the only part of its whole that does anything
-        if path and not alone and max(map(abs, own)) > floor:
+        if path and not alone and max(map(abs, own)) >= PRINTED_FROM:
             rows.append((_indented(path), table.type[path], *map(_kilojoules, own), _share(own[1], supplied)))
     total = amounts[""]
     rows.append(("all", "", *map(_kilojoules, total), _share(total[1], supplied)))
@@ -208,7 +210,7 @@ def _indented(path: str) -> str:
 
 
 def _kilojoules(energy: float) -> str:
-    return f"{energy / 1e3:.1f}" if abs(energy) >= 50 else "-"
+    return f"{energy / 1e3:.1f}" if abs(energy) >= PRINTED_FROM else "-"
 
 
 def _share(part: float, whole: float) -> str:
