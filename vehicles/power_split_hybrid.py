@@ -8,7 +8,7 @@ from powertrain.components.control import Driver, Pedals, PowerSplitControl
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
-from powertrain.components.engines import Engine, WillansEngine, best_fuel_line, throttle_table
+from powertrain.components.engines import Engine, WillansEngine, throttle_table
 from powertrain.components.rotational import SpringDamper
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
 from powertrain.vehicles.lumped_axles import to_the_road
@@ -16,8 +16,8 @@ from powertrain.vehicles.lumped_axles import to_the_road
 ENGINE = WillansEngine(
     e=0.4, tau_0=15, tau_max=115, w_tau=420, P_max=55e3, w_P=520, tau_low=85, w_low=100, tau_starter=0, J=0.13
 )
-LINE = best_fuel_line(ENGINE, w_min=110, w_max=500, share=0.9, points=12).speeds()
-CONTROL = PowerSplitControl(line=LINE, throttle_map=throttle_table(ENGINE, speeds=21, torques=31))
+SHARE = 0.9
+"""Of the full-load torque on the engine's line."""
 
 
 class PowerSplitHybrid(Component):
@@ -25,13 +25,13 @@ class PowerSplitHybrid(Component):
 
     What the engine gives is split by the gear: 2.6/3.6 of its torque go to the ring, 1/3.6 to machine 1, whose power drives machine 2
     or charges the battery. So machine 1 chooses the engine's speed at every speed of the car. The engine stands still at low power and
-    is started by machine 1. The rules are those of ``PowerSplitControl``; who exchanges the engine gives the control its tables.
+    is started by machine 1. The rules are those of ``PowerSplitControl``; what they know of the engine comes from the engine in the slot.
     The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1 / 4)
-    control: PowerSplitControl = CONTROL
+    control: PowerSplitControl = PowerSplitControl()
     engine: Engine = ENGINE
     damper: SpringDamper = SpringDamper(c=800, d=20)
     gear: Epicyclic = PlanetaryGear(ratio=2.6, eta_ab=0.98, eta_ba=0.98)
@@ -68,6 +68,10 @@ class PowerSplitHybrid(Component):
         yield connect(self.battery.state_of_charge, self.control.soc)
         yield connect(self.battery.charge_power, self.control.charge_power)
         yield connect(self.battery.discharge_power, self.control.discharge_power)
+        line, throttle = self.engine.operating_line(SHARE), throttle_table(self.engine, speeds=21, torques=31)
+        yield self.control.w_best.value == line(self.control.power.value)
+        yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
+        yield self.control.opening.value == throttle(self.engine.w, self.control.torque.value)
         yield connect(self.control.on, self.engine.on)
         yield connect(self.control.throttle, self.engine.throttle)
         yield connect(self.control.tau_1, self.machine_1.torque_demand)

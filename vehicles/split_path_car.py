@@ -8,7 +8,7 @@ from powertrain.components.control import Driver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
-from powertrain.components.engines import Engine, WillansEngine, best_fuel_line
+from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
 from powertrain.components.transmissions import Layout, SplitPathTransmission, UnitRatio
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
@@ -16,9 +16,8 @@ from powertrain.vehicles.lumped_axles import to_the_road
 
 LAYOUT: Layout = "aHb"
 BASIC_RATIO = -1.7
-ENGINE = WillansEngine()
-LINE = best_fuel_line(ENGINE, w_min=115, w_max=500, share=0.85, points=12).speeds()
-"""A sixth of the torque stays in hand for the acceleration of the engine itself."""
+SHARE = 0.85
+"""Of the full-load torque: a sixth stays in hand for the acceleration of the engine itself."""
 
 
 class SplitPathCar(Component):
@@ -32,8 +31,8 @@ class SplitPathCar(Component):
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1300 / 6000)
-    control: OperatingLineControl = OperatingLineControl(line=LINE)
-    engine: Engine = ENGINE
+    control: OperatingLineControl = OperatingLineControl()
+    engine: Engine = WillansEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     shaft: Inertia = Inertia(J=0.02)
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
@@ -69,6 +68,9 @@ class SplitPathCar(Component):
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.engine.speed, self.control.w)
         yield connect(self.output.w, self.control.w_out)
+        line = self.engine.operating_line(SHARE)
+        yield self.control.w_best.value == line(self.control.power.value)
+        yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
         yield connect(self.control.throttle, self.engine.throttle)
         yield connect(self.control.clutch, self.clutch.f_normalized)
         yield connect(self.control.ratio, self.unit_ratio.r)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import (
-    Axis,
     Component,
     Discrete,
     Equations,
     Input,
-    Map,
     Output,
     Parameter,
     Symbol,
@@ -25,15 +23,7 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.interfaces import SOON
-from powertrain.components.control.operating_line import LINE
 
-THROTTLE = Map(
-    (Axis("speed", "rad/s", [0.0, 1e3], "clip"), Axis("torque", "N.m", [0.0, 115.0], "clip")),
-    [[0.0, 1.0], [0.0, 1.0]],
-    "1",
-    "throttle",
-)
-"""An engine whose torque is in proportion to its throttle."""
 MARGIN = 0.8
 """Part of the battery's power that drives; the rest is for the losses of the machines and for the engine's start."""
 OVER = 40.0
@@ -44,22 +34,22 @@ class PowerSplitControl(Component):
     """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
     fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, charge_power/(tau_full w_ring))
-    wanted = min(tau_full accelerator, (0.8 discharge_power + tau_e w)/w_ring) - tau_full regenerated,  friction = brake - regenerated
+    wanted = min(tau_full accelerator, (0.8 discharge_power + torque w)/w_ring) - tau_full regenerated,  friction = brake - regenerated
     demand = tau_full accelerator w_ring + k_soc (soc_0 - soc)
-    engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run for t_least
-    P = demand within P_min..P_max,  w_ref = line(P), at most (w_sun + ratio w_ring)/(1 + ratio)
-    tau_e = P/w, at most tau_open,  throttle = throttle_map(w, tau_e)
-    tau_1 = held - tau_e/(1 + ratio),  tau_2 = wanted - ratio (tau_e/(1 + ratio) - held)
-    held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as tau_e until it fires and where it overspeeds
+      engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run for t_least
+    power = demand, at least P_min,  w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
+    torque = power/w, at most tau_open
+    tau_1 = held - torque/(1 + ratio),  tau_2 = wanted - ratio (torque/(1 + ratio) - held)
+    held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as torque until it fires and where it overspeeds
 
     The battery gives or takes what the engine's power is below or above what is needed: a charge below soc_0 asks for more. Machine 1
     holds the engine at the speed at which it makes the power with the least fuel; machine 2 makes up for what reaches the ring
-    without it, and recovers what the battery may take. Machine 1 starts the engine with the same control of speed. ``line`` (power to
-    speed) and ``throttle_map`` (speed and torque to throttle) are those of the engine: ``best_fuel_line`` and ``throttle_table`` make them.
+    without it, and recovers what the battery may take. Machine 1 starts the engine with the same control of speed.
+
+    What the engine can do its vehicle says: ``w_best`` is the speed of least fuel for the ``power`` that goes out, ``tau_open`` the torque
+    with an open throttle, ``opening`` the throttle for the ``torque`` that goes out.
     """
 
-    line: Map = LINE
-    throttle_map: Map = THROTTLE
     ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the sun", default=2.6, above=0)
     tau_full: Parameter = parameter(
         "N.m", "Torque at the ring that a full accelerator asks for", default=450.0, above=0
@@ -71,11 +61,9 @@ class PowerSplitControl(Component):
     P_on: Parameter = parameter("W", "Demand from which the engine runs", default=9e3, above=0)
     P_off: Parameter = parameter("W", "Demand below which it is stopped", default=4e3)
     P_min: Parameter = parameter("W", "Least power of the running engine", default=5e3, min=0)
-    P_max: Parameter = parameter("W", "Greatest power of the engine", default=50e3, above=0)
     v_on: Parameter = parameter("m/s", "Speed from which the engine always runs", default=22.0, above=0)
     v_off: Parameter = parameter("m/s", "Speed below which it may stop", default=20.0, above=0)
     t_least: Parameter = parameter("s", "Least time that it runs or stands", default=4.0, min=0)
-    tau_open: Parameter = parameter("N.m", "Greatest torque that the engine is asked for", default=115.0, above=0)
     w_fire: Parameter = parameter("rad/s", "Speed from which the engine gives power", default=90.0, above=0)
     k_w: Parameter = parameter("N.m.s/rad", "Torque of machine 1 for the engine's speed", default=1.0, above=0)
     w_sun: Parameter = parameter("rad/s", "Speed that machine 1 is driven up to", default=1000.0, above=0)
@@ -88,6 +76,11 @@ class PowerSplitControl(Component):
     soc: Input = signal_input("1", "State of charge")
     charge_power: Input = signal_input("W", "Power that the battery may take", default=1e9)
     discharge_power: Input = signal_input("W", "Power that the battery may give", default=1e9)
+    w_best: Input = signal_input("rad/s", "Speed of the engine with the least fuel for the power")
+    tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
+    opening: Input = signal_input("1", "Throttle of the engine for the torque")
+    power: Output = signal_output("W", "Power that the engine is asked for")
+    torque: Output = signal_output("N.m", "Torque that the engine is asked for")
     on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
     throttle: Output = signal_output("1", "Throttle of the engine")
     tau_1: Output = signal_output("N.m", "Torque of machine 1")
@@ -108,15 +101,16 @@ class PowerSplitControl(Component):
         charge = self.k_soc * (self.soc_0 - self.soc.value)
         yield self.demand == asked * w_ring + charge
         yield from self._switch()
-        power = ca.fmin(ca.fmax(self.demand, self.P_min), self.P_max)
-        yield self.w_ref == ca.fmin(self.line(power), (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
+        yield self.power.value == ca.fmax(self.demand, self.P_min)
+        yield self.w_ref == ca.fmin(self.w_best.value, (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
         firing = self.running * _held(w / self.w_fire) * _held(2 - (w - self.w_ref) / OVER)
-        torque = firing * ca.fmin(power / ca.fmax(w, self.w_fire), self.tau_open)
+        torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
+        yield self.torque.value == torque
         held = self.running * ca.fmin(ca.fmax(self.k_w * (self.w_ref - w), -self.tau_held), self.tau_held)
         given = MARGIN * self.discharge_power.value + torque * w
         wanted = ca.fmin(asked, given / turning) - self.tau_full * regenerated
         yield self.on.value == self.running
-        yield self.throttle.value == firing * self.throttle_map(ca.fmax(w, self.w_fire), torque)
+        yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
         yield self.tau_2.value == wanted - self.ratio * (torque / (1 + self.ratio) - held)
         yield self.friction.value == b - regenerated

@@ -12,6 +12,8 @@ from powertrain import (
     Component,
     Equations,
     Input,
+    Map,
+    ModelError,
     Output,
     Parameter,
     Symbol,
@@ -20,12 +22,17 @@ from powertrain import (
     friction,
     parameter,
     port,
+    replace,
     signal_input,
     signal_output,
     variable,
 )
+from powertrain.components.engines.operation import best_fuel_line
 from powertrain.components.evaluation import numbers
 from powertrain.components.rotational.interfaces import Flange
+
+UNDER_LOAD, POINTS = 1.35, 12
+"""The least speed of an operating line over idle speed, and its points."""
 
 
 class Engine(Component):
@@ -74,11 +81,11 @@ class Engine(Component):
 
     def _motoring(self, w: Symbol) -> Symbol:
         """Torque that turns the engine without fuel at a speed >= 0."""
-        raise NotImplementedError
+        raise self._lacks("_motoring(w)")
 
     def _full_load(self, w: Symbol) -> Symbol:
         """Torque with an open throttle."""
-        raise NotImplementedError
+        raise self._lacks("_full_load(w)")
 
     def _firing(self, w: Symbol, u: Symbol) -> Symbol:
         """Torque of combustion with throttle u."""
@@ -86,7 +93,10 @@ class Engine(Component):
 
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         """Chemical power of the fuel for a torque of combustion."""
-        raise NotImplementedError
+        raise self._lacks("_fuel_power(w, firing)")
+
+    def _lacks(self, law: str) -> ModelError:
+        return ModelError(f"{self._path or 'an engine'}: {type(self).__name__} does not say its law {law}; define it")
 
     def _run(self) -> Equations:
         w, on = self.w, _held(self.on.value)
@@ -118,8 +128,8 @@ class Engine(Component):
         """Heat of combustion that does no work, and the work against drag."""
         return self.fuel_rate * self.heating_value - self.firing * self.w + self.drag * self.w
 
-    def full_load(self, w: ArrayLike) -> Any:
-        """Torque [N.m] with an open throttle at speeds w [rad/s]."""
+    def full_load(self, w: ArrayLike | Symbol) -> Any:
+        """Torque [N.m] with an open throttle at speeds w [rad/s], numbers or an expression."""
         return numbers(self._full_load, w)
 
     def motoring(self, w: ArrayLike) -> Any:
@@ -142,6 +152,15 @@ class Engine(Component):
         """Brake specific fuel consumption [kg/J], fuel flow over power; infinite where no power is given. Times 3.6e9 it is in g/kWh."""
         flow, power = self.fuel_flow(w, tau), np.multiply(w, tau)
         return np.where(power > 0, flow / np.where(power > 0, power, 1), np.inf)[()]
+
+    def operating_line(self, share: float = 1.0) -> Map:
+        """The speed [rad/s] of least fuel over power [W], with torques up to ``share`` of full load, for a control to follow.
+
+        ``best_fuel_line`` from somewhat above idle speed on. In a model's text those values count that the engine has when the model is
+        built: another value for a run does not move the line, as a control unit keeps its tables.
+        """
+        engine = replace(self)
+        return best_fuel_line(engine, w_min=UNDER_LOAD * float(engine.w_idle), share=share, points=POINTS).speeds()
 
 
 def _held(value: Symbol) -> Symbol:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import Axis, Map, ParameterError
-from powertrain.components.engines.interfaces import Engine
+from powertrain import Axis, Map, ParameterError, replace
+
+if TYPE_CHECKING:
+    from powertrain.components.engines.interfaces import Engine
 
 Array = NDArray[np.float64]
 GRID, ROUNDS = 201, 3
@@ -55,6 +58,7 @@ def best_fuel_line(
     load: less than 1 leaves torque in hand. Without ``power``: as many ``points`` from zero to the largest power there is.
     Errors: ParameterError for a power that the engine does not give within these limits, and for limits that leave nothing.
     """
+    engine = replace(engine)
     low = float(engine.w_idle) if w_min is None else w_min
     high = float(engine.w_limit - engine.band_limit) if w_max is None else w_max
     if not (0 < low < high and 0 < share <= 1):
@@ -63,6 +67,8 @@ def best_fuel_line(
         )
     grid = np.linspace(low, high, GRID)
     top = float((grid * share * engine.full_load(grid)).max())
+    if not top > 0:
+        raise ParameterError(f"best_fuel_line: the engine gives no power between {low:g} and {high:g} rad/s")
     P = np.linspace(0, top, points) if power is None else np.atleast_1d(np.asarray(power, float))
     outside = P[(P < 0) | (top * (1 + ROUND) < P)]
     if outside.size:
@@ -94,6 +100,7 @@ def throttle_table(engine: Engine, *, speeds: int = 41, torques: int = 61) -> Ma
     Less torque than motored takes 0, more than full load takes 1. Speeds from half of idle to where the rev limiter begins. The limiter and
     the idle controller, which adds throttle, are not in it.
     """
+    engine = replace(engine)
     w = np.linspace(0.5 * float(engine.w_idle), float(engine.w_limit - engine.band_limit), speeds)
     tau = np.linspace(-np.max(engine.motoring(w)), np.max(engine.full_load(w)), torques)
     low, high = np.zeros((speeds, torques)), np.ones((speeds, torques))

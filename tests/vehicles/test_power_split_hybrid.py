@@ -68,7 +68,9 @@ def test_brakes_recover() -> None:
 
 
 def control(**inputs: float | tuple[list[float], list[float]]) -> pt.Result[PowerSplitControl]:
+    """With an engine of 115 N.m whose torque is half open."""
     given = {"accelerator": 0.0, "brake": 0.0, "v": 10.0, "w": 0.0, "w_ring": 100.0, "soc": 0.6}
+    given |= {"w_best": 240.0, "tau_open": 115.0, "opening": 0.5}
     return pt.simulate(PowerSplitControl(), stop=20, inputs={**given, **inputs}, max_step=0.5)
 
 
@@ -86,10 +88,9 @@ def test_drives_by_the_machine_at_low_power() -> None:
 def test_engine_gives_the_power_that_is_asked_for() -> None:
     """22.5 kW at 200 rad/s are 112.5 N.m: 1/3.6 to machine 1, 2.6/3.6 to the ring; the charge asks for 1 kW more."""
     result = control(accelerator=0.5, w=200.0, soc=0.59)
-    torque, w_ref = 23.5e3 / 200, float(result["w_ref"][-1])
-    torque, held = min(torque, 115.0), min(w_ref - 200, 30.0)
-    assert _last(result, "demand", "on") == pytest.approx([23500, 1])
-    assert _last(result, "throttle", "tau_1") == pytest.approx([torque / 115, held - torque / 3.6])
+    torque, held = min(23.5e3 / 200, 115.0), min(240 - 200, 30.0)
+    assert _last(result, "demand", "on", "power") == pytest.approx([23500, 1, 23500])
+    assert _last(result, "torque", "throttle", "tau_1") == pytest.approx([torque, 0.5, held - torque / 3.6])
     assert result["tau_2"][-1] == pytest.approx(225 - 2.6 * (torque / 3.6 - held))
 
 
