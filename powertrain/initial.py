@@ -237,7 +237,7 @@ class _Plan:
             return _Choice(self, [], [])
         r, j = self._evaluate(t, y, m, p)
         choice, open_rows = self._choose(j)
-        if open_rows:
+        if open_rows or choice.displaces:
             y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
             r, j = self._evaluate(t, y, m, p)
             choice, open_rows = self._choose(j)
@@ -341,11 +341,12 @@ class _Plan:
 class _Choice:
     """The rows that are solved, the unknowns they own, and where the entries of their square system lie.
 
-    ``last`` is a solution: where the conditions are linear, and so have one only, a good place to begin.
+    ``last``: a solution, where the conditions are linear a good place to begin. ``displaces``: an implicit equation owns a state.
     """
 
     def __init__(self, plan: _Plan, chosen: list[int], owned: list[int]) -> None:
         self.chosen, self.owned = np.array(chosen, int), np.array(owned, int)
+        self.displaces = bool((self.owned[self.chosen < plan.nz] < plan.n).any())
         rows, unknowns = plan.nz + len(plan.conditions), plan.size
         row_place, column_place = np.full(rows, -1), np.full(unknowns, -1)
         row_place[self.chosen], column_place[self.owned] = np.arange(len(chosen)), np.arange(len(owned))
@@ -363,8 +364,7 @@ class _Choice:
         if not np.isfinite(entries).all() or not np.isfinite(gap).all():
             return np.full(size, np.nan)
         if size <= _DENSE:
-            matrix = np.zeros((size, size))
-            matrix[self.i, self.k] = entries
+            (matrix := np.zeros((size, size)))[self.i, self.k] = entries
             try:
                 return np.asarray(np.linalg.solve(matrix, -gap), np.float64)
             except np.linalg.LinAlgError:

@@ -52,9 +52,12 @@ def jam_message(
         problem = f"the modes are not found, and {combinations} combinations are too many to try"
         advice = "Separate some of the laws by a shaft stiffness."
     else:
-        problem = f"none of the {combinations} combinations of modes is consistent (the mechanism jams)"
+        jam = any(law.index in involved for law in (*dae.frictions, *dae.contacts))
+        problem = f"none of the {combinations} combinations of modes is consistent{' (the mechanism jams)' * jam}"
         advice = (
             "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
+            if jam
+            else "The condition of a switch and what it switches contradict each other; give it a hysteresis, or let it act on a rate."
         )
     return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
 

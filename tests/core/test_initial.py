@@ -136,3 +136,24 @@ def test_discrete_variables_get_values() -> None:
         assert result["other"][0] == 2 * first + 1
         assert result.events.names == ["limit", "turned"]
         assert result.events[0].time == pytest.approx(0.3 / (2 * first))
+
+
+class Circle(pt.Component):
+    """x on the lower or upper half of a circle around -c; without a solution where |y| > 1."""
+
+    x: pt.Variable = pt.variable("1", "Across")
+    y: pt.Variable = pt.variable("1", "Along", start=0.6)
+    c: pt.Parameter = pt.parameter("1", "Shift", default=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.x**2 + self.y**2 + self.c == 1
+        yield pt.der(self.y) == 0.1 * self.x
+
+
+def test_a_start_holds_where_the_slopes_of_an_equation_vanish_at_the_guess() -> None:
+    """At x = 0 the slope 2x is zero: the equation must not take the start of y for that."""
+    result = pt.simulate(Circle(), 0.1)
+    assert result["y"][0] == 0.6
+    assert abs(result["x"][0]) == pytest.approx(0.8)
+    with pytest.raises(pt.InitializationError, match="no solution"):
+        pt.simulate(Circle(c=1.0), 0.1)
