@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeV
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.symbols import Symbol
-from powertrain.units import checked_unit
+from powertrain.units import checked_unit, with_unit
 
 if TYPE_CHECKING:
     from powertrain.laws import Law
@@ -86,9 +86,8 @@ class Parameter(Quantity):
             raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})") from None
         inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
         if not (inside and math.isfinite(number)):
-            raise ParameterError(
-                f"{where} = {number:g} {self.unit} is outside its range {self.range} {self.unit} ({self.doc})"
-            )
+            said, allowed = with_unit(f"{number:g}", self.unit), with_unit(self.range, self.unit)
+            raise ParameterError(f"{where} = {said} is outside its range {allowed} ({self.doc})")
         return number
 
 
@@ -234,7 +233,8 @@ class Component:
         if isinstance(spec, Parameter):
             value = given.get(name, spec.default)
             if value is None:
-                raise ParameterError(f"{where} must be given: {spec.doc} in {spec.unit}")
+                unit = "" if spec.unit == "1" else f" in {spec.unit}"
+                raise ParameterError(f"{where} must be given: {spec.doc}{unit}")
             return spec.check(value, where)
         value = given.get(name, spec)
         if value is _MISSING:

@@ -12,6 +12,15 @@ BASE = frozenset(
 _FACTOR = re.compile(r"([A-Za-z]+|1)(-?\d+)?$")
 
 
+def with_unit(value: str, unit: str) -> str:
+    """A value as a text with its unit; a pure number stands alone.
+
+    >>> with_unit("0.3", "m"), with_unit("0.95", "1")
+    ('0.3 m', '0.95')
+    """
+    return value if unit == "1" else f"{value} {unit}"
+
+
 def checked_unit(unit: str) -> str:
     """``unit`` itself where it is a product or quotient of known units, else ModelError."""
     for part in unit.replace("(", "").replace(")", "").replace("/", ".").split("."):

@@ -9,6 +9,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Guard, HybridDae
 from powertrain.engine.buffers import Array, Memory
+from powertrain.units import with_unit
 
 if TYPE_CHECKING:
     from powertrain.engine.engine import Engine
@@ -81,4 +82,6 @@ def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
     place = f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s"
-    return f"{place}: {value:.9g} {guard.unit}, allowed {low:.9g} .. {high:.9g} {guard.unit}"
+    return (
+        f"{place}: {with_unit(f'{value:.9g}', guard.unit)}, allowed {with_unit(f'{low:.9g} .. {high:.9g}', guard.unit)}"
+    )

@@ -212,7 +212,7 @@ def test_path_keeps_power_while_the_bend_changes() -> None:
 
 
 def test_values_are_checked() -> None:
-    with pytest.raises(pt.ParameterError, match=r"VehicleBody.front_share = 1.2 1 is outside its range \[0, 1\]"):
+    with pytest.raises(pt.ParameterError, match=r"VehicleBody.front_share = 1.2 is outside its range \[0, 1\]"):
         VehicleBody(front_share=1.2)
     with pytest.raises(pt.ParameterError, match=r"AxlePath.track = 0 m is outside its range \(0, inf\)"):
         AxlePath(track=0)

@@ -73,9 +73,9 @@ def test_magic_formula_at_steady_slip(tyre: dict[str, Any], kappa: float) -> Non
 
 
 def test_shapes_that_have_no_peak_or_turn_round() -> None:
-    with pytest.raises(pt.ParameterError, match=r"MagicFormulaWheel\.pCx1 = 2\.3 1 is outside its range \(1, 2\]"):
+    with pytest.raises(pt.ParameterError, match=r"MagicFormulaWheel\.pCx1 = 2\.3 is outside its range \(1, 2\]"):
         MagicFormulaWheel(pCx1=2.3)
-    with pytest.raises(pt.ParameterError, match=r"MagicFormulaWheel\.pEx1 = 1 1 is outside its range \[-20, 0\.99\]"):
+    with pytest.raises(pt.ParameterError, match=r"MagicFormulaWheel\.pEx1 = 1 is outside its range \[-20, 0\.99\]"):
         MagicFormulaWheel(pEx1=1.0)
 
 
