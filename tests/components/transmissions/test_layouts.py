@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import powertrain as pt
@@ -10,6 +12,7 @@ from powertrain.components.transmissions import (
     TYPES,
     SplitPathTransmission,
     SwitchedSplitPathTransmission,
+    UnitRatio,
     overall_ratio,
     relative_ratio,
     unit_ratio,
@@ -39,6 +42,25 @@ def test_ratios_back_and_forth(layout: str) -> None:
         assert overall_ratio(layout, -1.7, there, "output") == pytest.approx(r)
     with pytest.raises(pt.ParameterError, match="V would be infinite"):
         unit_ratio(layout, -1.7, 0.0, "output")
+
+
+@pytest.mark.parametrize("r", [0.0, ([0.0, 1.0], [0.5, -0.5])])
+def test_no_unit_ratio_where_the_output_stands_still(r: Any) -> None:
+    """V = (1 - R/r)/(1 - R) has a pole at r = 0; input-coupled there is none."""
+
+    class Wanted(pt.Component):
+        """A ratio."""
+
+        r: pt.Input = pt.signal_input("1", "Overall ratio")
+        unit: UnitRatio
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.r, self.unit.r)
+
+    with pytest.raises(pt.PowertrainError, match=r"size of the overall ratio, output-coupled .*allowed 1e-06 .. inf"):
+        pt.simulate(Wanted(unit=UnitRatio(coupling="output", basic_ratio=-1.7)), 1.0, inputs={"r": r})
+    V = pt.simulate(Wanted(unit=UnitRatio(basic_ratio=-1.7)), 1.0, inputs={"r": r})["unit.V"]
+    assert V[-1] == pytest.approx(unit_ratio("bHa", -1.7, 0.0 if r == 0 else -0.5), rel=1e-12)
 
 
 def test_nine_combinations() -> None:
