@@ -68,6 +68,25 @@ def test_a_run_that_ends_early_is_kept() -> None:
     assert run.time_outside > 60 - run.result.time[-1] - 1e-9
 
 
+def test_a_cycle_may_begin_at_any_time() -> None:
+    late = DriveCycle("late", tuple((t + 30, v) for t, v in WLTC.part(0, 60).table))
+    run = drive_cycle(SplitPathCar(), late)
+    assert run.time_outside == 0
+    assert run.result.time[[0, -1]].tolist() == [30, 90]
+    assert run.distance == pytest.approx(late.distance, rel=5e-3)
+
+
+def test_band_of_a_corner() -> None:
+    """Speeds within a second, and 2 km/h more or less: before, at, and after the end of a ramp of 1 m/s2."""
+    ramp = DriveCycle("ramp", ((5.0, 0.0), (8.0, 0.0), (18.0, 10.0), (30.0, 10.0)))
+    run = CycleRun(ramp, None, None, {})  # type: ignore[arg-type]
+    t, low, high = run.band
+    assert t[[0, -1]].tolist() == [5, 30]
+    for time, slowest, fastest in ((7.0, 0, 0), (7.5, 0, 0.5), (13.0, 4, 6), (17.5, 8.5, 10), (19.5, 10, 10)):
+        k = int(np.argmin(np.abs(t - time)))
+        assert (low[k], high[k]) == pytest.approx((slowest - 2 / 3.6, fastest + 2 / 3.6))
+
+
 def test_parameters_change_the_numbers_and_wrong_names_are_refused() -> None:
     plant = pt.compile(pt.replace(SplitPathCar(), cycle=pt.replace(SplitPathCar().cycle, cycle=WLTC.part(0, 60))))
     light = drive_cycle(plant, parameters={"body.m": 1000.0, "engine.fuel_density": 700.0})

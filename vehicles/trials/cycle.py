@@ -20,6 +20,7 @@ TIME_BAND = 1.0
 """Within this time before and after [s], same place."""
 RATE = 10
 """Samples per second."""
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -56,22 +57,26 @@ class CycleRun:
         return self.fuel * self._of("engine.co2_per_fuel") * 1e3 / self.distance * 1e3
 
     @cached_property
-    def excess(self) -> NDArray[np.float64]:
+    def band(self) -> tuple[Array, Array, Array]:
+        """Times [s] of the whole cycle, and the lowest and the highest speed [m/s] that the regulation allows then."""
+        t = self.cycle.times[0] + np.arange(round(self.cycle.duration * RATE) + 1) / RATE
+        wanted, size = np.interp(t, self.cycle.times, self.cycle.speeds), 2 * round(TIME_BAND * RATE) + 1
+        low = minimum_filter1d(wanted, size, mode="nearest") - SPEED_BAND
+        return t, low, maximum_filter1d(wanted, size, mode="nearest") + SPEED_BAND
+
+    @cached_property
+    def excess(self) -> Array:
         """How far the speed lies outside of the regulation's band at ``result.time`` [m/s]: positive above, negative below, else 0."""
-        t = np.arange(0, round(self.result.time[-1] * RATE) + 1) / RATE
-        wanted = np.interp(t, self.cycle.times - self.cycle.times[0], self.cycle.speeds)
-        size = 2 * round(TIME_BAND * RATE) + 1
-        high = np.interp(self.result.time, t, maximum_filter1d(wanted, size, mode="nearest")) + SPEED_BAND
-        low = np.interp(self.result.time, t, minimum_filter1d(wanted, size, mode="nearest")) - SPEED_BAND
-        v = self.result["body.v"]
-        return np.asarray(np.maximum(v - high, 0) + np.minimum(v - low, 0))
+        t, low, high = self.band
+        time, v = self.result.time, self.result["body.v"]
+        return np.asarray(np.maximum(v - np.interp(time, t, high), 0) + np.minimum(v - np.interp(time, t, low), 0))
 
     @property
     def time_outside(self) -> float:
         """Time outside of the band, with the time that was not driven [s]."""
         t = self.result.time
         outside = float(np.trapezoid((self.excess != 0).astype(float), t))
-        return outside + self.cycle.duration - float(t[-1])
+        return outside + float(self.cycle.times[-1] - t[-1])
 
     @cached_property
     def audit(self) -> pt.EnergyAudit:

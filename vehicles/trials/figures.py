@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import powertrain as pt
 from powertrain.component import children
@@ -17,7 +16,7 @@ from powertrain.components.rotational import TwoFlanges
 from powertrain.components.wheels import WheelBrake
 from powertrain.power.powerplot import REGIMES
 from powertrain.power.variator import VARIATOR_CASES, port_motion
-from powertrain.vehicles.trials.cycle import RATE, SPEED_BAND, TIME_BAND, CycleRun
+from powertrain.vehicles.trials.cycle import CycleRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,13 +60,10 @@ def cycle_figure(run: CycleRun) -> Figure:
 def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Speed [km/h] over time [s] with the cycle and the regulation's band; where the speed leaves the band the line is red."""
     ax = _axes(ax)
-    t = run.cycle.times[0] + np.arange(round(run.cycle.duration * RATE) + 1) / RATE
-    wanted = np.interp(t, run.cycle.times, run.cycle.speeds)
-    size = 2 * round(TIME_BAND * RATE) + 1
-    high = maximum_filter1d(wanted, size, mode="nearest") + SPEED_BAND
-    low = np.maximum(minimum_filter1d(wanted, size, mode="nearest") - SPEED_BAND, 0.0)
-    ax.fill_between(t, low * KM_H, high * KM_H, color="0.85", label="band: ±2 km/h, ±1 s")
-    ax.plot(t, wanted * KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
+    t, low, high = run.band
+    ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="band: ±2 km/h, ±1 s")
+    times, wanted = run.cycle.times, run.cycle.speeds
+    ax.plot(times, wanted * KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
     time, v = run.result.time, run.result["body.v"] * KM_H
     ax.plot(time, v, color="C0", lw=1.1, label="vehicle")
     outside = run.excess != 0
