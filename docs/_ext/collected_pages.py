@@ -54,7 +54,11 @@ def write_examples(docs: Path) -> None:
             pagetext.docstring(text),
             f"![The picture that the example draws]({picture})",
         ]
-        parts += ["## What it prints", f"```text\n{printed.strip()}\n```"] if printed.strip() else []
+        parts += (
+            ["## What it prints", f"```{{code-block}} text\n:class: printed\n\n{printed.rstrip()}\n```"]
+            if printed.strip()
+            else []
+        )
         parts += ["## Text", f"```{{literalinclude}} ../../examples/{name}.py\n:language: python\n```"]
         pagetext.write(docs / "examples" / f"{name}.md", "\n\n".join(parts) + "\n")
         shown = f"```{{image}} {picture}\n:alt: {short}\n:width: 60%\n:target: {name}.html\n```"
