@@ -206,8 +206,8 @@ def _check_options(**positive: float) -> None:
 
 
 def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
-    if not (np.isfinite(start) and np.isfinite(stop)):
-        raise ParameterError(f"start = {start!r} s and stop = {stop!r} s must be finite")
+    if not all(isinstance(t, int | float | np.number) and np.isfinite(t) for t in (start, stop)):
+        raise ParameterError(f"start = {start!r} s and stop = {stop!r} s must be finite numbers")
     if stop < start:
         raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
     if times is None:

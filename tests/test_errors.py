@@ -546,6 +546,19 @@ def test_freewheel_that_starts_backward() -> None:
     )
 
 
+class Silent(pt.Component):
+    """Equations that are written but not yielded."""
+
+    x: pt.Variable = pt.variable("1", "Something")
+
+    def equations(self) -> pt.Equations:  # type: ignore[return]
+        self.x == 1  # noqa: B015  # pyright: ignore[reportUnusedExpression]
+
+
+def test_equations_that_are_not_yielded() -> None:
+    refused(pt.ModelError, "the model", "Silent", "yield a == b", do=lambda: pt.compile(Silent()))
+
+
 # --- on the way
 
 

@@ -57,11 +57,10 @@ class Pieces:
 
     def halves(self, which: NDArray[np.bool_]) -> Pieces:
         """Two for each of these."""
-        some, again = self._some(which), lambda a, b: np.concatenate((a, b))
+        some, again = self._some(which), np.concatenate
         half = some.length / 2
-        return Pieces(
-            again(some.first, some.first + half), again(half, half), again(some.step, some.step), self.halvings + 1
-        )
+        first, length, step = again((some.first, some.first + half)), again((half, half)), again((some.step, some.step))
+        return Pieces(first, length, step, self.halvings + 1)
 
     def samples(self, trajectory: Trajectory) -> Samples:
         """The nodes in every piece, from the dense output of its step."""
@@ -81,4 +80,4 @@ class Pieces:
         if self.halvings == _MOST:
             return np.zeros(len(self.first), bool)
         difference = np.tensordot(values.reshape(len(self.first), len(NODES), -1), WEIGHTS - _COARSE, (1, 0))
-        return self.length / 2 * np.abs(difference).sum(axis=1) > _ROUGH * whole
+        return np.asarray(self.length / 2 * np.abs(difference).sum(axis=1) > _ROUGH * whole, bool)

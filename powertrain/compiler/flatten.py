@@ -8,7 +8,7 @@ at the reference potential where it is a support.
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -142,6 +142,11 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
 
 def _read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
     active.path, active.text = component._path, text
+    if not isinstance(text, Iterable):
+        raise ModelError(
+            f"{component._path or 'the model'}: the equations of {type(component).__name__} are {text!r}; "
+            "an equation is written  yield a == b"
+        )
     try:
         for row in text:
             yield active.place, row

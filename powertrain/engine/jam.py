@@ -52,7 +52,7 @@ def jam_message(
         problem = f"the modes are not found, and {combinations} combinations are too many to try"
         advice = "Separate some of the laws by a shaft stiffness."
     else:
-        jam = any(law.index in involved for law in (*dae.frictions, *dae.contacts))
+        jam = any(index in involved for index in (*(f.index for f in dae.frictions), *(c.index for c in dae.contacts)))
         problem = f"none of the {combinations} combinations of modes is consistent{' (the mechanism jams)' * jam}"
         advice = (
             "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
