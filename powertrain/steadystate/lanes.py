@@ -7,13 +7,14 @@ columns of ``lanes`` points, which keeps the interpreter busy with arithmetic an
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.engine.buffers import Array, view, zeros
+from powertrain.engine.buffers import Array, Bound, view, zeros
 from powertrain.symbols import Symbol, column
 
 Rows = NDArray[np.float64]
@@ -56,20 +57,21 @@ class Tape:
 
     def __call__(self, rows: Rows) -> Rows:
         """One row per output for one row per varying scalar."""
-        count, lanes = rows.shape[1], self.lanes
+        count = rows.shape[1]
         result = np.empty((self.outputs, count))
-        whole = count // lanes * lanes
-        arguments = [np.ascontiguousarray(row) for row in rows]
-        for first in range(0, whole, lanes):
-            self.into(arguments, first, list(result))
-        if whole < count:
-            padded = np.empty((self.inputs, lanes))
-            padded[:, : count - whole] = rows[:, whole:]
-            padded[:, count - whole :] = rows[:, -1:]
-            rest = np.empty((self.outputs, lanes))
-            self.into(list(padded), 0, list(rest))
-            result[:, whole:] = rest[:, : count - whole]
+        given, found, bound = self._block
+        for first in range(0, count, self.lanes):
+            last = min(first + self.lanes, count)
+            given[:, : last - first], given[:, last - first :] = rows[:, first:last], rows[:, last - 1 : last]
+            bound.call()
+            result[:, first:last] = found[:, : last - first]
         return result
+
+    @cached_property
+    def _block(self) -> tuple[Rows, Rows, Bound]:
+        """What is given and found at ``lanes`` points, and what computes it."""
+        given, found = np.zeros((self.inputs, self.lanes)), np.zeros((self.outputs, self.lanes))
+        return given, found, Bound(self.function, [*given, self._common], list(found))
 
 
 def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[Symbol]) -> ca.Function:

@@ -34,6 +34,7 @@ _MOST_CUTS = 16
 _PROBES = 8
 _COARSE = 33
 _WIDEST = 8192
+_TOGETHER = 1 << 16
 _LARGE = 1e150
 """Products of two smaller numbers are finite."""
 
@@ -53,12 +54,11 @@ class _Flat:
         """The values along the rows, and what is the same for all."""
         self._tape.set_common(np.concatenate([common, [x.min(), x.max()]]))
 
-    def write(self, slow: Rows, which: Index, pairs: Sequence[Rows]) -> Mask:
+    def write(self, slow: Rows, which: Index, numbers: Sequence[Rows]) -> Mask:
         """Writes a and b of those of some rows that fit; which do."""
         found = self._tape(slow[:, which])
         good: Mask = found[0] != 0.0
-        for k, pair in enumerate(pairs):
-            pair[:, which[good]] = found[2 * k + 1 : 2 * k + 3, good]
+        numbers[0][:, which[good]] = found[1:, good]
         return good
 
 
@@ -112,13 +112,13 @@ class Plan:
 
 @dataclass(frozen=True)
 class _Piece:
-    """All rows between two cuts: what fitted them last, which are open still, and a and b of the others (outputs x 2 x rows)."""
+    """All rows between two cuts: what fitted them last, which are open still, and for all outputs a and b of the others."""
 
     first: int
     x: Array
     fitted: Index
     open: Mask
-    pairs: Rows
+    numbers: Rows
 
     @property
     def columns(self) -> slice:
@@ -141,21 +141,21 @@ class RowMap:
         plan: Plan,
         common: Array,
         results: Sequence[Array],
-        rest: Callable[[int, int, int], None],
+        rest: Callable[[Index], None],
         done: Callable[[int], None],
     ) -> bool:
-        """``slow`` are the other axes' values, one column per row of the map; ``rest(row, first, last)`` does points of one row.
+        """``slow`` are the other axes' values, one column per row of the map; ``rest`` does points with some numbers.
 
         Returns whether all values are known to be finite.
         """
         count, reached = slow.shape[1], 0
         tables = [r[: count * x.size].reshape(count, x.size) for r in results]
         pieces = [
-            _Piece(first, x[first:last], fitted, np.ones(count, bool), np.zeros((len(tables), 2, count)))
+            _Piece(first, x[first:last], fitted, np.ones(count, bool), np.zeros((2 * len(tables), count)))
             for fitted, (first, last) in zip(plan.fitted, pairwise([0, *plan.cuts, x.size]), strict=True)
         ]
         for piece in pieces:
-            for points in self._settle(piece, True, fast, slow, common, list(piece.pairs)):
+            for points in self._settle(piece, True, fast, slow, common, [piece.numbers]):
                 reached += points
                 done(reached)
         if reached:
@@ -165,11 +165,12 @@ class RowMap:
             for points in self._settle(piece, False, fast, slow, common, [t[:, piece.columns] for t in tables]):
                 reached += points
                 done(reached)
-            for row in np.flatnonzero(piece.open).tolist():
-                rest(row, piece.first, piece.first + piece.x.size)
-                reached += piece.x.size
+            left = _neighbours(np.flatnonzero(piece.open), x.size, piece.columns)
+            for low in range(0, left.size, _TOGETHER):
+                rest(left[low : low + _TOGETHER])
+                reached += min(_TOGETHER, left.size - low)
                 done(reached)
-        return finite and all(np.abs(each).max(initial=0.0) < _LARGE for each in (x, *(p.pairs for p in pieces)))
+        return finite and all(np.abs(each).max(initial=0.0) < _LARGE for each in (x, *(p.numbers for p in pieces)))
 
     def _settle(
         self, piece: _Piece, flat: bool, fast: int, slow: Rows, common: Array, targets: Sequence[Rows]
@@ -227,15 +228,21 @@ def _draw(tables: Sequence[Rows], pieces: Sequence[_Piece]) -> None:
     terms = [np.vstack([np.ones_like(p.x), p.x]) for p in pieces]
     for k, table in enumerate(tables):
         step = max(1, _CACHED // table.shape[1])
-        sloping = [bool(p.pairs[k, 1].any()) for p in pieces]
+        sloping = [bool(p.numbers[2 * k + 1].any()) for p in pieces]
         for low in range(0, len(table), step):
             block = slice(low, low + step)
-            table[block] = pieces[0].pairs[k, 0, block, None]
+            table[block] = pieces[0].numbers[2 * k, block, None]
             for piece, slopes, each in zip(pieces, sloping, terms, strict=True):
                 if slopes:
-                    np.matmul(piece.pairs[k, :, block].T, each, out=table[block, piece.columns])
+                    np.matmul(piece.numbers[2 * k : 2 * k + 2, block].T, each, out=table[block, piece.columns])
                 elif piece.first:
-                    table[block, piece.columns] = piece.pairs[k, 0, block, None]
+                    table[block, piece.columns] = piece.numbers[2 * k, block, None]
+
+
+def _neighbours(rows: Index, width: int, columns: slice) -> Index:
+    """The numbers of the points at some rows and columns, along the longer of both."""
+    points = rows[:, None] * width + np.arange(columns.start, columns.stop)
+    return (points.T if points.shape[0] > points.shape[1] else points).ravel()
 
 
 def _runs(which: Index, good: Mask) -> list[tuple[slice, slice]]:

@@ -89,17 +89,16 @@ class Sheet:
         """An empty sheet of the same signals."""
         return Sheet(self.solver, self.count, size, self.side)
 
-    def put(self, first: int, part: Sheet) -> None:
-        """Takes over a part of the points."""
-        last = first + part.size
+    def put(self, places: NDArray[np.intp], part: Sheet) -> None:
+        """Takes over some points."""
         for row, values in zip(self.rows, part.rows, strict=True):
-            row[first:last] = values[: part.size]
-        self.status[first:last] = part.status
+            row[places] = values[: part.size]
+        self.status[places] = part.status
         if part.blame is not None:
             if self.blame is None:
                 self.blame = np.zeros(self.size, np.int64)
-            self.blame[first:last] = part.blame
-        self._ends += [(places + first, low, high) for places, low, high in part._ends]
+            self.blame[places] = part.blame
+        self._ends += [(places[inner], low, high) for inner, low, high in part._ends]
 
     @property
     def intervals(self) -> tuple[list[Array], list[Array]] | None:

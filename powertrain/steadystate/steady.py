@@ -77,7 +77,8 @@ def steady(
     map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
     ordered, sheet = map_.run(spanned, common, exhaustive, progress, side)
     found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet, map_.doubts)
-    return found.assign_attrs(model=type(plant.model).__name__, powertrain_version=_version())
+    found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
+    return found
 
 
 @dataclass(frozen=True)

@@ -117,14 +117,11 @@ class SteadyMap:
         if plan is None:
             return None
 
-        def rest(row: int, first: int, end: int) -> None:
-            count = end - first
-            values = [np.full(count + PAD, v) for v in np.insert(slow[:, row], fast, 0.0)]
-            values[fast][:count], values[fast][count:] = x[first:end], x[end - 1]
-            start = row * x.size + first
-            part = sheet.apart(count)
-            self._walk(walker, part, 0, count, values, None)
-            sheet.put(start, part)
+        def rest(places: NDArray[np.intp]) -> None:
+            values = [np.pad(v, (0, PAD), "edge") for v in grid.at(places)]
+            part = sheet.apart(places.size)
+            self._walk(walker, part, 0, places.size, values, None)
+            sheet.put(places, part)
 
         assert self._rows_map is not None
         return self._rows_map.fill(fast, x, slow, plan, common, sheet.rows, rest, bar.reach)
