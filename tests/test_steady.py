@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from split_path import Bench, closed_form
+from split_path import closed_form
 
 import powertrain as pt
 from powertrain.components.cvu import CVU
@@ -26,17 +26,18 @@ from powertrain.components.rotational import (
     Torque,
 )
 from powertrain.components.transmissions import TYPES, SplitPathTransmission
+from powertrain.vehicles.split_path import SplitPathBench
 
 OUTPUTS = ["V", "efficiency", "K", "transmission.flange_a.tau", "transmission.differential.*.tau"]
 OK, STUCK, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
 
 
 @pytest.fixture(scope="module")
-def bench() -> pt.Plant[Bench]:
-    return pt.compile(Bench())
+def bench() -> pt.Plant[SplitPathBench]:
+    return pt.compile(SplitPathBench())
 
 
-def test_worked_example_to_the_printed_digits(bench: pt.Plant[Bench]) -> None:
+def test_worked_example_to_the_printed_digits(bench: pt.Plant[SplitPathBench]) -> None:
     point = pt.steady(bench, {"r": -0.13, "load": 10.0}, outputs=[*OUTPUTS, "transmission.*Power"])
     torque = {m: float(point[f"transmission.differential.{m}.tau"]) for m in ("a", "b", "carrier")}
     speed = {"a": -13.0, "b": 100.0, "carrier": 100 * float(point.V)}
@@ -58,7 +59,7 @@ def test_worked_example_to_the_printed_digits(bench: pt.Plant[Bench]) -> None:
 
 @pytest.mark.parametrize("layout", [TYPES[n] for n in (1, 2, 5, 6)])
 def test_closed_form(layout: Any) -> None:
-    plant = pt.compile(Bench(transmission=SplitPathTransmission(layout=layout)))
+    plant = pt.compile(SplitPathBench(transmission=SplitPathTransmission(layout=layout)))
     r = np.linspace(-2, 3, 41)
     load = np.array([-50.0, -1.0, 2.0, 30.0])
     found = pt.steady(plant, {"r": r, "load": load}, outputs=OUTPUTS)
@@ -83,7 +84,7 @@ def test_closed_form(layout: Any) -> None:
 @pytest.mark.parametrize("lines", [(61, 200), (200, 61)])
 def test_large_maps_are_the_small_ones(layout: Any, lines: tuple[int, int]) -> None:
     """By rows, by walking and point by point."""
-    plant = pt.compile(Bench(transmission=SplitPathTransmission(layout=layout)))
+    plant = pt.compile(SplitPathBench(transmission=SplitPathTransmission(layout=layout)))
     r, load = np.linspace(-2, 3, lines[0]), np.linspace(-40, 40, lines[1])
     whole = pt.steady(plant, {"r": r, "load": load}, outputs=OUTPUTS)
     walked = pt.steady(
@@ -104,7 +105,7 @@ def test_large_maps_through_tables_are_the_small_ones(axes: tuple[str, str]) -> 
     points = {"ratio": [-3.0, 0.0, 0.7, 3.0], "w_a": [0.0, 60.0, 200.0], "tau": [0.0, 5.0, 300.0]}
     values = np.random.default_rng(1).uniform(0.6, 0.95, [len(points[a]) for a in axes])
     table = pt.Map([pt.Axis(a, units[a], points[a], "clip") for a in axes], values, "1")
-    plant = pt.compile(Bench(transmission=SplitPathTransmission(cvu=CVU(map_ab=table, map_ba=table))))
+    plant = pt.compile(SplitPathBench(transmission=SplitPathTransmission(cvu=CVU(map_ab=table, map_ba=table))))
     r, load = np.linspace(-1.4, 2.4, 39), np.linspace(-40, 40, 80)
     whole = pt.steady(plant, {"r": r, "load": load}, outputs=OUTPUTS)
     for k in range(0, r.size, 9):
@@ -117,11 +118,13 @@ def test_large_maps_through_tables_are_the_small_ones(axes: tuple[str, str]) -> 
     assert -unit_b * V / unit_a == pytest.approx(eta if unit_a > 0 else 1 / eta, rel=1e-9)
 
 
-def test_combinations_that_are_not_tried_are_said(bench: pt.Plant[Bench], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_combinations_that_are_not_tried_are_said(
+    bench: pt.Plant[SplitPathBench], monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert pt.steady(bench, {"r": 0.3, "load": -1.0}).attrs["problems"] == ""
     monkeypatch.setattr("powertrain.steadystate.walk._ALTERNATIVES", 0)
     grid = {"r": np.linspace(0.3, 0.5, 40), "load": np.linspace(-2, -1, 60)}
-    assert "not all were tried" in pt.steady(pt.compile(Bench()), grid).attrs["problems"]
+    assert "not all were tried" in pt.steady(pt.compile(SplitPathBench()), grid).attrs["problems"]
     monkeypatch.setattr("powertrain.steadystate.implicit._COMBINATIONS", 0)
     found = pt.steady(Held(), {"tau": 1.0, "grip": 0.0}, exhaustive=True)
     assert "not all were tried" in found.attrs["problems"]
@@ -136,7 +139,7 @@ def same(found: xr.Dataset, expected: xr.Dataset) -> None:
             np.testing.assert_allclose(found[f"{name}_high"], expected[f"{name}_high"], rtol=1e-9, atol=1e-12)
 
 
-def test_block_is_stuck_with_an_interval(bench: pt.Plant[Bench]) -> None:
+def test_block_is_stuck_with_an_interval(bench: pt.Plant[SplitPathBench]) -> None:
     """At r = 1 the torques lie between the limits from both sides."""
     found = pt.steady(bench, {"r": [1 - 1e-9, 1.0, 1 + 1e-9], "load": -10.0}, outputs=OUTPUTS)
     assert found.status.values.tolist() == [OK, STUCK, OK]
@@ -149,23 +152,23 @@ def test_block_is_stuck_with_an_interval(bench: pt.Plant[Bench]) -> None:
     assert "transmission.differential.mode" in found.attrs["problems"]
 
 
-def test_status_is_documented(bench: pt.Plant[Bench]) -> None:
+def test_status_is_documented(bench: pt.Plant[SplitPathBench]) -> None:
     found = pt.steady(bench, {"r": [0.3, 0.4], "load": [1.0, 2.0]}, outputs=["efficiency"])
     meanings = found.status.attrs["flag_meanings"].split()
     assert len(meanings) == len(found.status.attrs["flag_values"]) == 8
     assert found.efficiency.dims == ("r", "load")
-    assert found.efficiency.attrs == {"units": "1", "long_name": "Output power over input power"}
+    assert found.efficiency.attrs == {"units": "1", "long_name": "Overall efficiency"}
     assert found["load"].attrs["units"] == "N.m"
 
 
-def test_efficiency_at_zero_power_is_undefined(bench: pt.Plant[Bench]) -> None:
+def test_efficiency_at_zero_power_is_undefined(bench: pt.Plant[SplitPathBench]) -> None:
     found = pt.steady(bench, {"r": 0.3, "load": [0.0, -1.0]}, outputs=["efficiency", "transmission.flange_a.tau"])
     assert found.status.values.tolist() == [UNDEFINED, OK]
     assert np.isnan(found.efficiency[0])
     assert found["transmission.flange_a.tau"][0] == 0
 
 
-def test_undefined_line_in_a_large_map(bench: pt.Plant[Bench]) -> None:
+def test_undefined_line_in_a_large_map(bench: pt.Plant[SplitPathBench]) -> None:
     load = np.linspace(-10, 10, 101)
     found = pt.steady(bench, {"r": np.linspace(0.1, 0.5, 101), "load": load}, outputs=["efficiency"])
     assert (found.status.values[:, load == 0] == UNDEFINED).all()
@@ -360,12 +363,12 @@ def test_nothing_balances() -> None:
 
 
 def test_ratio_that_would_be_infinite() -> None:
-    plant = pt.compile(Bench(transmission=SplitPathTransmission(coupling="output")))
+    plant = pt.compile(SplitPathBench(transmission=SplitPathTransmission(coupling="output")))
     found = pt.steady(plant, {"r": [0.0, 0.5], "load": -1.0}, outputs=["efficiency", "V"])
     assert found.status.values.tolist() == [IMMOVABLE, OK]
 
 
-def test_ratio_outside_its_range(bench: pt.Plant[Bench]) -> None:
+def test_ratio_outside_its_range(bench: pt.Plant[SplitPathBench]) -> None:
     limits = {"transmission.cvu.ratio_min": 0.5, "transmission.cvu.ratio_max": 2.0}
     found = pt.steady(bench, {"V": [0.4, 1.5, 2.1], "load": -1.0}, parameters=limits, outputs=["efficiency"])
     assert found.status.values.tolist() == [OUTSIDE, OK, OUTSIDE]
@@ -378,7 +381,7 @@ def test_ratio_outside_its_range(bench: pt.Plant[Bench]) -> None:
     assert (large.status.where((large.V < 0.49) | (large.V > 2.01), OUTSIDE) == OUTSIDE).all()
 
 
-def test_parameters_and_arrays_as_axes(bench: pt.Plant[Bench]) -> None:
+def test_parameters_and_arrays_as_axes(bench: pt.Plant[SplitPathBench]) -> None:
     r = xr.DataArray([0.3, 0.5, 2.0], dims="case")
     load = xr.DataArray([-1.0, -2.0, 3.0], dims="case")
     found = pt.steady(bench, {"r": r, "load": load, "transmission.cvu.eta_ab": [0.8, 0.9]}, outputs=["efficiency"])
@@ -387,7 +390,7 @@ def test_parameters_and_arrays_as_axes(bench: pt.Plant[Bench]) -> None:
     np.testing.assert_allclose(found.efficiency[:, 1], exact.efficiency, rtol=1e-9)
 
 
-def test_selectors_and_names(bench: pt.Plant[Bench]) -> None:
+def test_selectors_and_names(bench: pt.Plant[SplitPathBench]) -> None:
     found = pt.steady(
         bench, {"r": 0.3, "load": -1.0}, outputs={"twice": lambda m: 2 * m.load.value, "gain": "efficiency"}
     )
@@ -395,7 +398,7 @@ def test_selectors_and_names(bench: pt.Plant[Bench]) -> None:
     assert set(found.data_vars) == {"twice", "gain", "status"}
 
 
-def test_everything_by_default(bench: pt.Plant[Bench]) -> None:
+def test_everything_by_default(bench: pt.Plant[SplitPathBench]) -> None:
     found = pt.steady(bench, {"r": 0.3, "load": -1.0})
     assert "transmission.differential.mode" in found
     assert "transmission.flange_a.phi" not in found
@@ -418,7 +421,9 @@ def test_everything_by_default(bench: pt.Plant[Bench]) -> None:
         ({"efficiency": 0.5, "load": -1.0}, {"free": ["transmission.cvu.ratio_max"]}, "the conditions efficiency as the grid says"),
     ],
 )  # fmt: skip
-def test_what_is_wrong(bench: pt.Plant[Bench], grid: dict[str, Any], options: dict[str, Any], message: str) -> None:
+def test_what_is_wrong(
+    bench: pt.Plant[SplitPathBench], grid: dict[str, Any], options: dict[str, Any], message: str
+) -> None:
     with pytest.raises(pt.ParameterError, match=message):
         pt.steady(bench, grid, **options)
 
