@@ -26,6 +26,9 @@ from powertrain.components.rotational.interfaces import Lossy
 AXES = {"w_rel": "rad/s", "tau": "N.m", "angle": "rad", "T": "K"}
 """What an efficiency may depend on: |w_a - w_h|, |T_a|, the angle of a against the carrier, the temperature; with their units."""
 
+JUMP = 1e-9
+"""Efficiencies that differ by less are equal."""
+
 
 class MeshLaw(ThreeMembers, Lossy):
     """Partial: members a and b that mesh, directly or through planets, on a carrier, with loss by latent power.
@@ -44,7 +47,7 @@ class MeshLaw(ThreeMembers, Lossy):
 
     ``map_ab``, ``map_ba``: efficiencies that depend on the operating point take the place of eta_ab, eta_ba. Their axes are named by
     what they depend on, any of w_rel [rad/s] (its size), tau [N.m] (size of T_a), angle [rad] (of a against the carrier, periodic over
-    the axis), T [K] (of the heat port). Errors: ParameterError for other axes, or values outside (0, 1].
+    the axis, whose ends have equal values), T [K] (of the heat port). Errors: ParameterError for other axes, or values outside (0, 1].
     """
 
     ratio: Parameter = parameter("1", "Basic speed ratio R_o = (w_a - w_h)/(w_b - w_h)", exclude=(0.0, 1.0))
@@ -75,6 +78,7 @@ class MeshLaw(ThreeMembers, Lossy):
         if given is None:
             return constant
         checked_efficiency(given, f"{self._path}.{name}", AXES)
+        _check_period(given, f"{self._path}.{name}")
         values = {"w_rel": ca.fabs(self.w_rel), "tau": ca.fabs(self.a.tau), "T": self.heat_port.T}
         for axis in given.axes:
             if axis.name == "angle":
@@ -112,3 +116,14 @@ def checked_efficiency(given: Map, where: str, axes: dict[str, str]) -> None:
     low, high = float(given.values.min()), float(given.values.max())
     if not (low > 0 and high <= 1):
         raise ParameterError(f"{where}: an efficiency lies in (0, 1], this map's values lie in [{low:g}, {high:g}]")
+
+
+def _check_period(given: Map, where: str) -> None:
+    """Refuses a map that jumps where the angle begins anew."""
+    for k, axis in enumerate(given.axes):
+        first, last = (given.values.take(end, axis=k) for end in (0, -1))
+        if axis.name == "angle" and abs(last - first).max() > JUMP:
+            raise ParameterError(
+                f"{where}: over the angle the map is periodic, from {axis.low:g} rad to {axis.high:g} rad, and must end with the values it "
+                f"begins with; they differ by up to {abs(last - first).max():g}"
+            )
