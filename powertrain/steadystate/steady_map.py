@@ -136,6 +136,7 @@ class SteadyMap:
             count, values, results, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i))
         )
 
+    @np.errstate(all="ignore")
     def _look_again(self, sheet: Sheet, grid: Grid) -> None:
         """Points with values that are not finite are solved one by one, which says why."""
         suspects: NDArray[np.bool_] | None = None

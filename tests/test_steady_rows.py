@@ -1,0 +1,71 @@
+"""Large maps, which are computed by rows, against the same points one row after the other and in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import powertrain as pt
+from powertrain.vehicles.split_path.bench import SplitPathBench
+
+OK, NONE = 0, 3
+OUTPUTS = ["V", "efficiency", "transmission.flange_a.tau"]
+
+
+@pytest.fixture(scope="module")
+def bench() -> pt.Plant[SplitPathBench]:
+    return pt.compile(SplitPathBench())
+
+
+def same(found: xr.Dataset, expected: xr.Dataset) -> None:
+    np.testing.assert_array_equal(found.status, expected.status)
+    for name in OUTPUTS:
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
+
+
+@pytest.mark.parametrize("columns", [200, 201])
+def test_what_fitted_for_other_parameters_is_no_more_than_a_guess(
+    bench: pt.Plant[SplitPathBench], columns: int
+) -> None:
+    """The variable unit stands where r is the ratio of the differential; an odd number of loads has one that is zero."""
+    r, load = np.linspace(-2, 3, 61), np.linspace(-40, 40, columns)
+    for ratio in -1.7, -0.6, -1.7:
+        parameters = {"transmission.differential.ratio": ratio}
+        whole = pt.steady(bench, {"r": r, "load": load}, outputs=OUTPUTS, parameters=parameters)
+        for k in range(0, r.size, 7):
+            row = pt.steady(bench, {"r": r[k], "load": load}, outputs=OUTPUTS, parameters=parameters)
+            same(whole.isel(r=k), row)
+
+
+def test_infinite_torque_has_no_solution_in_a_large_map_either(bench: pt.Plant[SplitPathBench]) -> None:
+    """Although what does not depend on the torque could be computed."""
+    r, load = np.linspace(-2, 3, 60), np.r_[np.linspace(1, 40, 63), np.inf]
+    whole = pt.steady(bench, {"r": r, "load": load}, outputs=OUTPUTS)
+    same(whole.isel(r=7), pt.steady(bench, {"r": r[7], "load": load}, outputs=OUTPUTS))
+    assert (whole.status[:, -1] == NONE).all()
+    assert (whole.status[:, :-1] == OK).all()
+
+
+class PartlyCurved(pt.Component):
+    """Affine in x where k is negative, a parabola where it is not; and a corner in x."""
+
+    x: pt.Input = pt.signal_input("1", "Along a row")
+    k: pt.Input = pt.signal_input("1", "From row to row")
+    y: pt.Variable = pt.variable("1", "Affine or curved")
+    z: pt.Variable = pt.variable("1", "Affine on both sides of one half")
+
+    def equations(self) -> pt.Equations:
+        x, k = self.x.value, self.k.value
+        yield self.y == pt.switch(k >= 0, k * x**2, k * x + 1)
+        yield self.z == pt.switch(x >= 0.5, k * x, 3 - x)
+
+
+def test_rows_of_all_kinds_next_to_each_other() -> None:
+    """Rows that are affine, curved and, where the corner lies in them, neither, in turns."""
+    x, k = np.linspace(-1, 2, 150), np.random.default_rng(3).uniform(-1, 1, 70)
+    found = pt.steady(PartlyCurved(), {"x": x, "k": k}).transpose("k", "x")
+    K, X = np.meshgrid(k, x, indexing="ij")
+    assert (found.status == OK).all()
+    np.testing.assert_allclose(found.y, np.where(K >= 0, K * X**2, K * X + 1), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(found.z, np.where(X >= 0.5, K * X, 3 - X), rtol=1e-12, atol=1e-14)
