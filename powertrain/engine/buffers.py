@@ -61,6 +61,7 @@ def zeros(n: int) -> Array:
 class Memory:
     """The arrays all functions of one engine share. ``y`` and ``slope`` are double-buffered: a step reads one side and writes the other.
 
+    ``record`` is what is kept of a step: the place of its held values, its time and size, and its dense output.
     ``laws`` (the values of all friction laws) and ``loaded`` (switches that depend on torques) are kept from their first use on.
     """
 
@@ -68,7 +69,8 @@ class Memory:
         unknowns, held = dae.x.numel() + dae.z.numel(), dae.m.numel()
         self.laws: ca.Function | None = None
         self.loaded: frozenset[int] | None = None
-        self.time = zeros(2)
+        self.record = zeros(3 + 5 * max(unknowns, 1))
+        self.time, self.dense = self.record[1:3], self.record[3:]
         self.y = (zeros(unknowns), zeros(unknowns))
         self.slope = (zeros(unknowns), zeros(unknowns))
         self.m = zeros(held)
@@ -76,9 +78,8 @@ class Memory:
         self.tolerance = zeros(3)
         self.info = zeros(INFO + len(CHECKS) + 1)
         self.outside = zeros(len(dae.guards))
-        self.dense = zeros(5 * unknowns)
         self.fraction = zeros(1)
-        self.mask = zeros(indicators)
+        self.above = zeros(indicators)
         self.at = zeros(unknowns)
         self.g = zeros(indicators)
         self.worst = zeros(1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import casadi as ca
@@ -59,10 +59,11 @@ class Engine:
         self.dae, self.method, self.compile = dae, method, compile
         self.indicators: tuple[Indicator, ...] = indicators(dae)
         self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
-        self.bends = [_bend(indicator.law) for indicator in self.indicators]
-        self._turning = bool(dae.schedules) or any(place is not None for place in self.bends)
+        self.bends = _bends(self.indicators)
+        self._turning = bool(dae.schedules or self.bends)
         self.timed = timed(dae)[1]
         self.sizes = (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
+        self.large = sum(self.sizes[:2]) > _LARGE  # linear systems are solved numerically
         self.book = book(dae)
         self.schedules = Schedules(dae.schedules)
         self.memory = Memory(dae, len(self.indicators), len(self.timed))
@@ -113,9 +114,9 @@ class Engine:
         self.fresh[side].call()
         if self.memory.start[1] > 1e-13:
             project(self.dae, self.memory, 1 - side)
-        n, nz = self.dae.x.numel(), self.dae.z.numel()
+        n, nz, held, _ = self.sizes
         y = self.memory.y[1 - side]
-        return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[: self.dae.m.numel()].copy()
+        return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[:held].copy()
 
     def consistent(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> Array:
         """The algebraic unknowns for given modes, from the guess ``z``. Raises InitializationError."""
@@ -127,11 +128,6 @@ class Engine:
                 raise InitializationError(f"at t = {t:.9g} s {error}") from None
         n = self.dae.x.numel()
         return self.memory.y[0][n : n + self.dae.z.numel()].copy()
-
-    @property
-    def large(self) -> bool:
-        """Whether linear systems are solved numerically."""
-        return self.dae.x.numel() + self.dae.z.numel() > _LARGE
 
     def stepper(self, name: str, numeric: bool = False) -> Calls:
         """The steps of a method for both directions of the double buffer; ``numeric`` takes the sparse solver that pivots at run time."""
@@ -185,7 +181,7 @@ class Engine:
         if self.method != "auto":
             return self.method
         n, nz, _, _ = self.sizes
-        if nz or n > _LARGE:
+        if nz or self.large:
             return "rodas5p"
         self.jacobian.call()
         size = float(self.memory.worst[0])
@@ -262,7 +258,7 @@ class Engine:
         self.memory.jumped[0] = 1.0
         self.memory.fire.fill(0.0)
         self.resolver.forget()
-        self.fire(t, t)
+        self.fire(t)
         try:
             self.resolver.resolve(0)
             self.admissible.check(0)
@@ -271,26 +267,26 @@ class Engine:
             raise InitializationError(f"start at t = {t:.9g} s: {error}") from None
         return 0
 
-    def fire(self, low: float, high: float) -> bool:
-        """Mark the timed laws whose instant lies within rounding of [low, high]; return whether there is one."""
-        if not self.timed:
-            return False
-        self.instants.call()
-        near = 1e-12 * max(1.0, abs(high))
-        memory, found = self.memory, False
-        for k in range(len(self.timed)):
-            if low - near <= memory.instants[k] <= high + near:
-                memory.fire[k] = 1.0
-                found = True
-        return found
+    def fire(self, t: float) -> None:
+        """Mark the timed laws whose instant is ``t``, within rounding."""
+        near = 1e-12 * max(1.0, abs(t))
+        for k, instant in enumerate(self._known_instants()):
+            if abs(instant - t) <= near:
+                self.memory.fire[k] = 1.0
 
     def next_instant(self, t: float) -> float:
         """The first known instant of a timed law after ``t``."""
-        if not self.timed:
-            return np.inf
-        self.instants.call()
         after = t + 1e-12 * max(1.0, abs(t))
-        return min([instant for instant in self.memory.instants.tolist() if instant > after], default=np.inf)
+        later = [instant for instant in self._known_instants() if instant > after]
+        return min(later) if later else np.inf
+
+    def _known_instants(self) -> list[float]:
+        """The instants of the timed laws, for the present held values."""
+        if not self.timed:
+            return []
+        self.instants.call()
+        instants: list[float] = self.memory.instants.tolist()
+        return instants
 
     def _shared(self) -> steps.Common:
         if self._model is None:
@@ -313,7 +309,7 @@ class Engine:
             functions["instants"] = steps.instants(self.dae)
         if self._turning:
             functions["corner"] = steps.corner(model)
-        if 0 < self.dae.z.numel() <= _LARGE:
+        if 0 < self.sizes[1] <= _LARGE:
             functions["newton"] = steps.newton(model)
         functions = self._finished(functions)
         m, p, tolerance = memory.m, memory.p, memory.tolerance
@@ -326,7 +322,7 @@ class Engine:
             for k in (0, 1)
         ]
         located, at = (
-            [memory.time, memory.fraction, memory.mask, memory.dense, m, p],
+            [memory.time, memory.fraction, memory.above, memory.dense, m, p],
             [memory.at, memory.g, memory.worst],
         )
         self.locator = Locator(Bound(functions["locate"], located, at), memory)
@@ -335,7 +331,7 @@ class Engine:
             Bound(functions["update"], [memory.time, memory.y[k], m, p, memory.fire, memory.jumped], results)
             for k in (0, 1)
         ]
-        if self.method == "auto" and not self.dae.z.numel() and self.dae.x.numel() <= _LARGE:
+        if self.method == "auto" and not self.sizes[1] and not self.large:
             found = [memory.jacobian, memory.worst]
             self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], found)
         if self.timed:
@@ -363,9 +359,10 @@ class Engine:
         return compile_functions(functions) if self.compile else functions
 
 
-def _bend(law: object) -> int | None:
-    """The place of the mode of a law whose values bend and do not jump."""
-    return law.index if isinstance(law, Switch) and law.continuous else None
+def _bends(indicators: Sequence[Indicator]) -> dict[int, int]:
+    """Indicators of laws whose values bend and do not jump: which one -> the place of the law's mode."""
+    laws = [(k, indicator.law) for k, indicator in enumerate(indicators)]
+    return {k: law.index for k, law in laws if isinstance(law, Switch) and law.continuous}
 
 
 def _vector(name: str, values: ArrayLike, size: int) -> Array:

@@ -20,7 +20,7 @@ class Locator:
     """Finds the first indicator that falls below zero in the last step of ``memory``."""
 
     def __init__(self, locate: Bound, memory: Memory) -> None:
-        self._kept, self._call, self._mask, self._g = locate, locate.call, memory.mask, memory.g
+        self._kept, self._call, self._above, self._g = locate, locate.call, memory.above, memory.g
         self._fraction, self._worst, self._info = view(memory.fraction), view(memory.worst), view(memory.info)
 
     def find(self, depth: float = 0.0) -> float | None:
@@ -29,9 +29,11 @@ class Locator:
         ``memory.at`` and ``memory.g`` hold the unknowns and indicators there.
         """
         fraction, worst, call, info = self._fraction, self._worst, self._call, self._info
-        first = next(k for k in range(1, len(_PLACES)) if info[INFO + k - 1] <= 0.0)
+        first = 1
+        while info[INFO + first - 1] > 0.0:
+            first += 1
         low, high = _PLACES[first - 1], _PLACES[first]
-        self._mask.fill(1.0)
+        self._above.fill(0.0)
         fraction[0] = high
         call()
         at_high = worst[0] + depth
@@ -39,7 +41,7 @@ class Locator:
             return None
         if at_high >= -2.0 * _AIM:
             return high
-        np.less_equal(self._g, -depth, out=self._mask)
+        np.add(self._g, depth, out=self._above)
         fraction[0] = low
         call()
         at_low = worst[0] + depth

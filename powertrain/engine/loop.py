@@ -54,13 +54,14 @@ class Run:
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
         self.book = engine.book
-        self.recorder = Recorder(*engine.sizes[:2], self.book.kinds)
+        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.book.kinds)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.book.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
         self.method = engine.first_method(stop - start)
         self.numeric = engine.large
-        self.views = [view(a) for a in (self.memory.time, self.memory.tolerance, self.memory.info, self.memory.dense)]
+        memory, counted = engine.memory, engine.memory.outside[: len(self.outside)]
+        self.views = [view(a) for a in (memory.time, memory.tolerance, memory.info, memory.record, counted)]
 
     def execute(self) -> Trajectory:
         """Run to the stop time; errors carry the trajectory so far."""
@@ -69,12 +70,11 @@ class Run:
             self._restart()
             self.recorder.enter(self.memory.m.copy())
             self._check_guards()
+            self._choose()
             while self.t < self.stop:
                 self._next_stop()
-                before, since = len(self.recorder.times), self.t
-                located = self._smooth()
-                self.engine.special.count(len(self.recorder.times) - before, self.t - since)
-                self._pass(located)
+                self._pass(self._smooth())
+            self._count()
         except NotConsistent as error:
             raise SimulationError(f"at t = {self.t:.9g} s {error}", self._trajectory()) from None
         except SimulationError as error:
@@ -86,7 +86,7 @@ class Run:
 
     def _trajectory(self) -> Trajectory:
         statistics = {
-            "steps": float(len(self.recorder.times)),
+            "steps": float(self.recorder.steps),
             "rejected": float(self.rejected),
             "events": float(len(self.recorder.instants)),
         }
@@ -101,32 +101,32 @@ class Run:
 
     def _restart(self) -> None:
         """Slope and first step size after a discontinuity."""
-        self._refresh()
-        self.h = min(float(self.memory.start[0]), self.max_step)
+        self.h = min(self._refresh(), self.max_step)
         self.memory.tolerance[2] = _CALM
 
-    def _refresh(self) -> None:
+    def _refresh(self) -> float:
+        """Stuck speeds set to zero and the slope at the present instant; returns a first step size."""
         memory = self.memory
         memory.time[0] = self.t
         self.engine.fresh[self.side].call()
         self.side = 1 - self.side
-        _, left, total = memory.start.tolist()
+        found: list[float] = memory.start.tolist()
+        h, left, total = found
         if not -np.inf < total < np.inf:
             self._refuse_rates()
         if left > _AT_REST:
             project(self.dae, self.memory, self.side)
+        return h
 
     def _refuse_rates(self) -> None:
         raise SimulationError(not_finite(self.dae, self.memory, self.side, self.t))
 
     def _smooth(self) -> bool:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""
-        memory, recorder = self.memory, self.recorder
-        time, tolerance, info, dense = self.views
-        steps, auto = self._choose()
-        times, sizes, rows = recorder.times.append, recorder.sizes.append, recorder.rows.extend
+        time, tolerance, info, record, outside = self.views
+        steps, auto = self.chosen
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
-        rejected, counting, watch = False, bool(self.book.counted), self.watch
+        keep, rejected, counting, watch = self.recorder.rows.extend, False, len(outside), self.watch
         wanted, halved, finest = 0.0, 0, _FINEST * (self.stop - self.start)
         while True:
             last = t + 1.01 * h >= target
@@ -145,9 +145,7 @@ class Run:
                 self.rejected += 1
                 rejected, h = True, 0.5 * h
                 continue
-            times(t)
-            sizes(h)
-            rows(dense)
+            keep(record)
             tolerance[2] = error if error > _CALM else _CALM
             if info[3] <= 0.0 and self._locate(t, h, side):
                 return True
@@ -155,9 +153,11 @@ class Run:
             if rejected:
                 factor, rejected = min(factor, 1.0), False
             t = target if last else t + h
-            h = min(max(h * factor, wanted) if last else h * factor, largest)
-            if counting:
-                self.outside += memory.outside[: len(self.outside)]
+            h = max(h * factor, wanted) if last else h * factor
+            if h > largest:
+                h = largest
+            if counting and any(outside):
+                self.outside += outside
             if watch is not None:
                 watch(t)
             if auto and (info[4] > _STIFF or self.stiff > 0) and self._too_stiff(info[4]):
@@ -166,14 +166,19 @@ class Run:
                 self.t, self.h, self.side = t, h, side
                 return False
 
-    def _choose(self) -> tuple[Calls, bool]:
-        """The steps for the present modes, and whether they are explicit and may turn out too short."""
-        special, explicit = self.engine.special, self.method == "dopri5"
-        steps = self.steps
+    def _choose(self) -> None:
+        """Take the steps for the present modes; note whether they are explicit and may turn out too short."""
+        steps, explicit = self.steps, self.method == "dopri5"
         if not self.numeric:
-            steps = special.get(self.method, self.memory.m, steps)
-            explicit = explicit or special.explicit
-        return steps, explicit and self.engine.method == "auto"
+            steps = self.engine.special.get(self.method, self.memory.m, steps)
+            explicit = explicit or self.engine.special.explicit
+        self.chosen = steps, explicit and self.engine.method == "auto"
+        self.since = self.recorder.steps, self.t
+
+    def _count(self) -> None:
+        """Note how many steps were taken since ``_choose``."""
+        steps, t = self.since
+        self.engine.special.count(self.recorder.steps - steps, self.t - t)
 
     def _smaller(self, e: float, t: float, h: float, side: int, steps: Calls) -> tuple[float, Calls]:
         """The next trial size after a rejected step, and its function: before a run is given up, algebraic unknowns get one that pivots."""
@@ -184,6 +189,7 @@ class Run:
         if self.method == "rodas5p" and not self.numeric and self.dae.z.numel():
             self.numeric = True
             self.steps = self.engine.stepper(self.method, numeric=True)
+            self.chosen = self.steps, False
             return 1e-6, self.steps
         self.t, self.side = t, side
         raise SimulationError(underflow(self.engine, side, t, h))
@@ -201,6 +207,7 @@ class Run:
             self.steps = self.engine.stepper(self.method)
         else:
             self.engine.special.refuse(self.method, self.steps)
+        self.chosen = self.steps, False
         return self.steps
 
     def _locate(self, t: float, h: float, side: int) -> bool:
@@ -212,10 +219,7 @@ class Run:
             return False
         self.side = 1 - self.side
         memory.y[self.side][:] = memory.at
-        self.t, self.h = (
-            (self.target if fraction == 1.0 and self.t + 1.01 * h >= self.target else self.t + fraction * h),
-            h,
-        )
+        self.t, self.h = self.target if fraction == 1.0 and t + 1.01 * h >= self.target else t + fraction * h, h
         for k in self.engine.guard_places:
             if memory.g[k] <= 0.0:
                 law = self.engine.indicators[k].law
@@ -235,16 +239,17 @@ class Run:
         """Resolve what happens at the present instant and go on from its right limit."""
         memory, m, t = self.memory, self.memory.m, self.t
         near = t + 1e-12 * max(1.0, abs(t))
-        if not located and self.instant > near and self.corner > near:
+        timed = self.instant <= near or self.corner <= near
+        if not (located or timed):
             return
         memory.time[0], memory.time[1] = t, 0.0
-        if located and self.instant > near and self.corner > near and self._bends():
+        if not timed and self.engine.bends and self._bends():
             return
-        held_left, engine, resolver = m.copy(), self.engine, self.engine.resolver
+        engine, resolver, held_left = self.engine, self.engine.resolver, self.recorder.held[-1]
         jumps = self.corner <= near and engine.schedules.cross(m, self.crossed, near)
         self.crossed = near
         if self.instant <= near:
-            engine.fire(t, t)
+            engine.fire(t)
         elif not located and not jumps and self._turns():
             return
         left = memory.y[self.side].copy()
@@ -253,7 +258,9 @@ class Run:
         held = m.copy()
         changed = (held != held_left).nonzero()[0].tolist()
         if changed:
+            self._count()
             self.recorder.enter(held)
+            self._choose()
         if not jumps and not resolver.extra and self.book.quiet.issuperset(changed):
             self._idle(located and not changed)
             self._refresh()
@@ -271,12 +278,14 @@ class Run:
     def _bends(self) -> bool:
         """Go on past the point where expressions bend; False if more than their modes has to be resolved there."""
         m, bends = self.memory.m, self.engine.bends
-        places = [bends[k] for k in (self.memory.g <= 0.0).nonzero()[0].tolist()]
+        places = [bends.get(k) for k in (self.memory.g <= 0.0).nonzero()[0].tolist()]
         if not places or None in places:
             return False
         for index in places:
             m[index] = 1.0 - m[index]
         if self._turns():
+            self._count()
+            self._choose()
             return True
         for index in places:
             m[index] = 1.0 - m[index]

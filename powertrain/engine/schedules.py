@@ -49,7 +49,7 @@ class Schedules:
         m[index : index + 3] = rows[bisect_right(starts, t)]
 
 
-def _segments(schedule: Schedule) -> tuple[list[float], list[tuple[float, float, float]]]:
+def _segments(schedule: Schedule) -> tuple[list[float], list[Array]]:
     """Start times, and one row (t0, y0, slope) more than starts: the first holds before the first time."""
     times, values = [float(v) for v in schedule.times], [float(v) for v in schedule.values]
     starts: list[float] = []
@@ -60,7 +60,7 @@ def _segments(schedule: Schedule) -> tuple[list[float], list[tuple[float, float,
         slope = (values[i + 1] - y0) / (times[i + 1] - t0) if i + 1 < len(times) else 0.0
         starts.append(t0)
         rows.append((t0, y0, slope))
-    return starts, rows
+    return starts, list(np.array(rows))
 
 
 def _jumps(schedule: Schedule) -> list[float]:

@@ -205,13 +205,13 @@ def corner(model: Common) -> ca.Function:
 
 
 def locate(model: Common) -> ca.Function:
-    """Unknowns and indicators at a fraction of the step, and the smallest of the marked indicators.
+    """Unknowns and indicators at a fraction of the step, and the smallest of the indicators for which ``above`` is not positive.
 
-    (time, fraction, mask, dense, m, p) -> (y, g, least). Algebraic unknowns are corrected twice towards their equations.
+    (time, fraction, above, dense, m, p) -> (y, g, least). Algebraic unknowns are corrected twice towards their equations.
     """
     dae = model.dae
     n = dae.x.numel()
-    fraction, mask = ca.SX.sym("fraction"), ca.SX.sym("mask", model.indicators)
+    fraction, above = ca.SX.sym("fraction"), ca.SX.sym("above", model.indicators)
     dense = ca.SX.sym("dense", 5 * model.y.numel())
     t = model.time[0] + fraction * model.time[1]
     y = on_polynomial(ca.reshape(dense, model.y.numel(), 5), fraction)
@@ -221,8 +221,10 @@ def locate(model: Common) -> ca.Function:
     g = model.watch(t, y)
     smallest = ca.SX(1e300)
     for i in range(model.indicators):
-        smallest = ca.fmin(smallest, ca.if_else(mask[i] > 0, g[i], 1e300))
-    return _function(PREFIX + "locate", [model.time, fraction, mask, dense, dae.m, dae.p], [y, ca.densify(g), smallest])
+        smallest = ca.fmin(smallest, ca.if_else(above[i] > 0, 1e300, g[i]))
+    return _function(
+        PREFIX + "locate", [model.time, fraction, above, dense, dae.m, dae.p], [y, ca.densify(g), smallest]
+    )
 
 
 def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:

@@ -21,22 +21,25 @@ def least(values: ca.SX) -> ca.SX:
 
 
 def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
-    """The smallest minimum that parabolas through the samples show inside the step, and the largest relative third difference.
+    """Whether parabolas through an indicator's samples dip below zero inside the step, and the largest relative third difference.
 
     ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step. Error control alone does not see what stuck laws carry: their
     states stand still while the torques change.
     """
-    minimum, rough = ca.SX(1.0), ca.SX(0.0)
+    dips, rough = ca.SX(0.0), ca.SX(0.0)
     for i in range(samples[0].numel()):
         a, b, c, d = (sample[i] for sample in samples)
-        minimum = ca.fmin(minimum, ca.fmin(_vertex(a, b, c, 2.0, 1.0), _vertex(b, c, d, 1.0, 1.0)))
+        dips = ca.logic_or(dips, ca.logic_or(_dips(a, b, c, 2.0, 1.0), _dips(b, c, d, 1.0, 1.0)))
         size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
         rough = ca.fmax(rough, ca.fabs(d - a + 3 * (b - c)) / (size + _NOISE))
-    return minimum, rough
+    return dips, rough
 
 
-def _vertex(a: ca.SX, b: ca.SX, c: ca.SX, before: float, after: float) -> ca.SX:
-    """Minimum of the parabola through three equidistant values, or 1 if it lies beyond ``before``/``after`` intervals from the middle."""
+def _dips(a: ca.SX, b: ca.SX, c: ca.SX, before: float, after: float) -> ca.SX:
+    """Whether the parabola b + slope q + bend q^2/2 through the values at q = -1, 0, 1 has a minimum below zero in [-before, after].
+
+    The minimum is b - slope^2/(2 bend), at q = -slope/bend. ``inside`` implies bend > 0, or slope = bend = 0, where there is none.
+    """
     slope, bend = (c - a) / 2, a - 2 * b + c
     inside = ca.logic_and(slope <= before * bend, -slope <= after * bend)
-    return ca.if_else(ca.logic_and(bend > 0, inside), b - slope**2 / (2 * ca.if_else(bend > 0, bend, 1.0)), 1.0)
+    return ca.logic_and(inside, 2 * bend * b < slope**2)

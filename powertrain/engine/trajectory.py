@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from array import array
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.engine.buffers import Array
+from powertrain.engine.buffers import Array, Memory
 
 
 @dataclass(frozen=True)
@@ -125,51 +124,47 @@ class Trajectory:
         """The ascending times with the instants of all events twice, and the places of those."""
         when = np.array([instant.time for instant in self.instants])
         before, after = times.searchsorted(when), times.searchsorted(when, side="right")
-        asked_too = before < after
-        if asked_too.any():
-            kept = np.ones(len(times), dtype=bool)
-            for first, end in zip(before[asked_too].tolist(), after[asked_too].tolist(), strict=True):
-                kept[first:end] = False
-            times = times[kept]
-            before = times.searchsorted(when)
-        places = before.repeat(2) + np.arange(2 * len(when))
-        merged = np.empty(len(times) + len(places))
-        others = np.ones(len(merged), dtype=bool)
-        others[places] = False
-        merged[places] = when.repeat(2)
-        merged[others] = times
-        return merged, places
+        pieces: list[Array] = []
+        places: list[int] = []
+        twice, passed, place = when.repeat(2), 0, 0
+        for k, (first, last) in enumerate(zip(before.tolist(), after.tolist(), strict=True)):
+            pieces += times[passed:first], twice[2 * k : 2 * k + 2]
+            place += max(first - passed, 0)
+            places += place, place + 1
+            place, passed = place + 2, last
+        return np.concatenate([*pieces, times[passed:]]), np.array(places)
 
 
 class Recorder:
-    """Collects the steps of a running simulation at the cost of a few list appends per step."""
+    """Collects the steps of a running simulation: ``rows`` are the bytes of ``memory.record`` after each."""
 
-    def __init__(self, states: int, algebraic: int, laws: tuple[tuple[int, str, str], ...]) -> None:
+    def __init__(self, memory: Memory, states: int, algebraic: int, laws: tuple[tuple[int, str, str], ...]) -> None:
         self.unknowns, self.states, self.laws = states + algebraic, states, laws
-        self.times, self.sizes, self.rows = array("d"), array("d"), bytearray()
+        self.rows, self._record = bytearray(), memory.record
         self.held: list[Array] = []
-        self.held_from: list[int] = []
         self.instants: list[Instant] = []
+
+    @property
+    def steps(self) -> int:
+        """The number of steps so far."""
+        return len(self.rows) // self._record.nbytes
 
     def enter(self, held: Array) -> None:
         """The held values from the next step on, which are kept."""
+        self._record[0] = len(self.held)
         self.held.append(held)
-        self.held_from.append(len(self.times))
 
     def trajectory(
         self, end: float, final: Array, m: Array, statistics: dict[str, float], notes: tuple[str, ...]
     ) -> Trajectory:
         """Everything recorded so far."""
-        n = len(self.times)
-        found = n and self.unknowns
-        dense = np.frombuffer(self.rows).reshape(n, 5, -1) if found else np.zeros((n, 5, self.unknowns))
-        lasting = np.diff(np.array([*self.held_from, n]))
+        table = np.frombuffer(self.rows).reshape(-1, self._record.size)
         return Trajectory(
-            times=np.array(self.times),
-            sizes=np.array(self.sizes),
-            dense=dense[:, :, : self.unknowns],
+            times=table[:, 1].copy(),
+            sizes=table[:, 2].copy(),
+            dense=table[:, 3 : 3 + 5 * self.unknowns].reshape(len(table), 5, self.unknowns),
             held=np.array(self.held) if self.held else np.zeros((0, 0)),
-            mode_of_step=np.repeat(np.arange(len(self.held)), lasting),
+            mode_of_step=table[:, 0].astype(np.int64),
             end=end,
             final=final[: self.unknowns].copy(),
             final_held=m.copy(),

@@ -21,8 +21,8 @@ def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.S
     """
     minima = [least(sample) for sample in samples]
     smallest = least(ca.vertcat(*minima))
-    minimum, rough = survey(samples)
-    unresolved = ca.logic_or(rough > ROUGH, ca.logic_and(minimum <= 0, smallest > 0))
+    dips, rough = survey(samples)
+    unresolved = ca.logic_or(rough > ROUGH, ca.logic_and(dips, smallest > 0))
     return ca.vertcat(norm, unresolved, growth(norm, before, rough), smallest, stiffness, *minima)
 
 
