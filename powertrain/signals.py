@@ -281,7 +281,7 @@ class Signals:
 
     def corrected(self, samples: Samples, p: Array) -> Samples:
         """Samples whose algebraic unknowns are a few steps of Newton's method better than the dense output's."""
-        nz = self.inputs[2].numel()
+        nz = samples.z.shape[1]
         if not 0 < nz <= _LARGEST_CORRECTION or not len(samples.t):
             return samples
         if "correction" not in self._local.__dict__:
