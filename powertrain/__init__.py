@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from powertrain.analysis.sweeping import sweep
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
+    from powertrain.schematic import schematic
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
 
@@ -85,6 +86,7 @@ __all__ = [
     "reinit",
     "replace",
     "schedule",
+    "schematic",
     "signal_input",
     "signal_output",
     "simulate",
@@ -109,6 +111,7 @@ _ANALYSES = {
     "linearize": "powertrain.analysis.linearization",
     "power_flow": "powertrain.power.powerflow",
     "power_outputs": "powertrain.power.powerterms",
+    "schematic": "powertrain.schematic",
     "steady": "powertrain.steadystate.steady",
     "steady_gradient": "powertrain.steadystate.gradient",
     "sweep": "powertrain.analysis.sweeping",

@@ -36,7 +36,7 @@ ORDER = [
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
     "power: circulation powergraph variator directedflow powerterms powerflow",
-    "plot power.powerdiagram power.powerplot",
+    "plot power.powerdiagram power.powerplot schematic",
     "__init__",
     "__main__",
 ]

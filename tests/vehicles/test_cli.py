@@ -51,7 +51,9 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 def test_help_of_every_command_has_examples() -> None:
     assert "Examples:" in done("--help")
-    for name in main.commands if main.commands else ("list", "info", "run", "map", "split-path", "reproduce"):
+    for name in (
+        main.commands if main.commands else ("list", "info", "run", "performance", "map", "split-path", "reproduce")
+    ):
         text = done(name, "--help")
         assert f"powertrain {name}" in text, name
         assert "Examples:" in text
@@ -145,6 +147,13 @@ def test_a_reader_that_goes_away_gets_no_message() -> None:
         process.stdout.close()
         assert process.stderr is not None
         assert process.stderr.read() == b""
+
+
+def test_info_draws_a_schematic(tmp_path: Path) -> None:
+    picture = tmp_path / "car.png"
+    assert f"wrote {picture}" in done("info", "ManualCar", "--schematic", str(picture)).replace("\n", "")
+    assert picture.read_bytes().startswith(PNG)
+    assert "nothing to draw" in refused("info", "AlwaysOn", "--schematic", str(picture))
 
 
 def test_info_of_an_ambiguous_name() -> None:
@@ -383,6 +392,46 @@ def test_run_draws_the_map_under_its_cycle(short: str, tmp_path: Path) -> None:
     assert "from the tank to the road" in text
     assert "100% of" in text
     assert plot.read_bytes().startswith(PNG)
+
+
+def test_run_calculates_backward(short: str) -> None:
+    text = done("run", "SplitPathCar", "--cycle", short, "--backward")
+    said = text.partition("Backward, from steady operating points")[2].split()
+    forward = next(line.split()[1] for line in text.splitlines() if line.split()[:1] == ["fuel"])
+    assert said[:1] == ["fuel"]
+    assert float(said[1]) == pytest.approx(float(forward), rel=0.2)  # half a minute of transients
+    assert said[-1] == f"{float(said[1]) / float(forward) - 1:+.2%}" or said[-1][0] in "+-"
+    assert "has no map of operating points: schedule" in refused("run", "ManualCar", "--cycle", short, "--backward")
+    assert "has no map of operating points: schedule" in refused("map", "ManualCar", code=1)
+
+
+def test_performance_is_that_of_the_signals(tmp_path: Path) -> None:
+    out, plot = tmp_path / "acceleration.csv", tmp_path / "acceleration.png"
+    text = done("performance", "SplitPathCar", "--set", "body.m=1500", "--out", str(out), "--plot", str(plot))
+    said = {line[:20].strip(): float(line[20:].split()[0]) for line in text.splitlines() if line.startswith("  ")}
+    data = pd.read_csv(out)
+    v = data["body.v"] * 3.6
+    times = {speed: float(data.time[v >= speed].iloc[0]) for speed in (50, 80, 100, 120)}
+    assert said["0 to 50 km/h"] == pytest.approx(times[50], abs=0.06)  # three digits, hundredths of a second
+    assert said["0 to 100 km/h"] == pytest.approx(times[100], abs=0.06)
+    assert said["80 to 120 km/h"] == pytest.approx(times[120] - times[80], abs=0.06)
+    assert said["top speed"] == pytest.approx(v.max(), abs=0.5)
+    assert said["0 to 100 km/h"] > 15  # 14.4 s with 1,300 kg
+    assert 10 < said["gradeability"] < 20
+    assert plot.read_bytes().startswith(PNG)
+
+
+def test_performance_of_what_cannot_be_measured() -> None:
+    assert "has no driver who could press the accelerator; these have one:" in refused("performance", "RearDriveCar")
+    assert "did you mean body.m" in refused("performance", "ManualCar", "--set", "body.mm=3")
+    assert "is not free" in refused("performance", "ManualCar", "--set", "final_drive.mesh.ratio=3")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [entry.name for entry in vehicles() if drives_cycles(entry.kind)])
+def test_performance_of_every_vehicle_with_a_driver(name: str) -> None:
+    text = done("performance", name)
+    assert "-" not in text.split()  # every speed is reached
 
 
 def test_split_path_ranks_designs(tmp_path: Path) -> None:

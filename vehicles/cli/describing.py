@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import inspect
 import textwrap
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from powertrain.vehicles.cli.options import Command, of_the_command_line
+import powertrain as pt
+from powertrain.vehicles.cli.options import PICTURE, Command, of_the_command_line
 from powertrain.vehicles.cli.text import columns, paragraphs, title
 
 if TYPE_CHECKING:
@@ -19,11 +21,18 @@ if TYPE_CHECKING:
     "info",
     cls=Command,
     short_help="A component or vehicle: parameters, slots, ports, equations, source.",
-    examples=("info Clutch", "info rotational.Fixed", "info SplitPathCar", "info MappedEngine --text"),
+    examples=(
+        "info Clutch",
+        "info rotational.Fixed",
+        "info SplitPathCar",
+        "info MappedEngine --text",
+        "info SplitPathCar --schematic car.png",
+    ),
 )
 @click.argument("name")
 @click.option("--text", is_flag=True, help="The whole text of the class, as it stands in its file.")
-def command(name: str, text: bool) -> None:
+@click.option("--schematic", type=PICTURE, help="Draw its parts and what joins them (.png, .pdf, .svg).")
+def command(name: str, text: bool, schematic: Path | None) -> None:
     """What a component or a vehicle is: parameters with units, defaults and ranges, slots, ports, variables, equations, source.
 
     What is listed can be set by `powertrain run VEHICLE --set PATH=VALUE`. Names found in several families take the family before them.
@@ -33,6 +42,17 @@ def command(name: str, text: bool) -> None:
     with of_the_command_line():
         entry = catalogue.find(name, (*catalogue.assembled(), *catalogue.components()), "component")
     click.echo(described(entry, text))
+    if schematic is not None:
+        with of_the_command_line():
+            draw(entry, schematic)
+        click.echo(f"\nwrote {schematic}")
+
+
+def draw(entry: Entry, path: Path) -> None:
+    """The schematic of what a class is by default. Errors: ParameterError where it needs values or has no parts."""
+    figure = pt.schematic(entry.kind()).get_figure(root=True)
+    assert figure is not None
+    figure.savefig(path, dpi=130)
 
 
 def described(entry: Entry, text: bool = False) -> str:
