@@ -19,11 +19,11 @@ MOST_LAWS = 62
 
 
 class Sheet:
-    """The results of all points, flat, in the order of the walk; with room for what is written beyond the end."""
+    """The results of all points, flat, in the order of the walk; with ``room`` for what is written beyond the end."""
 
-    def __init__(self, solver: Solver, count: int, size: int, side: int | None = None) -> None:
+    def __init__(self, solver: Solver, count: int, size: int, side: int | None = None, room: int = 0) -> None:
         self.solver, self.count, self.size, self.side = solver, count, size, side
-        self.rows = [np.empty(size + PAD) for _ in range(self.count)]
+        self.rows = [np.empty(size + room) for _ in range(self.count)]
         self.status = np.zeros(size, np.int8)
         self.blame: NDArray[np.int64] | None = None
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
@@ -86,8 +86,8 @@ class Sheet:
         self.blame[places[hit]] = weights @ blame[:, hit]
 
     def apart(self, size: int) -> Sheet:
-        """An empty sheet of the same signals."""
-        return Sheet(self.solver, self.count, size, self.side)
+        """An empty sheet of the same signals, with room beyond its end."""
+        return Sheet(self.solver, self.count, size, self.side, PAD)
 
     def put(self, places: NDArray[np.intp], part: Sheet) -> None:
         """Takes over some points."""

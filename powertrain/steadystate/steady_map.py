@@ -66,7 +66,12 @@ class SteadyMap:
             finite = self._by_rows(self.walker, sheet, ordered, common, bar)
             if finite is None:
                 for first, count, values in ordered.pieces():
-                    self._walk(self.walker, sheet, first, count, values, bar)
+                    inner = count if first + count + PAD <= ordered.size else max(count - PAD, 0)
+                    self._walk(self.walker, sheet, first, inner, values, bar)
+                    self._apart(
+                        self.walker, sheet, np.arange(first + inner, first + count), [v[inner:] for v in values]
+                    )
+                    bar.reach(first + count)
             if not finite:
                 self._look_again(sheet, ordered)
         else:
@@ -118,13 +123,16 @@ class SteadyMap:
             return None
 
         def rest(places: NDArray[np.intp]) -> None:
-            values = [np.pad(v, (0, PAD), "edge") for v in grid.at(places)]
-            part = sheet.apart(places.size)
-            self._walk(walker, part, 0, places.size, values, None)
-            sheet.put(places, part)
+            self._apart(walker, sheet, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
 
         assert self._rows_map is not None
         return self._rows_map.fill(fast, x, slow, plan, common, sheet.rows, rest, bar.reach)
+
+    def _apart(self, walker: Walker, sheet: Sheet, places: NDArray[np.intp], values: list[Array]) -> None:
+        """Walks points that lie anywhere, or at the end of the sheet, beyond which the walk would write."""
+        part = sheet.apart(places.size)
+        self._walk(walker, part, 0, places.size, values, None)
+        sheet.put(places, part)
 
     def _walk(self, walker: Walker, sheet: Sheet, first: int, count: int, values: list[Array], bar: Bar | None) -> None:
         results = [row[first:] for row in sheet.rows]
