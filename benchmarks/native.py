@@ -6,6 +6,7 @@ import atexit
 import ctypes
 import shutil
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FLOORS = Path(__file__).parent / "floors"
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 FLAGS = ("-O3", "-march=native", "-fPIC", "-shared")
 
 
@@ -36,6 +38,16 @@ def build(source: Path, defines: tuple[str, ...] = (), generated: ca.Function | 
     command = ["gcc", *FLAGS, *(f"-D{d}" for d in defines), *map(str, sources), "-o", str(library), "-lm"]
     subprocess.run(command, check=True, capture_output=True)
     return ctypes.CDLL(str(library))
+
+
+def keep_memory() -> None:
+    """Makes glibc keep the memory of arrays that are freed, so that no run pays for fresh pages.
+
+    Otherwise it keeps it or gives it back depending on what else has been freed before, and new pages take longer to come than to fill.
+    """
+    if sys.platform == "linux" and hasattr(libc := ctypes.CDLL(None), "mallopt"):
+        libc.mallopt(_TRIM_THRESHOLD, 1 << 30)
+        libc.mallopt(_MMAP_THRESHOLD, 1 << 25)
 
 
 def pointer(array: NDArray[np.float64]) -> ctypes.c_void_p:

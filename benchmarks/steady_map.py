@@ -74,6 +74,7 @@ def in_c(ratio: Array, load: Array) -> Call:
 
 def run(rounds: int = 15, n: int = 1000) -> list[Row]:
     """All rows of this benchmark."""
+    native.keep_memory()
     ratio, load = np.linspace(-2.0, 3.0, n), np.linspace(-200.0, 200.0, n)
     plant = pt.compile(Bench())
 
