@@ -40,7 +40,7 @@ def jam_message(
     lines = [
         f"  {law.name} ({law.where}): torque {row[1]:.6g} {law.unit}, bounds {row[2]:.6g} .. {row[3]:.6g} {law.unit}, speed {row[0]:.3g}"
         for law, row in zip(dae.frictions, values, strict=True)
-        if law.index in involved
+        if _takes_part(law, dae, involved)
     ]
     if modes:
         options = " or ".join(
@@ -52,7 +52,7 @@ def jam_message(
         problem = f"the modes are not found, and {combinations} combinations are too many to try"
         advice = "Separate some of the laws by a shaft stiffness."
     else:
-        jam = any(index in involved for index in (*(f.index for f in dae.frictions), *(c.index for c in dae.contacts)))
+        jam = bool(lines) or any(contact.index in involved for contact in dae.contacts)
         problem = f"none of the {combinations} combinations of modes is consistent{' (the mechanism jams)' * jam}"
         advice = (
             "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
@@ -60,6 +60,12 @@ def jam_message(
             else "The condition of a switch and what it switches contradict each other; give it a hysteresis, or let it act on a rate."
         )
     return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
+
+
+def _takes_part(law: Friction, dae: HybridDae, involved: Sequence[int]) -> bool:
+    """Whether a law is among these, or a switch that its bounds follow, such as the side that drives a mesh."""
+    bounds = ca.vertcat(law.lower, law.upper)
+    return law.index in involved or any(ca.depends_on(bounds, dae.m[i]) for i in involved)
 
 
 def _mode(name: str, value: float, friction: bool) -> str:

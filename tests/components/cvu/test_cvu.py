@@ -127,7 +127,7 @@ def test_ratio_outside_its_range_is_an_error() -> None:
     with pytest.raises(pt.SimulationError, match=r"speed ratio of the variable unit \(parts\[0\].*allowed 0.4 .. 2.5"):
         run(model, 2.0)
     for values, message in (
-        ({"eta_ab": 0.0}, r"eta_ab = 0 1 is outside its range \(0, 1\]"),
+        ({"eta_ab": 0.0}, r"eta_ab = 0 is outside its range \(0, 1\]"),
         ({"eta_ba": 1.2}, "eta_ba"),
     ):
         with pytest.raises(pt.ParameterError, match=message):

@@ -124,7 +124,7 @@ def test_crown_gear(torque: float) -> None:
     ("make", "message"),
     [
         (lambda: BevelDifferential(eta=1.1), "eta = 1.1"),
-        (lambda: LimitedSlipDifferential(bias_drive=0.5), r"bias_drive = 0.5 1 is outside its range \[1, inf\)"),
+        (lambda: LimitedSlipDifferential(bias_drive=0.5), r"bias_drive = 0.5 is outside its range \[1, inf\)"),
         (lambda: LimitedSlipDifferential(preload=-1.0), "preload = -1"),
         (lambda: CrownGear(ratio=1.0), "ratio = 1"),
     ],
