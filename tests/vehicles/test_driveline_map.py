@@ -6,7 +6,11 @@ import pytest
 import xarray as xr
 
 import powertrain as pt
+from powertrain.components.body import RoadProfile
 from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
+from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.trials import drive_cycle
 from powertrain.vehicles.trials.backward import backward
@@ -53,6 +57,34 @@ def test_backward_agrees_with_the_simulation() -> None:
     assert run.message == ""
     assert back.fuel == pytest.approx(run.fuel, rel=0.02)
     assert not back.missing.any()
+
+
+def test_backward_climbs() -> None:
+    """Twelve metres a second up a slope of 5 %: the simulation burns as much, less what it burns on the way to that speed."""
+    cycle = DriveCycle("uphill", ((0.0, 0.0), (12.0, 12.0), (200.0, 12.0)))
+    hill = pt.replace(SplitPathCar(), road=RoadProfile.from_heights([0, 1e4], [0, 1e4 * np.sin(np.arctan(0.05))]))
+    run, back = drive_cycle(hill, cycle), backward(hill, cycle)
+    rate = run.result["engine.fuel_rate"][-1]
+    assert back.fuel_rate[-1] == pytest.approx(rate, rel=2e-3)  # between the points of the map
+    assert rate > 1.5 * backward(SplitPathCar(), cycle).fuel_rate[-1]
+    assert back.fuel == pytest.approx(run.fuel, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "said"),
+    [
+        (
+            ManualCar(),
+            r"ManualCar has no map of operating points: schedule \(GearSchedule\) goes by what was before \(gear, ",
+        ),
+        (FlywheelHybrid(), r"charge \(FlywheelCharge\)"),
+        (PowerSplitHybrid(), r"control \(PowerSplitControl\)"),
+    ],
+    ids=lambda v: type(v).__name__ if isinstance(v, pt.Component) else "",
+)
+def test_a_vehicle_that_remembers_has_no_map(vehicle: pt.Component, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        backward(vehicle, "wltc")
 
 
 def test_backward_says_what_the_vehicle_lacks() -> None:

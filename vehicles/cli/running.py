@@ -17,6 +17,7 @@ from powertrain.vehicles.cli.options import (
     Vehicle,
     of_the_command_line,
     settings,
+    with_driver,
 )
 from powertrain.vehicles.cli.text import columns, number, title
 
@@ -43,6 +44,7 @@ PRINTED_FROM = 50.0
     examples=(
         "run SplitPathCar --cycle wltc --plot run.png",
         "run SplitPathCar --cycle udds --set body.m=1500 --set body.Cd=0.28 --out run.nc",
+        "run SplitPathCar --backward",
         "run SplitPathCar --span 0:200 --set transmission.cvu=VBelt --set 'engine=MappedEngine.gasoline()'",
         "run SplitPathCar --write-params car.toml",
         "run SplitPathCar --params car.toml --cycle my_cycle.csv",
@@ -76,6 +78,11 @@ PRINTED_FROM = 50.0
     help="Draw the driveline's map from the tank to the road with the cycle's operating points, and print it.",
 )
 @click.option(
+    "--backward",
+    is_flag=True,
+    help="Beside it, the quasi-static fuel: from the map's operating points, without transients.",
+)
+@click.option(
     "--rtol",
     type=click.FloatRange(1e-12, 1e-2),
     default=1e-6,
@@ -93,6 +100,7 @@ def command(
     signals: tuple[str, ...],
     plot: Path | None,
     chart: Path | None,
+    backward: bool,
     rtol: float,
 ) -> None:
     """Simulate a vehicle over a drive cycle and print consumption and where the energy went.
@@ -102,20 +110,21 @@ def command(
     A span of a cycle should begin at rest, as the vehicle does.
     """
     import powertrain as pt
-    from powertrain.vehicles.cli import catalogue, files
+    from powertrain.vehicles.cli import files
     from powertrain.vehicles.cli.options import configured, progress
     from powertrain.vehicles.cli.settings import free_or_error
-    from powertrain.vehicles.trials import drive_cycle
+    from powertrain.vehicles.trials import drive_cycle, on_rolling_road
 
-    if not catalogue.drives_cycles(vehicle.kind):
-        able = ", ".join(entry.name for entry in catalogue.vehicles() if catalogue.drives_cycles(entry.kind))
-        raise click.UsageError(f"{vehicle.name} has no driver who follows a cycle; these have one: {able}")
+    with_driver(vehicle, "who follows a cycle")
     model, paths = configured(vehicle, params, texts)
     driven: DriveCycle = cycle or model.cycle.cycle  # type: ignore[attr-defined]
     if span is not None:
         with of_the_command_line():
             driven = _part(driven, *span)
     model = pt.replace(model, {"cycle.cycle": driven})
+    if backward or chart is not None:
+        with of_the_command_line():
+            on_rolling_road(model)
     plant = pt.compile(model)
     with of_the_command_line():
         free_or_error(paths, model, plant.parameters)
@@ -126,6 +135,8 @@ def command(
     if run.message and run.distance < WORTH_A_REPORT:
         raise click.ClickException(ended)
     click.echo(report(run))
+    if backward:
+        click.echo(_beside(run, model))
     if out is not None:
         _write(run, out, signals)
     if plot is not None:
@@ -139,6 +150,20 @@ def command(
             click.echo(f"wrote {path}")
     if run.message:
         raise click.ClickException(ended)
+
+
+def _beside(run: CycleRun, model: pt.Component) -> str:
+    """The fuel of the same drive from steady operating points, and how far it is from the simulation's."""
+    from powertrain.vehicles.trials import backward
+
+    end = float(run.result.time[-1])
+    back = backward(model, run.cycle.part(float(run.cycle.times[0]), end) if run.message else run.cycle)
+    litres = run.litres_per_100km * back.fuel / run.fuel
+    rows = [("fuel", number(back.fuel), "kg"), ("consumption", number(litres), "l/100 km")]
+    rows += [("against the simulation", f"{back.fuel / run.fuel - 1:+.2%}", "")]
+    if back.missing.any():
+        rows += [("force that the vehicle lacks, at most", number(float(back.missing.max())), "N")]
+    return f"{title('Backward, from steady operating points')}\n{columns(rows, right=[1])}"
 
 
 def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:

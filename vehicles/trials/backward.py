@@ -38,11 +38,12 @@ class BackwardRun:
 def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset | None = None) -> BackwardRun:
     """The fuel of a cycle from a map of operating points, as if the vehicle passed from one to the next without transients.
 
-    force = (m + sum of J/radius^2 of the wheels) a + drag,  fuel_rate = map(v, force);  braked or in overrun: what accelerator 0 takes
+    force = (m + sum of J/radius^2 of the wheels) a + drag + m g sin(alpha),  fuel_rate = map(v, force)
+    braked or in overrun: fuel_rate of accelerator 0
 
     The map is ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
     there are those of the lowest speed; where nothing is driven the engine idles. The engine's own inertia is left out.
-    Errors: ParameterError for a map with points that have no steady state.
+    Errors: ParameterError for a map with points that have no steady state, and for a vehicle without a map (see ``on_rolling_road``).
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
@@ -53,7 +54,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
         found = driveline_map(vehicle, np.linspace(min(4.0, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS))
     if (found["status"] != 0).any():
         raise pt.ParameterError(f"backward: {int((found['status'] != 0).sum())} points of the map have no steady state")
-    force = _demand(vehicle, v, a)
+    force = _demand(vehicle, v, a) + _climb(vehicle, cycle)
     rate, most = _look_up(found, np.maximum(v, float(found["speed"][0])), force)
     idle = _idle(vehicle)
     launching = v < float(found["speed"][0])
@@ -66,6 +67,13 @@ def _demand(vehicle: Any, v: Array, a: Array) -> Array:
     wheels = [getattr(vehicle, n) for n in vehicle._fields if isinstance(getattr(vehicle, n), Wheel)]
     mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in wheels)
     return np.asarray(mass * a + float(body.Cd) * float(body.A) * float(body.rho) / 2 * v**2)
+
+
+def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
+    """The weight's force along the road in the middle of every row, N."""
+    step = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)
+    slope = np.asarray(vehicle.road.profile(np.cumsum(step) - step / 2))
+    return np.asarray(float(vehicle.body.m) * float(vehicle.body.g) * slope / np.sqrt(1 + slope**2))
 
 
 def _idle(vehicle: Any) -> float:

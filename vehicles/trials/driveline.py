@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import powertrain as pt
+from powertrain.component import children
 from powertrain.components.body import RollingRoad
 from powertrain.components.control import SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
@@ -19,13 +20,28 @@ SPEED, PEDAL = "body.speed", "driver.accelerator_set"
 
 
 def on_rolling_road(vehicle: pt.Component) -> pt.Component:
-    """The vehicle with its body on a rolling road, its pedals set, and its actuators where they want to be."""
+    """The vehicle with its body on a rolling road, its pedals set, and its actuators where they want to be.
+
+    Errors: ParameterError for a vehicle with a part that remembers, such as the gear that is in.
+    """
+    _refuse_memory(vehicle, vehicle)
     at_rest = {
         name: IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
         for name in vehicle._fields
         if isinstance(part := getattr(vehicle, name), Actuator)
     }
     return pt.replace(vehicle, body=RollingRoad(m=_mass(vehicle)), driver=SetPedals(), **at_rest)
+
+
+def _refuse_memory(vehicle: pt.Component, whole: pt.Component, path: str = "") -> None:
+    for name, part in children(whole):
+        held = [n for n, kind in part._fields.items() if isinstance(kind, pt.Discrete)]
+        if held:
+            raise pt.ParameterError(
+                f"{type(vehicle).__name__} has no map of operating points: {path}{name} ({type(part).__name__}) goes by what was before "
+                f"({', '.join(held)}), so that speed and accelerator alone do not tell how the vehicle runs"
+            )
+        _refuse_memory(vehicle, part, f"{path}{name}.")
 
 
 def _mass(vehicle: Any) -> float:
@@ -47,7 +63,7 @@ def driveline_map(
     ``K`` and the ``case`` of its power flow, of which Fig. 8 of Yu & Beachley 1986 shows the kinds.
 
     Points without a steady state have no numbers, and their status says why. Of several (in overrun a centrifugal clutch may hold or be
-    dragged along) one is given. The vehicle has the parts ``driver``, ``engine`` and ``body``.
+    dragged along) one is given. The vehicle has the parts ``driver``, ``engine`` and ``body``. Errors: those of ``on_rolling_road``.
     Source: pt.steady of the vehicle on a rolling road.
     """
     import xarray as xr

@@ -32,6 +32,8 @@ AREA = 5000.0
 """Area of all operating points together [pt2]."""
 SLOW = 5.0
 """Speed of an input [rad/s] below which a ratio is not shown."""
+SETTLED = 0.99
+"""Part of the top speed up to which an acceleration is shown."""
 STORED = "stored at the end"
 Array = NDArray[np.float64]
 
@@ -54,6 +56,23 @@ def cycle_figure(run: CycleRun) -> Figure:
     name = type(run.plant.model).__name__
     said = f"{run.litres_per_100km:.2f} l/100 km, {run.co2_per_km:.0f} g/km CO₂" if run.distance > 1 else "not driven"
     figure.suptitle(f"{name} over {run.cycle.name}: {run.distance / 1e3:.2f} km, {said}", fontsize=13)
+    return figure
+
+
+def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
+    """Speed and acceleration over time of a run with a full accelerator."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 5.5), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    v = result["body.v"] * KM_H
+    above.plot(result.time, v, color="C0")
+    above.set(ylabel="Speed [km/h]", title=f"{name} with a full accelerator: {v.max():.0f} km/h")
+    below.plot(result.time, result["body.chassis.a"], color="C1")
+    settled = result.time[np.argmax(v >= SETTLED * v.max())]
+    below.set(ylabel="Acceleration [m/s²]", xlabel="Time [s]", xlim=(0, 1.1 * settled))
+    for ax in (above, below):
+        ax.grid(visible=True, alpha=0.3)
     return figure
 
 

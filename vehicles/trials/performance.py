@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -48,26 +49,29 @@ def climbs(vehicle: pt.Component, grade: float, time: float = 20.0) -> bool:
     return bool(result["body.v"][-1] > 1.0 and result["body.s"][-1] > 0)
 
 
-def gradeability(vehicle: pt.Component, accuracy: float = 0.005) -> float:
+def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
     """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. The wheels' grip is what its tyres have."""
+    from tqdm.auto import tqdm
+
     low, high = 0.0, 1.0
-    while high - low > accuracy:
+    for _ in tqdm(range(math.ceil(math.log2(1 / accuracy))), desc="slopes", disable=not progress):
         middle = (low + high) / 2
         low, high = (middle, high) if climbs(vehicle, middle) else (low, middle)
     return low
 
 
-def performance(vehicle: pt.Component) -> pd.DataFrame:
-    """Acceleration times, top speed and gradeability: value and unit.
+def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, progress: bool = False) -> pd.DataFrame:
+    """Acceleration times (nan where a speed is not reached), top speed and gradeability: value and unit.
 
-    The vehicle has the parts ``driver``, ``body`` and ``road``.
+    ``run`` is what ``full_accelerator`` gave, else it is made here. The vehicle has the parts ``driver``, ``body`` and ``road``.
+    Top speed is the highest that is reached: a store may help to it.
     """
-    result = full_accelerator(vehicle)
+    result = run or full_accelerator(vehicle, progress=progress)
     rows = {
         "0 to 50 km/h": (time_between(result, 1e-3, 50 * KM_H), "s"),
         "0 to 100 km/h": (time_between(result, 1e-3, 100 * KM_H), "s"),
         "80 to 120 km/h": (time_between(result, 80 * KM_H, 120 * KM_H), "s"),
         "top speed": (float(result["body.v"].max()) / KM_H, "km/h"),
-        "gradeability": (100 * gradeability(vehicle), "%"),
+        "gradeability": (100 * gradeability(vehicle, progress=progress), "%"),
     }
     return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])

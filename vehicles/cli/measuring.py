@@ -1,0 +1,70 @@
+"""``powertrain performance``: what a vehicle can do with a full accelerator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from powertrain.vehicles.cli.options import (
+    DATA,
+    PICTURE,
+    Command,
+    Vehicle,
+    configured,
+    of_the_command_line,
+    progress,
+    settings,
+    with_driver,
+)
+from powertrain.vehicles.cli.text import columns, number
+
+if TYPE_CHECKING:
+    from powertrain.vehicles.cli.catalogue import Entry
+
+DIGITS = 3
+
+
+@click.command(
+    "performance",
+    cls=Command,
+    short_help="Acceleration times, top speed and gradeability of a vehicle.",
+    examples=(
+        "performance ManualCar",
+        "performance SplitPathCar --set 'engine=MappedEngine.diesel()' --plot acceleration.png",
+        "performance PowerSplitHybrid --set body.m=1700 --out acceleration.csv",
+    ),
+)
+@click.argument("vehicle", type=Vehicle())
+@settings
+@click.option("--out", type=DATA, help="Write the signals of the acceleration: netCDF (.nc) with units, or .csv.")
+@click.option("--plot", type=PICTURE, help="Draw speed and acceleration over time (.png, .pdf, .svg).")
+def command(vehicle: Entry, texts: tuple[str, ...], params: Path | None, out: Path | None, plot: Path | None) -> None:
+    """Press the accelerator of a vehicle fully and print how it accelerates, its top speed, and the steepest slope it moves off on.
+
+    It starts from rest, as the vehicle stands ready: the engine idles, stores hold what they hold at the start. Top speed is the highest
+    that it reaches; a battery or a flywheel may help to it. Gradeability is to half a per cent. Rigid wheels do not slip: exchange
+    `front` and `rear` for tyres (MagicFormulaWheel) where the ground limits.
+    """
+    import powertrain as pt
+    from powertrain.vehicles.cli.settings import free_or_error
+    from powertrain.vehicles.trials import full_accelerator, performance
+
+    with_driver(vehicle, "who could press the accelerator")
+    model, paths = configured(vehicle, params, texts)
+    with of_the_command_line():
+        free_or_error(paths, model, pt.compile(model).parameters)
+    run = full_accelerator(model, progress=progress())
+    table = performance(model, run, progress=progress())
+    rows = [(what, number(value, DIGITS), unit) for what, (value, unit) in zip(table.index, table.values, strict=True)]
+    click.echo(f"{vehicle.name} with a full accelerator\n\n{columns(rows, right=[1])}")
+    if out is not None:
+        run.to_dataframe().to_csv(out) if out.suffix == ".csv" else run.save(out)
+    if plot is not None:
+        from powertrain.vehicles.trials.figures import acceleration_figure
+
+        acceleration_figure(run, vehicle.name).savefig(plot, dpi=120)
+    for path in (out, plot):
+        if path is not None:
+            click.echo(f"wrote {path}")
