@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\"}
 """Cases of a variator's power flow."""
+STEP, LABELLED_FROM = 0.01, 0.15
+"""Efficiencies from line to line; below the second one lines would stand too close for a label."""
 FAINT = (1, 1, 1, 0.35)
 
 
@@ -30,15 +32,19 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     force = found["force"].values
     speed = np.broadcast_to(found["speed"].values[:, None] * 3.6, force.shape)
     efficiency = np.where(force > 0, found["efficiency"].values, 0.0)
-    levels = np.arange(0, np.nanmax(efficiency) + 0.02, 0.02)
+    levels = np.arange(0, np.nanmax(efficiency) + STEP, STEP)
     filled = ax.contourf(speed, force, efficiency, levels=levels, cmap="viridis")
+    lines = ax.contour(
+        speed, force, efficiency, levels=levels[levels > LABELLED_FROM - STEP / 2], colors="k", linewidths=0.4
+    )
+    ax.clabel(lines, fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)
     bar.set_label("efficiency from the tank to the road  [1]")
     ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
     handles = _hatch(ax, found, speed, force) if "case" in found else []
     if run is not None:
         _points(ax, run)
-    ax.set(xlabel="speed  [km/h]", ylabel="tractive force  [N]", ylim=(0, None), xlim=(0, None))
+    ax.set(xlabel="speed  [km/h]", ylabel="tractive force  [N]", ylim=(0, 1.05 * np.nanmax(force)), xlim=(0, None))
     ax.legend(handles=[*ax.get_legend_handles_labels()[0], *handles], loc="upper right", fontsize=8)
     return ax
 
