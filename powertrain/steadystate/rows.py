@@ -1,7 +1,7 @@
 """A map row by row: along its fastest dimension only one quantity changes, so most of the work is done once for a row.
 
-The fastest dimension is cut where modes change on some sample rows. Blocks of rows are tried with the combinations of modes that are
-known; rows that do not fit as a whole are left to the walk from point to point.
+The fastest dimension is cut where modes change on some sample rows. All rows between two cuts are tried with the combinations of modes
+that are known, first with the one that fitted them last; those that none fits as a whole are left to the walk from point to point.
 """
 
 from __future__ import annotations

@@ -65,13 +65,7 @@ class SteadyMap:
             self.walker.set_common(common)
             finite = self._by_rows(self.walker, sheet, ordered, common, bar)
             if finite is None:
-                for first, count, values in ordered.pieces():
-                    inner = count if first + count + PAD <= ordered.size else max(count - PAD, 0)
-                    self._walk(self.walker, sheet, first, inner, values, bar)
-                    self._apart(
-                        self.walker, sheet, np.arange(first + inner, first + count), [v[inner:] for v in values]
-                    )
-                    bar.reach(first + count)
+                self._by_points(self.walker, sheet, ordered, bar)
             if not finite:
                 self._look_again(sheet, ordered)
         else:
@@ -128,8 +122,16 @@ class SteadyMap:
         assert self._rows_map is not None
         return self._rows_map.fill(fast, x, slow, plan, common, sheet.rows, rest, bar.reach)
 
+    def _by_points(self, walker: Walker, sheet: Sheet, grid: Grid, bar: Bar) -> None:
+        """Fills the map from point to point; the last points apart, because the walk writes beyond its end."""
+        for first, count, values in grid.pieces():
+            inner = count if first + count + PAD <= grid.size else max(count - PAD, 0)
+            self._walk(walker, sheet, first, inner, values, bar)
+            self._apart(walker, sheet, np.arange(first + inner, first + count), [v[inner:] for v in values])
+            bar.reach(first + count)
+
     def _apart(self, walker: Walker, sheet: Sheet, places: NDArray[np.intp], values: list[Array]) -> None:
-        """Walks points that lie anywhere, or at the end of the sheet, beyond which the walk would write."""
+        """Walks points that lie anywhere, and takes over what is found."""
         part = sheet.apart(places.size)
         self._walk(walker, part, 0, places.size, values, None)
         sheet.put(places, part)
