@@ -107,7 +107,7 @@ def _page(entry: Entry) -> str:
 
 def _cell(text: str, head: str) -> str:
     if head == "range":
-        return text.replace(", ", ",\N{NO-BREAK SPACE}")
+        return text.replace(", ", ",\N{NO-BREAK SPACE}").replace("-inf", "−∞").replace("inf", "∞")
     return text.replace("must be given", "–")
 
 
