@@ -11,7 +11,7 @@ import heapq
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.alias import Base, Reduced
+from powertrain.compiler.alias import Base, Reduced, quote
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.matching import Matching
 from powertrain.errors import ModelError
@@ -152,9 +152,24 @@ def _pivots(
             wanted[j] = max(wanted[j], VARYING + wish.get(columns[j], 0))
     chosen, free = _eliminate(table, wanted)
     if free:
-        quoted = "\n  ".join(str(system.places[rows[i]]) for i in free)
-        raise ModelError(f"{quoted}\n  this constraint repeats or contradicts other constraints of the model")
+        raise ModelError(_repeated(reduced, [rows[i] for i in _involved(dense, free)]))
     return {columns[j] for j in chosen}
+
+
+def _involved(matrix: ca.DM, free: list[int]) -> list[int]:
+    """The rows without a pivot, and those that they can be made of."""
+    full = np.array(matrix)
+    others = [i for i in range(len(full)) if i not in free]
+    shares = np.linalg.lstsq(full[others].T, full[free].T, rcond=None)[0]
+    return sorted([*free, *(i for i, share in zip(others, shares, strict=True) if np.abs(share).max() > 1e-6)])
+
+
+def _repeated(reduced: Reduced, equations: list[int]) -> str:
+    said = [(reduced.originals if i < len(reduced.originals) else reduced.equations)[i] for i in equations]
+    bases = reduced.flat.recorder.bases
+    named = dict.fromkeys(key(bases.get(key(s), (s, 0))[0]) for e in said for s in free_symbols(e.residual))
+    ties = reduced.tied_by([b for b in named if b in reduced.flat.unknowns])
+    return f"these constraints repeat or contradict each other; one of them has to go\n  {quote([*said, *ties])}"
 
 
 def generic(symbol: Symbol) -> float:

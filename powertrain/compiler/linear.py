@@ -85,7 +85,8 @@ def _subtract(
         old, change = values[k].get(n, 0.0), number * values[i][n]
         new = table[k][n] - factor * entry if n in table[k] else -factor * entry
         if new.is_zero():
-            del table[k][n], values[k][n]
+            table[k].pop(n, None)
+            values[k].pop(n, None)
             holders[n].discard(k)
             continue
         table[k][n] = new

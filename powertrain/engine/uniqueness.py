@@ -37,7 +37,9 @@ class Uniqueness:
             if np.array_equal(m, start) or attempt() is None:
                 continue
             values = self._values(side)
-            if all(np.any(np.abs(values - other) > _SAME * (1.0 + np.abs(other))) for other in found):
+            if np.isfinite(values).all() and all(
+                np.any(np.abs(values - other) > _SAME * (1.0 + np.abs(other))) for other in found
+            ):
                 found.append(values)
                 modes.append(m.copy())
         m[:] = start

@@ -158,3 +158,24 @@ def test_slider_crank_keeps_the_energy(implicit: bool) -> None:
 def test_constant_input_has_no_derivative() -> None:
     model = row(rot.Speed(exact=True), rot.Inertia(J=2.0), Constant(k=3.0), joints=(("2.y", "0.w_ref"),))
     np.testing.assert_allclose(pt.simulate(model, 1.0)["parts[1].flange_a.tau"], 0.0, atol=1e-12)
+
+
+class Twice(pt.Component):
+    """Two planetaries side by side: with one ratio the second says nothing new, with two the three shafts turn as one."""
+
+    one: rot.IdealPlanetary = rot.IdealPlanetary(ratio=2.0)
+    two: rot.IdealPlanetary = rot.IdealPlanetary(ratio=2.0)
+    sun: rot.Inertia = rot.Inertia(J=1.0)
+    ring: rot.Inertia = rot.Inertia(J=1.0)
+    carrier: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.one.sun, self.two.sun, self.sun.flange_a)
+        yield pt.connect(self.one.ring, self.two.ring, self.ring.flange_a)
+        yield pt.connect(self.one.carrier, self.two.carrier, self.carrier.flange_a)
+
+
+def test_constraints_that_repeat_each_other_are_all_quoted() -> None:
+    with pytest.raises(pt.ModelError, match=r"repeat or contradict(.|\n)*\n  one: (.|\n)*\n  two: "):
+        pt.compile(Twice())
+    assert len(pt.compile(pt.replace(Twice(), {"two.ratio": 3.0})).compiled.states) == 2
