@@ -5,17 +5,16 @@ from __future__ import annotations
 from powertrain import Component, Equations, connect
 from powertrain.components.body import Body, RoadProfile, VehicleBody
 from powertrain.components.control import Driver, FlywheelCharge, FlywheelDrive, Pedals
-from powertrain.components.cvu import CVU, RatioActuator
+from powertrain.components.cvu import RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
-from powertrain.components.differentials import ChurningLoss, CrownGear, FundamentalDifferential
+from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import BearingFriction, Clutch, IdealGear, Inertia, SpeedSensor
-from powertrain.components.transmissions import Layout, SplitPathTransmission, UnitRatio, unit_ratio
+from powertrain.components.transmissions import SplitPathTransmission, UnitRatio, unit_ratio
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
 from powertrain.vehicles.lumped_axles import to_the_road
+from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION
 
-LAYOUT: Layout = "aHb"
-BASIC_RATIO = -1.7
 V_MIN, V_MAX = (unit_ratio(LAYOUT, BASIC_RATIO, r) for r in (0.15, 2.0))
 W_START = 370.0
 """Speed of the flywheel's shaft at the start [rad/s]."""
@@ -28,6 +27,8 @@ class FlywheelHybrid(Component):
     most 1,700 rad/s, where it holds 1.6 MJ; the car at 130 km/h has 0.9 MJ. The engine charges it at a good load, or stands still.
     The transmission is that of the split-path car with a wider range, r from 0.15 to 2; below it the clutch at its output slips.
     With ``drive.recovery`` = 0 it leaves all braking to the friction brakes.
+    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
+    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
     Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are made up.
     """
 
@@ -44,11 +45,7 @@ class FlywheelHybrid(Component):
     input: SpeedSensor = SpeedSensor()
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
     actuator: RatioActuator = RatioActuator(T=0.2, rate=0.5, ratio_min=V_MIN, ratio_max=V_MAX, ratio_start=V_MIN)
-    transmission: SplitPathTransmission = SplitPathTransmission(
-        layout=LAYOUT,
-        differential=FundamentalDifferential(ratio=BASIC_RATIO, eta_ab=0.95, eta_ba=0.95),
-        cvu=CVU(eta_ab=0.9, eta_ba=0.9),
-    )
+    transmission: SplitPathTransmission = TRANSMISSION
     shaft: Inertia = Inertia(J=0.02)
     before: SpeedSensor = SpeedSensor()
     clutch: Clutch = Clutch(fn_max=600, mue_pos=((0.0, 1.0),))
@@ -62,7 +59,7 @@ class FlywheelHybrid(Component):
     road: RoadProfile = RoadProfile()
 
     def equations(self) -> Equations:
-        """Engine and flywheel on one shaft, from there to the road; the two wheels of an axle are one."""
+        """Engine and flywheel on one shaft, from there to the road."""
         yield connect(self.engine.crank, self.engine_clutch.flange_a)
         yield connect(self.engine_clutch.flange_b, self.step_up.flange_a, self.transmission.flange_a, self.input.flange)
         yield connect(self.step_up.flange_b, self.flywheel.flange_a)

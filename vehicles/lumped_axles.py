@@ -1,4 +1,11 @@
-"""The way from a driven axle to the road, where the two wheels of an axle are one, since they turn alike on a straight road."""
+"""The way from a driven axle to the road, where the two wheels of an axle are one.
+
+On a straight road with equal ground the two wheels turn alike. A differential between them turns as one block then: its members do not
+move against each other, whatever its kind, so that it loses nothing and changes no consumption. How it shares the torque between two wheels
+that cannot slip is not even determined: friction at rest holds any share within its bounds. So the cars that drive cycles have no
+differential; a wheel of theirs stands for two, with the inertia of both. For what differentials differ in, bends and unequal ground, there
+are the vehicles with half shafts that twist and tyres that slip, which determine the share.
+"""
 
 from __future__ import annotations
 

@@ -20,6 +20,8 @@ class ManualCar(Component):
     The driver follows ``cycle``; the schedule shifts by the vehicle's speed, with a real clutch and real synchronisers. ``start_stop``
     says whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox counts in the final
     drive. The numbers are made up for a compact car with an engine of 1.6 l.
+    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
+    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
@@ -38,7 +40,7 @@ class ManualCar(Component):
     road: RoadProfile = RoadProfile()
 
     def equations(self) -> Equations:
-        """Engine to road; the two wheels of an axle are one, since they turn alike on a straight road."""
+        """Engine to road."""
         yield connect(self.engine.crank, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.gearbox.flange_a)
         yield connect(self.gearbox.flange_b, self.final_drive.flange_a)

@@ -26,6 +26,8 @@ class PowerSplitHybrid(Component):
     What the engine gives is split by the gear: 2.6/3.6 of its torque go to the ring, 1/3.6 to machine 1, whose power drives machine 2
     or charges the battery. So machine 1 chooses the engine's speed at every speed of the car. The engine stands still at low power and
     is started by machine 1. The rules are those of ``PowerSplitControl``; what they know of the engine comes from the engine in the slot.
+    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
+    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
     The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
     """
 
@@ -48,7 +50,7 @@ class PowerSplitHybrid(Component):
     road: RoadProfile = RoadProfile()
 
     def equations(self) -> Equations:
-        """The gear, the bus, and the way to the road; the two wheels of an axle are one, since they turn alike on a straight road."""
+        """The gear, the bus, and the way to the road."""
         yield connect(self.engine.crank, self.damper.flange_a)
         yield connect(self.damper.flange_b, self.gear.carrier)
         yield connect(self.machine_1.shaft, self.gear.sun)

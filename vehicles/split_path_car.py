@@ -16,16 +16,24 @@ from powertrain.vehicles.lumped_axles import to_the_road
 
 LAYOUT: Layout = "aHb"
 BASIC_RATIO = -1.7
+TRANSMISSION = SplitPathTransmission(
+    layout=LAYOUT,
+    differential=FundamentalDifferential(ratio=BASIC_RATIO, eta_ab=0.95, eta_ba=0.95),
+    cvu=CVU(eta_ab=0.9, eta_ba=0.9),
+)
+"""Type 6 of the paper, Figs. 8 and 11, curve 6."""
 SHARE = 0.85
 """Of the full-load torque: a sixth stays in hand for the acceleration of the engine itself."""
 
 
 class SplitPathCar(Component):
-    """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, crown gear, differential, wheels.
+    """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, crown gear, wheels.
 
     The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, H, b (its type 6) and a unit of 90 %: with V from
     0.685 to 1.630 its ratio goes from 0.5 to 2. The driver follows ``cycle``; the control gives the engine the speed of least fuel for
     the demanded power. Below a ratio of 0.5, so below walking pace, the start clutch slips.
+    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
+    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
     Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 6.
     """
 
@@ -37,11 +45,7 @@ class SplitPathCar(Component):
     shaft: Inertia = Inertia(J=0.02)
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
     actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=0.685)
-    transmission: SplitPathTransmission = SplitPathTransmission(
-        layout=LAYOUT,
-        differential=FundamentalDifferential(ratio=BASIC_RATIO, eta_ab=0.95, eta_ba=0.95),
-        cvu=CVU(eta_ab=0.9, eta_ba=0.9),
-    )
+    transmission: SplitPathTransmission = TRANSMISSION
     output: SpeedSensor = SpeedSensor()
     crown: CrownGear = CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97)
     front_brake: WheelBrake = WheelBrake(tau_max=3000)
@@ -52,7 +56,7 @@ class SplitPathCar(Component):
     road: RoadProfile = RoadProfile()
 
     def equations(self) -> Equations:
-        """Engine to road; the two wheels of an axle are one, since they turn alike on a straight road."""
+        """Engine to road."""
         yield connect(self.engine.crank, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.transmission.flange_a)
