@@ -15,11 +15,11 @@ class Driver(Pedals):
     """Follows a speed with the pedals: a proportional-integral controller that knows the acceleration to come.
 
     u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) + (held - u)/T_t,  held = u within [-1, 1]
-    accelerator = max(pedal, 0),  brake = max(-pedal, 0),  pedal = held, but min(held, -hold) while v_ref and a_ref are below 0.05
+    accelerator = max(pedal, 0),  brake = max(-pedal, 0),  pedal = held, but min(-|held|, -hold) while v_ref and a_ref are below 0.05
 
     While a pedal is at its stop the integral x follows it (anti-windup by back-calculation). k_a is the part of the pedal that the
-    vehicle needs for 1 m/s2, so about mass over greatest force. Where the cycle stands, the foot is on the brake. ``v_ref`` and ``a_ref``
-    are what ``CycleSpeed`` gives.
+    vehicle needs for 1 m/s2, so about mass over greatest force. Where the cycle stands, the foot is on the brake, and presses it harder
+    if the vehicle rolls, forward or backward. ``v_ref`` and ``a_ref`` are what ``CycleSpeed`` gives.
     """
 
     k_p: Parameter = parameter("s/m", "Pedal for a speed that is 1 m/s too low", default=0.5, min=0)
@@ -39,7 +39,7 @@ class Driver(Pedals):
         held = switch(self.u > 1, 1.0, low, continuous=True)
         yield der(self.x) == self.k_i * self.error + (held - self.u) / self.T_t
         standing = ca.logic_and(self.v_ref.value < STILL, self.a_ref.value < STILL)
-        pedal = switch(standing, ca.fmin(held, -self.hold), held)
+        pedal = switch(standing, ca.fmin(-ca.fabs(held), -self.hold), held)
         driving = pedal > 0
         yield self.accelerator.value == switch(driving, pedal, 0.0, continuous=True)
         yield self.brake.value == switch(driving, 0.0, -pedal, continuous=True)

@@ -6,7 +6,7 @@ import pytest
 import powertrain as pt
 from powertrain.components.control import Driver
 from powertrain.components.cycles import CycleSpeed, DriveCycle
-from powertrain.components.translational import Force, Mass, SpeedSensor
+from powertrain.components.translational import Brake, ConstantForce, Force, Mass, SpeedSensor
 
 
 class Pushed(pt.Component):
@@ -70,3 +70,31 @@ def test_foot_on_the_brake_where_the_cycle_stands() -> None:
     assert accelerator[1] == 0
     assert brake[1] >= 0.1
     assert accelerator[2] > 0
+
+
+class Braked(pt.Component):
+    """A mass of 1,000 kg on a slope, with a brake that rubs with at most 4,000 N."""
+
+    cycle: CycleSpeed
+    driver: Driver = Driver(hold=0.1)
+    mass: Mass = Mass(m=1000)
+    brake: Brake = Brake(fn_max=4000, mue_pos=((0.0, 1.0),))
+    weight: ConstantForce = ConstantForce(f_constant=-1500)
+    sensor: SpeedSensor = SpeedSensor()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.cycle.v_ref, self.driver.v_ref)
+        yield pt.connect(self.cycle.a_ref, self.driver.a_ref)
+        yield pt.connect(self.weight.flange, self.mass.flange_a)
+        yield pt.connect(self.mass.flange_b, self.brake.flange_a, self.sensor.flange)
+        yield pt.connect(self.sensor.v, self.driver.v)
+        yield pt.connect(self.driver.brake, self.brake.f_normalized)
+
+
+def test_standing_on_a_slope_the_foot_presses_until_the_vehicle_holds() -> None:
+    """1,500 N pull it back, the resting foot holds 400 N: the integral presses on until 0.375 of the pedal do."""
+    cycle = CycleSpeed(cycle=DriveCycle("stop", ((0, 0), (60, 0))))
+    result = pt.simulate(Braked(cycle=cycle), stop=60, starts={"mass.v": 0.0})
+    assert result["mass.v"].min() > -0.7
+    assert result["mass.v"][-1] == pytest.approx(0, abs=1e-3)
+    assert result["driver.brake"][-1] == pytest.approx(0.375, abs=1e-3)
