@@ -91,7 +91,6 @@ def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None)
 
 def _structure(model: Component) -> _Structure:
     flat = flatten(model)
-    root = flat.components[0]
     parts = {c._path: c for c in flat.components[1:] if not isinstance(c, Connector) and "." not in c._path}
     ports = {c._path: c for c in flat.components if isinstance(c, Connector)}
     found = _Structure([_Vertex(path, type(part).__name__, part.boundary) for path, part in parts.items()], [], [])
@@ -106,7 +105,7 @@ def _structure(model: Component) -> _Structure:
             name = path if inner else path.partition(".")[0]
             if name not in numbers:
                 numbers[name] = len(found.vertices)
-                found.vertices.append(_Vertex(name, f"port of {type(root).__name__}"))
+                found.vertices.append(_Vertex(name, "port"))
             ends.append((numbers[name], isinstance(ports[path], Output) is not inner))
         _join(found, ports[faces[0][0]], ends)
     return found
