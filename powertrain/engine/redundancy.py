@@ -27,14 +27,15 @@ class Redundancy:
         self._last: tuple[int, ...] = ()
         self._seen: dict[tuple[int, ...], list[Friction]] = {}
         self._gradients: ca.Function | None = None
-        self._constant = False
+        self._widths: ca.Function | None = None
+        self._constant, self._p = False, memory.p.copy()
 
     def forget(self) -> None:
         """Drop the notes of the last run."""
         self.notes = []
         self._noted, self._last = set(), ()
-        if not self._constant:
-            self._seen = {}
+        if not (self._constant and np.array_equal(self._p, self.memory.p)):
+            self._seen, self._p = {}, self.memory.p.copy()
 
     def note(self, side: int) -> None:
         """Look at the laws that are stuck now."""
@@ -58,23 +59,39 @@ class Redundancy:
         """Whether there is a note about these laws."""
         return _names(laws) in self._noted
 
-    def _dependent(self, stuck: Sequence[int], side: int) -> list[Friction]:
+    def _dependent(self, held: Sequence[int], side: int) -> list[Friction]:
         dae, memory = self.dae, self.memory
+        stuck = [k for k in held if self._has_room(k)]
+        if not stuck:
+            return []
         if self._gradients is None:
             gradients = ca.densify(ca.jacobian(ca.vertcat(*(law.w for law in self._laws)), dae.x))
             self._gradients = ca.Function("powertrain_motions", [dae.t, dae.x, dae.z, dae.m, dae.p], [gradients])
             self._constant = gradients.is_constant()
         n, nz, nm, count = dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel()
         y = memory.y[side]
-        rows = np.array(self._gradients(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count]))[
-            list(stuck)
-        ]
+        rows = np.array(self._gradients(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count]))[stuck]
         sizes = np.linalg.norm(rows, axis=1, keepdims=True)
         rows = np.where(sizes > _STILL, rows / np.maximum(sizes, _STILL), 0.0)
         left, sizes, _ = np.linalg.svd(rows, full_matrices=True)
         rank = int((sizes > _RANK).sum())
         involved = (np.abs(left[:, rank:]) > 1e-6).any(axis=1)
         return [self._laws[k] for k, found in zip(stuck, np.atleast_1d(involved).tolist(), strict=True) if found]
+
+    def _has_room(self, k: int) -> bool:
+        """Whether a law may carry a torque at all: not so a mesh without loss, whose bounds are zero whatever its load."""
+        dae, memory = self.dae, self.memory
+        if self._widths is None:
+            widths = ca.vertcat(*(ca.fabs(law.lower) + ca.fabs(law.upper) for law in self._laws))
+            self._widths = ca.Function("powertrain_room", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(widths)])
+        p, sizes = memory.p[: dae.p.numel()], [v.numel() for v in (dae.x, dae.z, dae.m)]
+        loads = np.random.default_rng(1)
+        for size in (1.0, 100.0):
+            x, z, held = (loads.normal(scale=size, size=n) for n in sizes)
+            for m in (0 * held, 0 * held + 1, held):
+                if float(self._widths(memory.time[0], x, z, m, p)[k]) != 0.0:
+                    return True
+        return False
 
 
 def _names(laws: Sequence[Friction]) -> tuple[str, ...]:

@@ -52,6 +52,14 @@ def test_two_rigid_wheels_behind_a_differential(eta: float) -> None:
     )
 
 
+def test_a_mesh_without_loss_leaves_nothing_open() -> None:
+    """Its torque loss is zero whatever it carries; with loss any value between its bounds would do."""
+    plant = pt.compile(Tied())
+    for eta, notes in ((0.9, 1), (1.0, 0), (0.9, 1)):
+        result = plant.simulate(1.0, parameters={"differential.eta": eta})
+        assert len(result.notes) == notes
+
+
 def test_the_lock_ends_with_other_parameters() -> None:
     """With ratios that differ by parameters of the run the same plant lets the mesh move."""
     plant = pt.compile(Tied())
