@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from powertrain import Component, Equations, connect
 from powertrain.components.body import Body, RoadProfile, VehicleBody
 from powertrain.components.control import Driver, FlywheelCharge, FlywheelDrive, Pedals
@@ -32,6 +34,7 @@ class FlywheelHybrid(Component):
     Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are made up.
     """
 
+    stores: ClassVar[tuple[str, ...]] = ("flywheel",)
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1 / 3.5)
     drive: FlywheelDrive = FlywheelDrive()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from powertrain import Component, Equations, connect
 from powertrain.components.body import Body, RoadProfile, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerSplitControl
@@ -31,6 +33,7 @@ class PowerSplitHybrid(Component):
     The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
     """
 
+    stores: ClassVar[tuple[str, ...]] = ("battery",)
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1 / 4)
     control: PowerSplitControl = PowerSplitControl()

@@ -395,6 +395,16 @@ def test_run_draws_the_map_under_its_cycle(short: str, tmp_path: Path) -> None:
     assert plot.read_bytes().startswith(PNG)
 
 
+def test_run_of_what_stands_or_drives_without_the_engine(tmp_path: Path) -> None:
+    plot = tmp_path / "run.png"
+    text = done("run", "SplitPathCar", "--span", "0:8", "--plot", str(plot))
+    assert re.search(r"consumption +-  l/100 km", text)
+    assert plot.read_bytes().startswith(PNG)
+    text = done("run", "FlywheelHybrid", "--span", "0:20", "--plot", str(plot))
+    assert re.search(r"consumption, flywheel evened out +-  l/100 km", text)
+    assert re.search(r"mean efficiency of the engine +-  1", text)
+
+
 def test_run_calculates_backward(short: str) -> None:
     text = done("run", "SplitPathCar", "--cycle", short, "--backward")
     said = text.partition("Backward, from steady operating points")[2].split()

@@ -67,8 +67,18 @@ def test_correction_of_the_consumption() -> None:
     efficiency = float(run.table.value["mean efficiency of the engine"])
     litres = (run.fuel - gained / efficiency / 43e6) / 0.745 / run.distance * 1e5
     assert charge_corrected(run, "flywheel") == pytest.approx(litres, rel=1e-6)
+    assert charge_corrected(run) == charge_corrected(run, "flywheel")
     half = charge_corrected(run, "flywheel", path=0.5)
     assert run.litres_per_100km - half == pytest.approx(2 * (run.litres_per_100km - litres), rel=1e-6)
+
+
+def test_the_flywheel_alone_burns_nothing() -> None:
+    run = drive_cycle(FlywheelHybrid(), DriveCycle.named("wltc").part(0, 20))
+    assert run.fuel == 0
+    assert run.distance > 10
+    assert run.litres_per_100km == 0
+    assert np.isnan(charge_corrected(run))
+    assert np.isnan(run.table.value["mean efficiency of the engine"])
 
 
 @pytest.mark.parametrize(

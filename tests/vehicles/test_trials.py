@@ -68,6 +68,14 @@ def test_a_run_that_ends_early_is_kept() -> None:
     assert run.time_outside > 60 - run.result.time[-1] - 1e-9
 
 
+def test_standing_has_no_consumption() -> None:
+    run = drive_cycle(SplitPathCar(), WLTC.part(0, 8))
+    assert run.time_outside == 0
+    assert run.fuel > 0
+    assert np.isnan(run.litres_per_100km)
+    assert np.isnan(run.co2_per_km)
+
+
 def test_a_cycle_may_begin_at_any_time() -> None:
     late = DriveCycle("late", tuple((t + 30, v) for t, v in WLTC.part(0, 60).table))
     run = drive_cycle(SplitPathCar(), late)

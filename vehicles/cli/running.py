@@ -181,11 +181,15 @@ def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
 
 def report(run: CycleRun) -> str:
     """The results in text: the run, its table, the energy audit."""
+    from powertrain.vehicles.trials.charge import charge_corrected, stores_of
+
     cycle, name = run.cycle, type(run.plant.model).__name__
     about = f"{cycle.duration:.0f} s, {cycle.distance / 1e3:.2f} km, up to {cycle.top_speed * 3.6:.1f} km/h"
     results = [
         (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)
     ]
+    if stores := stores_of(run):
+        results.append((f"consumption, {' and '.join(stores)} evened out", number(charge_corrected(run)), "l/100 km"))
     return "\n".join(
         [
             f"{name} over {cycle.name} ({about})",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,6 +21,8 @@ TIME_BAND = 1.0
 """Within this time before and after [s], same place."""
 RATE = 10
 """Samples per second."""
+STANDS = 1.0
+"""Distance [m] up to which a vehicle stands."""
 Array = NDArray[np.float64]
 
 
@@ -48,13 +51,18 @@ class CycleRun:
 
     @property
     def litres_per_100km(self) -> float:
-        """Consumption [l/100 km]."""
-        return self.fuel / self._of("engine.fuel_density") * 1e3 / self.distance * 1e5
+        """Consumption [l/100 km]; nan where the vehicle stood."""
+        return self._per_metre(self.fuel / self._of("engine.fuel_density") * 1e3) * 1e5
 
     @property
     def co2_per_km(self) -> float:
-        """Carbon dioxide [g/km]."""
-        return self.fuel * self._of("engine.co2_per_fuel") * 1e3 / self.distance * 1e3
+        """Carbon dioxide [g/km]; nan where the vehicle stood."""
+        return self._per_metre(self.fuel * self._of("engine.co2_per_fuel") * 1e3) * 1e3
+
+    @property
+    def efficiency(self) -> float:
+        """Mean efficiency of the engine: what it gave at its crank over the heat of its fuel [1]; nan where none was burnt."""
+        return self._work() / (self.fuel * self._of("engine.heating_value")) if self.fuel > 0 else math.nan
 
     @cached_property
     def band(self) -> tuple[Array, Array, Array]:
@@ -93,7 +101,7 @@ class CycleRun:
             "consumption": (self.litres_per_100km, "l/100 km"),
             "carbon dioxide": (self.co2_per_km, "g/km"),
             "work at the crank": (self._work() / 1e6, "MJ"),
-            "mean efficiency of the engine": (self._work() / (self.fuel * self._of("engine.heating_value")), "1"),
+            "mean efficiency of the engine": (self.efficiency, "1"),
             "time outside of the band": (self.time_outside, "s"),
             "largest excess over the band": (float(deviation) * 3.6, "km/h"),
         }
@@ -102,6 +110,9 @@ class CycleRun:
     def _work(self) -> float:
         power = np.maximum(self.result["engine.power"], 0)
         return float(np.trapezoid(power, self.result.time))
+
+    def _per_metre(self, amount: float) -> float:
+        return amount / self.distance if abs(self.distance) > STANDS else math.nan
 
     def _of(self, name: str) -> float:
         return float(self.parameters.get(name, self.plant.parameters[name]))

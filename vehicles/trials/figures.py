@@ -147,7 +147,8 @@ def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     values = np.array([energy for _, energy in shown]) / 1e6
     colours = ["C7" if n == STORED else "C1" if n == "engine" else "C3" if "brake" in n else "C0" for n, _ in shown]
     bars = ax.barh(y, values, color=colours)
-    ax.bar_label(bars, [f"{v:.3g} MJ, {v * 1e6 / supplied:.1%}" for v in values], padding=3, fontsize=8)
+    shares = [f", {v * 1e6 / supplied:.1%}" if supplied > 0 else "" for v in values]
+    ax.bar_label(bars, [f"{v:.3g} MJ{share}" for v, share in zip(values, shares, strict=True)], padding=3, fontsize=8)
     ax.set_yticks(y, [name for name, _ in shown])
     ax.set_xlim(min(values.min(initial=0.0), 0.0) * 1.1, 1.35 * values.max(initial=1e-9))
     ax.set_xlabel("Lost [MJ]")
