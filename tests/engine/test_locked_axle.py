@@ -8,7 +8,7 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Ramp
 from powertrain.components.body import VehicleBody
-from powertrain.components.differentials import BevelDifferential, Differential
+from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
 
 
@@ -83,3 +83,34 @@ class Tied(pt.Component):
         yield pt.connect(self.differential.left, self.outer.flange_a)
         yield pt.connect(self.differential.right, self.inner.flange_a)
         yield pt.connect(self.outer.flange_b, self.inner.flange_b, self.car.flange_a)
+
+
+class BetweenBrakes(pt.Component):
+    """A torque on a shaft between two gears, both of which end at a brake."""
+
+    left: rot.Brake = rot.Brake(fn_max=50, mue_pos=((0.0, 1.0),))
+    right: rot.Brake = rot.Brake(fn_max=50, mue_pos=((0.0, 1.0),))
+    one: CrownGear = CrownGear(ratio=-2)
+    other: CrownGear = CrownGear(ratio=3)
+    ends: tuple[rot.Inertia, rot.Inertia] = (rot.Inertia(J=0.1), rot.Inertia(J=0.1))
+    shaft: rot.Inertia = rot.Inertia(J=1)
+    torque: rot.ConstantTorque = rot.ConstantTorque(tau_constant=10)
+    press: pt.Input = pt.signal_input("1", "Pressure of both brakes")
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.flange, self.shaft.flange_a, self.one.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.other.flange_a)
+        for gear, brake, end in zip((self.one, self.other), (self.left, self.right), self.ends, strict=True):
+            yield pt.connect(gear.flange_b, brake.flange_a)
+            yield pt.connect(brake.flange_b, end.flange_a)
+            yield pt.connect(self.press, brake.f_normalized)
+
+
+def test_brakes_behind_lossless_gears_share() -> None:
+    """The gears carry what they are given; how much each brake takes is open, and said of the brakes alone."""
+    result = pt.simulate(BetweenBrakes(), 1.0, inputs={"press": 1.0})
+    assert result["one.flange_a.tau"][-1] + result["other.flange_a.tau"][-1] == pytest.approx(10)
+    (note,) = result.notes
+    assert "left.mode" in note
+    assert "right.mode" in note
+    assert "mesh" not in note
