@@ -8,8 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import powertrain
+from powertrain.vehicles.cli.docstrings import blocks
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+
+from formulas import formulas
 
 project = "powertrain"
 author = copyright = "The powertrain authors"
@@ -40,21 +43,24 @@ autodoc_typehints = "signature"
 autodoc_type_aliases = {"ArrayLike": "ArrayLike", "Array": "Array"}
 nitpicky = False
 
+for _name in powertrain.__all__:
+    getattr(powertrain, _name)  # some are imported when they are asked for: autodoc lists what is there
+
 _CODE = re.compile(r"(``.*?``)")
 
 
 def _plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Docstrings are plain text with ``code``: a product's * and a magnitude's | are no markup, indented lines are shown as they stand."""
+    """Docstrings are plain text with ``code``: a product's * and a magnitude's | are no markup; formulas are typeset."""
     shown: list[str] = []
-    inside = False
-    for line in lines:
-        indented = line.startswith("  ")
-        if indented and not inside:
-            shown += ["", "::", ""]
-        elif inside and not indented and line.strip():
-            shown.append("")
-        inside = indented or (inside and not line.strip())
-        shown.append(line if inside else _escaped(line))
+    for are_formulas, block in blocks("\n".join(lines)):
+        if not are_formulas:
+            shown += map(_escaped, block)
+        elif block[0].lstrip().startswith(">>>"):
+            shown += block
+        else:
+            html = formulas(block, getattr(obj, "_fields", ()))
+            shown += [".. raw:: html", "", *(f"   {line}" for line in html.splitlines())]
+        shown.append("")
     lines[:] = shown
 
 
