@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import build_time, chain, coupled_clutches, drive_cycle, driveline, steady_map, sweep
+from benchmarks import build_time, chain, coupled_clutches, drive_cycle, driveline, driveline_map, steady_map, sweep
 from benchmarks.native import no_compiler
 from benchmarks.timing import Row, table
 
@@ -27,6 +27,7 @@ FULL: dict[str, Runner] = {
     "build_time": build_time.run,
     "sweep": sweep.run,
     "steady_map": steady_map.run,
+    "driveline_map": driveline_map.run,
     "drive_cycle": drive_cycle.run,
 }
 QUICK: dict[str, Runner] = {
@@ -35,6 +36,7 @@ QUICK: dict[str, Runner] = {
     "chain": partial(chain.run, rounds=5),
     "build_time": partial(build_time.run, rounds=3, sizes=(10, 100, 300)),
     "sweep": partial(sweep.run, runs=50),
+    "driveline_map": partial(driveline_map.run, rounds=2, n=30),
     "drive_cycle": partial(drive_cycle.run, rounds=3, settled=2, tolerances=(1e-4,)),
 }
 HEAD = """# Benchmarks

@@ -29,7 +29,7 @@ from powertrain.components.transmissions import TYPES, SplitPathTransmission
 from powertrain.vehicles.split_path import SplitPathBench
 
 OUTPUTS = ["V", "efficiency", "K", "transmission.flange_a.tau", "transmission.differential.*.tau"]
-OK, STUCK, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
+OK, STUCK, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED, ONE = range(9)
 
 
 @pytest.fixture(scope="module")
@@ -118,16 +118,23 @@ def test_large_maps_through_tables_are_the_small_ones(axes: tuple[str, str]) -> 
     assert -unit_b * V / unit_a == pytest.approx(eta if unit_a > 0 else 1 / eta, rel=1e-9)
 
 
-def test_combinations_that_are_not_tried_are_said(
-    bench: pt.Plant[SplitPathBench], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert pt.steady(bench, {"r": 0.3, "load": -1.0}).attrs["problems"] == ""
+def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One solution is given and said to be one, in maps that are walked and where unknowns are implicit; exhaustive=True tries the rest."""
     monkeypatch.setattr("powertrain.steadystate.walk._ALTERNATIVES", 0)
     grid = {"r": np.linspace(0.3, 0.5, 40), "load": np.linspace(-2, -1, 60)}
-    assert "not all were tried" in pt.steady(pt.compile(SplitPathBench()), grid).attrs["problems"]
-    monkeypatch.setattr("powertrain.steadystate.implicit._COMBINATIONS", 0)
-    found = pt.steady(Held(), {"tau": 1.0, "grip": 0.0}, exhaustive=True)
-    assert "not all were tried" in found.attrs["problems"]
+    plants = pt.compile(SplitPathBench()), pt.compile(SplitPathBench())
+    walked, tried = (pt.steady(p, grid, outputs=OUTPUTS, exhaustive=i > 0) for i, p in enumerate(plants))
+    assert (walked.status == ONE).all()
+    assert (tried.status == OK).all()
+    assert tried.attrs["problems"] == ""
+    np.testing.assert_allclose(walked["efficiency"], tried["efficiency"], rtol=1e-12)
+    monkeypatch.setattr("powertrain.steadystate.search.COMBINATIONS", 1)
+    tau = np.array([-15.0, -5.0, 5.0, 30.0])
+    first, all_ = (pt.steady(Held(), {"tau": tau, "grip": 1.0}, outputs=["J.w"], exhaustive=e) for e in (False, True))
+    assert (first.status == ONE).all()
+    assert "too many combinations" in first.attrs["problems"]
+    assert (all_.status == OK).all()
+    np.testing.assert_allclose(first["J.w"], all_["J.w"], atol=1e-9)
 
 
 def same(found: xr.Dataset, expected: xr.Dataset) -> None:
@@ -155,7 +162,7 @@ def test_block_is_stuck_with_an_interval(bench: pt.Plant[SplitPathBench]) -> Non
 def test_status_is_documented(bench: pt.Plant[SplitPathBench]) -> None:
     found = pt.steady(bench, {"r": [0.3, 0.4], "load": [1.0, 2.0]}, outputs=["efficiency"])
     meanings = found.status.attrs["flag_meanings"].split()
-    assert len(meanings) == len(found.status.attrs["flag_values"]) == 8
+    assert len(meanings) == len(found.status.attrs["flag_values"]) == 9
     assert found.efficiency.dims == ("r", "load")
     assert found.efficiency.attrs == {"units": "1", "long_name": "Overall efficiency"}
     assert found["load"].attrs["units"] == "N.m"
@@ -212,7 +219,7 @@ def test_self_locking_has_no_or_several_solutions() -> None:
 
 
 class Fan(pt.Component):
-    """A torque on an inertia, through a lossy gear, to a fan."""
+    """A torque on an inertia, through a lossy gear, to a fan that brakes either way."""
 
     tau: pt.Input = pt.signal_input("N.m", "Driving torque")
     torque: Torque = Torque()
@@ -220,7 +227,9 @@ class Fan(pt.Component):
     gear: Gear = Gear(ratio=2.0, efficiency=0.9)
     shaft: SpringDamper = SpringDamper(c=1e3, d=1.0)
     J2: Inertia = Inertia(J=0.2)
-    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(tau_nominal=-20, w_nominal=50)
+    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(
+        tau_nominal=-20, w_nominal=50, TorqueDirection=False
+    )
 
     def equations(self) -> pt.Equations:
         yield pt.connect(self.tau, self.torque.tau)
@@ -242,6 +251,21 @@ def test_speed_of_a_fan() -> None:
     result = plant.simulate(30.0, inputs={"tau": 4.0}, starts={"J.w": 1.0})
     np.testing.assert_allclose(result["J2.w"][-1], found["J2.w"][1], rtol=1e-5)
     np.testing.assert_allclose(result["shaft.phi_rel"][-1], -4 * 1.8 / 1e3, rtol=1e-5)
+
+
+def test_fan_that_also_drives() -> None:
+    """Its torque has one direction: 0.9 * 2 tau = 20 (w/50)^2 forward, tau * 2/0.9 = 20 (w/50)^2 backward."""
+    fan = QuadraticSpeedDependentTorque(tau_nominal=-20, w_nominal=50)
+    plant = pt.compile(pt.replace(Fan(), fan=fan))
+    tau = np.array([1.0, 4.0, 9.0])
+    found = pt.steady(plant, {"tau": tau}, outputs=["J2.w"])
+    assert (found.status == SEVERAL).all()
+    assert np.isnan(found["J2.w"]).all()
+    first = pt.steady(plant, {"tau": tau}, outputs=["J2.w"], first=True)
+    assert (first.status == SEVERAL).all()
+    np.testing.assert_allclose(first["J2.w"], 50 * np.sqrt(1.8 * tau / 20), rtol=1e-9)
+    backward = pt.steady(plant, {"J2.w": -50 * np.sqrt(tau / 9)}, outputs=["tau"])
+    np.testing.assert_allclose(backward["tau"], tau, rtol=1e-9)
 
 
 def test_torque_that_keeps_a_speed() -> None:
@@ -320,7 +344,9 @@ class Loaded(pt.Component):
     J1: Inertia = Inertia(J=0.1)
     transmission: SplitPathTransmission = SplitPathTransmission()
     J2: Inertia = Inertia(J=0.1)
-    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(tau_nominal=-20, w_nominal=50)
+    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(
+        tau_nominal=-20, w_nominal=50, TorqueDirection=False
+    )
 
     def equations(self) -> pt.Equations:
         yield pt.connect(self.tau, self.torque.tau)

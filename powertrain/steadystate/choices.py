@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
@@ -48,16 +47,39 @@ def choices(problem: Equilibrium) -> list[Choice]:
     return [_choice(law, moved) for law, moved in zip(problem.laws, _moved_by_unknowns(problem), strict=True)]
 
 
-def order(found: Sequence[Choice], modes: Sequence[Symbol]) -> list[tuple[list[int], bool]]:
-    """The laws in groups that depend on earlier groups only, and whether the modes of a group depend on each other."""
-    graph = [[int(j) for j in row.nonzero()[0]] for row in needs(found, modes)]
-    return [(sorted(group), len(group) > 1 or group[0] in graph[group[0]]) for group in components(graph)]
+@dataclass(frozen=True)
+class Group:
+    """Laws and unknowns that depend on each other and on those of earlier groups; laws that are not ``coupled`` on earlier ones only."""
+
+    laws: list[int]
+    unknowns: list[int]
+    rows: list[int]
+    coupled: bool
 
 
-def needs(found: Sequence[Choice], modes: Sequence[Symbol]) -> NDArray[np.bool_]:
-    """``needs[i, j]``: whether what holds of law i depends on mode j."""
-    rows = [dependence([*c.margins, *([] if c.rest is None else [c.rest])], modes).any(axis=0) for c in found]
-    return np.array(rows, bool).reshape(len(found), len(modes))
+def order(problem: Equilibrium, found: Sequence[Choice]) -> list[Group]:
+    """All laws and unknowns in groups, in the order in which they can be resolved."""
+    laws = range(len(found))
+    wanted = [[*c.margins, *([] if c.rest is None else [c.rest])] for c in found]
+    wanted += [[problem.rows[i] for i in rows] for rows, _ in problem.blocks]
+    owner = [*laws, *(0 for _ in problem.u)]
+    for b, (_, block) in enumerate(problem.blocks, len(found)):
+        for j in block:
+            owner[len(found) + j] = b
+    symbols = [*problem.modes, *problem.u]
+    graph = [sorted({owner[j] for j in np.flatnonzero(dependence(e, symbols).any(axis=0))}) for e in wanted]
+    groups: list[Group] = []
+    for nodes in components(graph):
+        blocks = [problem.blocks[n - len(found)] for n in sorted(nodes) if n >= len(found)]
+        members = sorted(n for n in nodes if n in laws)
+        unknowns, rows = [j for _, block in blocks for j in block], [i for rows, _ in blocks for i in rows]
+        coupled = bool(blocks) or len(members) > 1 or members[0] in graph[members[0]]
+        last = groups[-1] if groups else None
+        if last is not None and not coupled and not last.coupled and not set(last.laws) & set(graph[members[0]]):
+            groups[-1] = Group([*last.laws, *members], [], [], False)
+        else:
+            groups.append(Group(members, unknowns, rows, coupled))
+    return groups
 
 
 def _moved_by_unknowns(problem: Equilibrium) -> list[bool]:
@@ -114,8 +136,13 @@ def bounded(problem: Equilibrium) -> list[Symbol]:
 
 
 def possible(choice: Choice, mode: float, hidden: Sequence[Symbol]) -> Symbol:
-    """Negative where a mode is out of the question by what is given alone; ``hidden`` has to be found."""
+    """Negative where a mode is out of the question by what is given alone; ``hidden`` has to be found.
+
+    Where it is not known yet whether a law is free, it need not be tried: between bounds of zero it slides without torque all the same.
+    """
     law, found = choice.law, [] if choice.rest is not None else [choice.margin(mode)]
+    if mode == FREE and choice.rest is None and dependence(found, hidden).any():
+        return Symbol(-1)
     if isinstance(law, Friction) and mode != FREE:
         if not law.algebraic:
             found.append(ZONE - ca.fabs(law.w) if mode == STUCK else mode * law.w + ZONE)

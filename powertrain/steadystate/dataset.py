@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.steadystate.axes import Axis, Grid
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.points import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
+from powertrain.steadystate.points import DIVERGED, IMMOVABLE, NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
 from powertrain.steadystate.sheet import MOST_LAWS, Sheet
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ STATUS = {
     OUTSIDE: "outside_range",
     DIVERGED: "no_convergence",
     UNDEFINED: "undefined_value",
+    ONE: "one_solution_found",
 }
 _PROBLEMS = {
     STUCK_POINT: "friction rests under a prescribed motion, its torque is not determined, the interval is given",
@@ -35,6 +36,7 @@ _PROBLEMS = {
     OUTSIDE: "a quantity is outside its range",
     DIVERGED: "the search for the unknowns did not converge; give guesses, or look whether an equilibrium exists",
     UNDEFINED: "a signal has no value there, such as an efficiency at zero power",
+    ONE: "one solution; the laws have too many combinations of modes to look for others, which exhaustive=True does",
 }
 
 
@@ -54,7 +56,6 @@ def dataset(
     grid: Grid,
     ordered: Grid,
     sheet: Sheet,
-    doubts: str = "",
 ) -> xr.Dataset:
     """Variables over the dimensions of ``grid``; ``sheet`` holds them in the order of ``ordered``."""
     import xarray as xr
@@ -79,8 +80,7 @@ def dataset(
     named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
     if sheet.blame is not None:
         data["status_laws"] = (grid.dims, shaped(sheet.blame), _law_flags([n for n, _ in named]))
-    lines = [_problems(sheet, grid.size, named), doubts]
-    return xr.Dataset(data, coords=coords, attrs={"problems": "\n".join(filter(None, lines))})
+    return xr.Dataset(data, coords=coords, attrs={"problems": _problems(sheet, grid.size, named)})
 
 
 def _coordinate(axis: Axis) -> str:

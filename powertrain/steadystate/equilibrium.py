@@ -46,7 +46,8 @@ class Asked:
 class Equilibrium:
     """The steady problem as expressions of the grid's values, the unknowns ``u`` that stay implicit, the modes and the common values.
 
-    ``rows`` are zero at ``u``; ``solved`` are the inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
+    ``rows`` are zero at ``u``; ``blocks`` are the numbers of rows and unknowns that belong together, in the order of their solution.
+    ``solved`` are the inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
     ``turning`` says which outputs depend on angles that merely turn; ``together`` that some states were left out because they turn
     together, by ratios that hold for the present parameters.
     """
@@ -58,6 +59,7 @@ class Equilibrium:
     modes: list[Symbol]
     common: Symbol
     rows: list[Symbol]
+    blocks: list[tuple[list[int], list[int]]]
     solved: list[Symbol]
     outputs: list[Symbol]
     rates: list[Symbol]
@@ -244,12 +246,15 @@ def _reduce(
     old, new = list(cyclic), [Symbol(0)] * len(cyclic)
     implicit_rows: list[Symbol] = []
     implicit: list[int] = []
+    blocks: list[tuple[list[int], list[int]]] = []
     for block_rows, block in order:
         here = [rows[i] for i in block_rows]
         if old:
             here = ca.substitute(here, [column(old)], [column(new)])
         solution = _solve(here, [symbols[j] for j in block], [dae.m[law.index] for law in stage.laws])
         if solution is None:
+            places = [list(range(n, n + len(block))) for n in (len(implicit_rows), len(implicit))]
+            blocks.append((places[0], places[1]))
             implicit_rows += here
             implicit += block
         else:
@@ -271,6 +276,7 @@ def _reduce(
         modes=[dae.m[law.index] for law in stage.laws],
         common=stage.common,
         rows=implicit_rows,
+        blocks=blocks,
         solved=[e for k, e in zip(old, new, strict=True) if key(k) in wanted],
         outputs=final(asked.wanted),
         rates=final([dae.xdot[stage.state_of(n)] for n in asked.held]),

@@ -18,11 +18,10 @@ from powertrain.signals import signals_of
 from powertrain.steadystate.axes import make_grid
 from powertrain.steadystate.choices import STUCK, held_rows
 from powertrain.steadystate.equilibrium import Equilibrium, formulate
-from powertrain.steadystate.lanes import Rows, Tape
+from powertrain.steadystate.lanes import LANES, Rows, Tape
 from powertrain.steadystate.operating import Solver
 from powertrain.steadystate.points import OK, STUCK_POINT
 from powertrain.steadystate.steady import What, asked_for, common_values, steady, wanted_signals
-from powertrain.steadystate.table import LANES
 from powertrain.symbols import Symbol, column
 
 if TYPE_CHECKING:

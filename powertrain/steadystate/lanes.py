@@ -21,6 +21,7 @@ Rows = NDArray[np.float64]
 """One row per quantity, one column per point."""
 
 
+LANES = 256
 _DEPTH = 20
 
 

@@ -1,26 +1,22 @@
-"""Operating points, many at once: the modes of all laws found together, point by point with a status.
+"""Operating points, many at once: the modes of all laws and the unknowns found together, point by point with a status.
 
-Where the speeds do not depend on torques, the laws fall into groups that are resolved one after the other, and every combination inside a
-group is tried: so none, one or several solutions are told apart. Where unknowns are implicit, they are found together with the modes.
+Laws and unknowns fall into groups that are resolved one after the other. In every group all combinations of modes are tried that what is
+known of the point does not rule out, and every one that is consistent is followed: so none, one or several solutions are told apart.
 """
 
 from __future__ import annotations
-
-from itertools import product
 
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction
 from powertrain.engine.buffers import Array
 from powertrain.engine.indicators import guard_margin
-from powertrain.steadystate.choices import FORWARD, INFINITE, choices, order
+from powertrain.steadystate.choices import INFINITE, choices, order
+from powertrain.steadystate.columns import Columns
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.implicit import Implicit
-from powertrain.steadystate.lanes import Rows, Tape
-from powertrain.steadystate.points import IMMOVABLE, NONE, OK, SEVERAL, Index, Mask, Points
-from powertrain.steadystate.table import LANES, Table
-
-_SAME = 1e-9
+from powertrain.steadystate.lanes import Rows
+from powertrain.steadystate.points import IMMOVABLE, OK, ONE, SEVERAL, Mask, Points, Trials
+from powertrain.steadystate.search import Search
 
 
 class Solver:
@@ -29,128 +25,58 @@ class Solver:
     def __init__(self, problem: Equilibrium) -> None:
         self.problem = problem
         self.choices = choices(problem)
-        self.groups = order(self.choices, problem.modes)
+        self.groups = order(problem, self.choices)
+        self._searches = [Search(problem, self.choices, group) for group in self.groups]
         varying = [*problem.grid, *problem.u, *problem.modes]
-        self._table = Table(problem, self.choices, varying)
         guards = [guard_margin(g) for g in problem.guards]
-        self.values_tape = Tape(
-            "steady_values", varying, problem.common, [*problem.outputs, *problem.rates, *guards], LANES
-        )
-        self.wanted = len(problem.outputs) + len(problem.rates)
-        self.implicit = Implicit(problem, self.choices, self._table) if problem.u else None
+        wanted = [*problem.outputs, *problem.rates]
+        self.wanted = len(wanted)
+        self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards])
+        speeds = [law.w for law in problem.laws if isinstance(law, Friction)]
+        self._speeds = Columns("steady_speeds", varying, problem.common, [*speeds, *problem.solved])
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
-        self.common = values.copy()
-        for each in (self._table.tape, self.values_tape, self.implicit):
-            if each is not None:
-                each.set_common(values)
+        for search in self._searches:
+            search.set_common(values)
+        for columns in (self._values, self._speeds):
+            columns.set_common(values)
 
     def solve(self, grid: Rows, side: Rows | None = None, exhaustive: bool = False) -> Points:
         """The points of ``grid`` (one row per axis); ``side`` says for laws at rest from which side (1 or -1) they are looked at."""
+        laws, first, count = len(self.choices), len(grid) + len(self.problem.u), grid.shape[1]
+        if side is None:
+            side = np.ones((laws, count))
+        trials = Trials.of(grid, self.problem.u_start, laws)
+        values, rest = trials.values.copy(), trials.rest.copy()
+        status, blame = np.zeros(count, np.int8), np.zeros((laws, count), bool)
         with np.errstate(all="ignore"):
-            if side is None:
-                side = np.ones((len(self.choices), grid.shape[1]))
-            if self.implicit is not None:
-                return self.implicit.solve(grid, side, exhaustive)
-            return self._explicit(grid, side)
+            for search in self._searches:
+                before = trials
+                trials, failure, about = search.extend(before, side, exhaustive)
+                left, had = trials.per_point(count), before.per_point(count)
+                ended = left[before.point] == 0
+                lost = before.point[ended]
+                values[:, lost], rest[:, lost], status[lost] = (
+                    before.values[:, ended],
+                    before.rest[:, ended],
+                    failure[ended],
+                )
+                for k, law in zip(search.group.laws, about, strict=True):
+                    blame[k, lost] = law[ended]
+                    blame[k, left > had] = True
+            found, best = np.unique(trials.point, return_index=True)
+            values[:, found], rest[:, found] = trials.values[:, best], trials.rest[:, best]
+            loose = np.bincount(trials.point, trials.loose, count) > 0
+            several = (trials.per_point(count) > 1) | loose
+            status[found] = np.where(several[found], SEVERAL, np.where(trials.alone[best], ONE, OK))
+            status[~(np.abs(self._speeds(values)) <= INFINITE).all(axis=0)] = IMMOVABLE
+        values[len(grid) : first, loose] = np.nan
+        blame[:, np.isin(status, (OK, ONE, IMMOVABLE))] = False
+        return Points(values[len(grid) : first], values[first:], status, blame, rest)
 
     def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
         """The wanted values, and which guards are left."""
-        found = self.values_tape(np.vstack([grid, points.u, points.modes]))
+        with np.errstate(all="ignore"):
+            found = self._values(np.vstack([grid, points.u, points.modes]))
         return found[: self.wanted], ~(found[self.wanted :] >= 0.0)
-
-    def _explicit(self, grid: Rows, side: Rows) -> Points:
-        points = Points.empty(0, len(self.choices), grid.shape[1])
-        points.modes[:] = [
-            [c.modes[0] if isinstance(c.law, Friction) is False else FORWARD] for c in self.choices
-        ] or 0.0
-        ready: list[int] = []
-        for group, coupled in self.groups:
-            if coupled:
-                self._assign(grid, points, ready, side)
-                ready = []
-                self._enumerate(grid, points, group, np.flatnonzero(points.status == OK), side)
-            elif any(self._table.needs(group[0], j) for j in ready):
-                self._assign(grid, points, ready, side)
-                ready = list(group)
-            else:
-                ready += group
-        self._assign(grid, points, ready, side)
-        self._immovable(grid, points)
-        return points
-
-    def _assign(self, grid: Rows, points: Points, laws: list[int], side: Rows) -> None:
-        """Modes of laws that depend on modes already found only."""
-        if not laws:
-            return
-        table = self._table.evaluate(grid, points.u, points.modes)
-        for k in laws:
-            self._take(table, points, k, side)
-
-    def _take(self, table: Rows, points: Points, k: int, side: Rows) -> None:
-        choice = self.choices[k]
-        holds = self._table.margins(table, k) >= 0.0
-        first = holds.argmax(axis=0)
-        points.modes[k] = np.array(choice.modes)[first]
-        found = holds.any(axis=0)
-        if choice.rest is not None:
-            rests = ~found & (self._table.rest(table, k) >= 0.0)
-            points.rest[k] |= rests
-            points.modes[k] = np.where(rests, side[k], points.modes[k])
-            found |= rests
-        lost = ~found & (points.status == OK)
-        points.status[lost] = NONE
-        points.blame[k, lost] = True
-
-    def _enumerate(self, grid: Rows, points: Points, group: list[int], where: Index, side: Rows) -> None:
-        """Tries all combinations of the modes of a group at some points."""
-        if not where.size:
-            return
-        count = np.zeros(where.size, int)
-        best = np.zeros((len(self.choices), where.size))
-        rest = np.zeros((len(self.choices), where.size), bool)
-        mark: Rows | None = None
-        for combination in product(*(self.choices[k].modes for k in group)):
-            modes = points.modes[:, where].copy()
-            modes[group] = np.array(combination)[:, None]
-            holds, resting, signature = self._consistent(
-                grid[:, where], points.u[:, where], modes, group, side[:, where]
-            )
-            if mark is None:
-                mark = np.full(signature.shape, np.nan)
-            same = np.abs(signature - mark) <= _SAME * (1.0 + np.abs(mark))
-            new = holds & ~((count > 0) & same.all(axis=0))
-            count += new
-            first = new & (count == 1)
-            best[:, first], mark[:, first], rest[:, first] = modes[:, first], signature[:, first], resting[:, first]
-        good = count > 0
-        points.modes[:, where[good]] = best[:, good]
-        points.rest[:, where[good]] |= rest[:, good]
-        for state, hit in ((NONE, count == 0), (SEVERAL, count > 1), (OK, count == 1)):
-            points.status[where[hit]] = state
-            points.blame[np.ix_(np.array(group), where[hit])] = state != OK
-
-    def _consistent(self, grid: Rows, u: Rows, modes: Rows, group: list[int], side: Rows) -> tuple[Mask, Mask, Rows]:
-        """Whether the modes of a group hold, which of its laws rest under a prescribed motion, and the values that tell solutions apart."""
-        table = self._table.evaluate(grid, u, modes)
-        holds, resting = np.ones(grid.shape[1], bool), np.zeros(modes.shape, bool)
-        for k in group:
-            margins = self._table.margins(table, k)
-            values = np.array(self.choices[k].modes)
-            place = (modes[k][None, :] == values[:, None]).argmax(axis=0)
-            fine = margins[place, np.arange(margins.shape[1])] >= 0.0
-            if self.choices[k].rest is not None:
-                rests = ~(margins >= 0.0).any(axis=0) & (self._table.rest(table, k) >= 0.0)
-                resting[k] = rests & (modes[k] == side[k])
-                fine |= resting[k]
-            holds &= fine
-        signature = np.vstack([self._table.signature(table, k) for k in group])
-        return holds & np.isfinite(signature).all(axis=0), resting, signature
-
-    def _immovable(self, grid: Rows, points: Points) -> None:
-        """Points where speeds, or what has to be found, are not finite."""
-        table = self._table.evaluate(grid, points.u, points.modes)
-        lost = ~(np.abs(self._table.speeds(table)) <= INFINITE).all(axis=0)
-        points.status[lost] = IMMOVABLE
-        points.blame[:, lost] = False

@@ -1,7 +1,8 @@
-"""Operating points and what became of them."""
+"""Operating points and what became of them, and on the way there the solutions that are still possible."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,16 @@ from powertrain.steadystate.lanes import Rows
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
+OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED, ONE = range(9)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How points are looked at: ``side`` of laws at rest, all combinations of modes however many, ``first`` of several solutions."""
+
+    side: int | None = None
+    exhaustive: bool = False
+    first: bool = False
 
 
 @dataclass
@@ -25,20 +35,47 @@ class Points:
     blame: Mask
     rest: Mask
 
-    @classmethod
-    def empty(cls, unknowns: int, laws: int, count: int) -> Points:
-        """Points of which nothing is known."""
-        masks = [np.zeros((laws, count), bool) for _ in range(2)]
-        return cls(np.zeros((unknowns, count)), np.zeros((laws, count)), np.zeros(count, np.int8), *masks)
 
-    def some(self, which: Mask) -> Points:
-        """Some of the points."""
-        return Points(
-            self.u[:, which], self.modes[:, which], self.status[which], self.blame[:, which], self.rest[:, which]
+@dataclass
+class Trials:
+    """What may become solutions, a column each: the point it belongs to, the values so far, and what is known of it.
+
+    ``values``: the grid's, the unknowns, the modes. ``rest``: laws at rest under a prescribed motion. ``loose``: an unknown is not
+    determined. ``alone``: others were not looked for.
+    """
+
+    point: Index
+    values: Rows
+    rest: Mask
+    loose: Mask
+    alone: Mask
+
+    @classmethod
+    def of(cls, grid: Rows, start: NDArray[np.float64], laws: int) -> Trials:
+        """One for every point of ``grid``, with the unknowns at their start and modes that are not known yet."""
+        count = grid.shape[1]
+        values = np.vstack([grid, np.repeat(start[:, None], count, axis=1), np.zeros((laws, count))])
+        no = np.zeros(count, bool)
+        return cls(np.arange(count), values, np.zeros((laws, count), bool), no, no)
+
+    def some(self, which: Index | Mask) -> Trials:
+        """Copies of some of them."""
+        return Trials(
+            self.point[which], self.values[:, which], self.rest[:, which], self.loose[which], self.alone[which]
         )
 
-    def put(self, where: Index, other: Points) -> None:
-        """Takes over the other points."""
-        for name in ("u", "modes", "blame", "rest"):
-            getattr(self, name)[:, where] = getattr(other, name)
-        self.status[where] = other.status
+    def per_point(self, count: int) -> Index:
+        """How many every point has."""
+        return np.bincount(self.point, minlength=count)
+
+    def put(self, where: Index, others: Trials) -> None:
+        """Takes over others in the place of some."""
+        for name in ("point", "values", "rest", "loose", "alone"):
+            getattr(self, name)[..., where] = getattr(others, name)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Trials]) -> Trials:
+        """All together, in the order of their points."""
+        names = ("point", "values", "rest", "loose", "alone")
+        whole = cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+        return whole.some(np.argsort(whole.point, kind="stable"))

@@ -12,7 +12,7 @@ from powertrain.engine.buffers import Array
 from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.lanes import Rows
 from powertrain.steadystate.operating import Solver
-from powertrain.steadystate.points import NONE, OK, OUTSIDE, STUCK_POINT, UNDEFINED, Points
+from powertrain.steadystate.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
 
 MOST_LAWS = 62
 """Laws that have a bit of their own in the results."""
@@ -21,37 +21,40 @@ MOST_LAWS = 62
 class Sheet:
     """The results of all points, flat, in the order of the walk; with ``room`` for what is written beyond the end."""
 
-    def __init__(self, solver: Solver, count: int, size: int, side: int | None = None, room: int = 0) -> None:
-        self.solver, self.count, self.size, self.side = solver, count, size, side
+    def __init__(self, solver: Solver, count: int, size: int, look: Look, room: int = 0) -> None:
+        self.solver, self.count, self.size, self.look = solver, count, size, look
         self.rows = [np.empty(size + room) for _ in range(self.count)]
         self.status = np.zeros(size, np.int8)
         self.blame: NDArray[np.int64] | None = None
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
 
-    def solve(self, grid: Rows, first: int, exhaustive: bool = False) -> Array | None:
+    def solve(self, grid: Rows, first: int) -> Array | None:
         """Solves consecutive points; returns the modes of the last good one."""
-        return self.solve_at(grid, first + np.arange(grid.shape[1]), exhaustive)
+        return self.solve_at(grid, first + np.arange(grid.shape[1]))
 
-    def solve_at(self, grid: Rows, places: NDArray[np.intp], exhaustive: bool = False) -> Array | None:
+    def solve_at(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
         """Solves some points and writes them."""
-        side = None if self.side is None else np.full((len(self.solver.choices), grid.shape[1]), float(self.side))
-        points = self.solver.solve(grid, side, exhaustive)
+        end = self.look.side
+        side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
+        points = self.solver.solve(grid, side, self.look.exhaustive)
         values, left = self.solver.values(grid, points)
         status = points.status
         resting = (status == OK) & points.rest.any(axis=0)
         if resting.any():
             where = np.flatnonzero(resting)
-            low, high, solved = self._both_ends(grid[:, where], points, where, exhaustive)
+            low, high, solved = self._both_ends(grid[:, where], points, where)
             status[where] = np.where(solved, STUCK_POINT, NONE)
             points.blame[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
             self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
-        outside = ((status == OK) | (status == STUCK_POINT)) & left.any(axis=0)
+        outside = np.isin(status, (OK, ONE, STUCK_POINT)) & left.any(axis=0)
         status[outside] = OUTSIDE
         undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
         status[undefined] = UNDEFINED
-        one_end = (status == STUCK_POINT) & (self.side is not None)
-        values[:, (status != OK) & ~undefined & ~one_end] = np.nan
+        given = (status == OK) | (status == ONE) | undefined
+        given |= (status == STUCK_POINT) & (end is not None)
+        given |= (status == SEVERAL) & self.look.first
+        values[:, ~given] = np.nan
         values[:, undefined] = np.where(np.isfinite(values[:, undefined]), values[:, undefined], np.nan)
         for row, found in zip(self.rows, values, strict=True):
             row[places] = found
@@ -60,9 +63,7 @@ class Sheet:
         good = np.flatnonzero(status == OK)
         return points.modes[:, good[-1]].copy() if good.size else None
 
-    def _both_ends(
-        self, grid: Rows, points: Points, where: NDArray[np.intp], exhaustive: bool
-    ) -> tuple[Rows, Rows, NDArray[np.bool_]]:
+    def _both_ends(self, grid: Rows, points: Points, where: NDArray[np.intp]) -> tuple[Rows, Rows, NDArray[np.bool_]]:
         """Least and greatest values over the ends of the bounds of the laws at rest, and whether all ends can be."""
         laws = np.flatnonzero(points.rest[:, where].any(axis=1))
         low = np.full((self.count, where.size), np.inf)
@@ -70,7 +71,7 @@ class Sheet:
         for ends in product((1.0, -1.0), repeat=min(len(laws), 8)):
             side = np.ones((points.modes.shape[0], where.size))
             side[laws[:8]] = np.array(ends)[:, None]
-            end = self.solver.solve(grid, side, exhaustive)
+            end = self.solver.solve(grid, side, self.look.exhaustive)
             values, _ = self.solver.values(grid, end)
             solved &= end.status == OK
             low, high = np.minimum(low, values), np.maximum(high, values)
@@ -87,7 +88,7 @@ class Sheet:
 
     def apart(self, size: int) -> Sheet:
         """An empty sheet of the same signals, with room beyond its end."""
-        return Sheet(self.solver, self.count, size, self.side, PAD)
+        return Sheet(self.solver, self.count, size, self.look, PAD)
 
     def put(self, places: NDArray[np.intp], part: Sheet) -> None:
         """Takes over some points."""

@@ -23,6 +23,7 @@ from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
 from powertrain.steadystate.dataset import Quantity, dataset, rate_unit
 from powertrain.steadystate.equilibrium import Asked, formulate, state_of
+from powertrain.steadystate.points import Look
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ def steady(
     guesses: Mapping[str, float] | None = None,
     time: float = 0.0,
     exhaustive: bool = False,
+    first: bool = False,
     side: Literal[-1, 1] | None = None,
     progress: bool | None = None,
 ) -> xr.Dataset:
@@ -54,15 +56,20 @@ def steady(
     that hold everywhere. ``free``: inputs or parameters to be found, one for each prescribed variable; by default the inputs without a
     value where there are as many. A prescribed state for which nothing is found is *held*: its own balance is left open, and
     ``der(name)`` says how it would change. ``guesses``: where the search for unknowns begins. ``exhaustive``: try all combinations of
-    modes also where unknowns are implicit; else the first consistent one counts there. ``side``: see below. ``progress``: a bar; by
-    default for work that takes more than two seconds.
+    modes however many there are. ``first``: where several solutions exist, give one; laws at rest come before laws that slide.
+    ``side``: see below. ``progress``: a bar; by default for work that takes more than two seconds.
+
+    At every point all combinations of modes are tried that what is given does not rule out. Unknowns that stay implicit are found by
+    Newton's method, which begins in every combination with laws that slide slowly and fast; a solution that none of these
+    beginnings leads to is not seen. Where laws that depend on each other have more than 4096 combinations, the search ends with the
+    first solution and the status is ``one_solution_found``: its values are given, and others may exist.
 
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. Where the status is ``stuck``, friction
     rests under a prescribed motion, whose torque equilibrium does not determine: ``<name>_low`` and ``<name>_high`` are then the values
     at both ends of the law's bounds, and with ``side`` = 1 or -1 the values themselves are those at one of these ends, where the torque
-    is that of a motion forward or backward. Values at points that are not ``ok`` are nan; ``undefined_value`` concerns the signals that are
-    nan there only, such as an efficiency at zero power. ``status_laws`` are the laws that the status is about; the attribute ``problems``
-    says it in words, also where the laws have too many combinations of modes to try them all.
+    is that of a motion forward or backward. Values at all other points that are not ``ok`` are nan; ``undefined_value`` concerns the
+    signals that are nan there only, such as an efficiency at zero power. ``status_laws`` are the laws that the status is about; the
+    attribute ``problems`` says it in words.
 
     Raises ParameterError where names or values are wrong, or the conditions do not determine the state.
     """
@@ -75,8 +82,8 @@ def steady(
     _check_values(plant, spanned, guesses or {})
     common = common_values(plant, parameters, inputs or {})
     map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
-    ordered, sheet = map_.run(spanned, common, exhaustive, progress, side)
-    found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet, map_.doubts)
+    ordered, sheet = map_.run(spanned, common, Look(side, exhaustive, first), progress)
+    found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet)
     found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
     return found
 

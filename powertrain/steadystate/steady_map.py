@@ -14,7 +14,7 @@ from powertrain.steadystate.dataset import Quantity
 from powertrain.steadystate.equilibrium import Equilibrium
 from powertrain.steadystate.lanes import Rows
 from powertrain.steadystate.operating import Solver
-from powertrain.steadystate.points import OK
+from powertrain.steadystate.points import OK, ONE, Look
 from powertrain.steadystate.progress import Bar
 from powertrain.steadystate.rows import Plan, RowMap, make_plan
 from powertrain.steadystate.sheet import Sheet, block
@@ -23,7 +23,6 @@ from powertrain.steadystate.walk import Walker
 _FAST = 2048
 _SLOW_BLOCK = 8192
 _SHORT_ROW = 64
-_DOUBTS = "the laws have too many combinations of modes: not all were tried, other solutions are possible"
 
 
 class SteadyMap:
@@ -44,22 +43,12 @@ class SteadyMap:
         """Whether the problem is formulated rightly for these parameters too."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
 
-    @property
-    def doubts(self) -> str:
-        """What was left out because the laws have too many combinations of modes; empty where nothing was."""
-        implicit = self.solver.implicit
-        if (self.walker is not None and self.walker.unchecked) or (implicit is not None and implicit.untried):
-            return _DOUBTS
-        return ""
-
-    def run(
-        self, grid: Grid, common: Array, exhaustive: bool, progress: bool | None, side: int | None = None
-    ) -> tuple[Grid, Sheet]:
+    def run(self, grid: Grid, common: Array, look: Look, progress: bool | None) -> tuple[Grid, Sheet]:
         """Solves all points of a grid: the grid with its dimensions in the order of the results, and these."""
         self.solver.set_common(common)
-        fast = self.walker is not None and grid.size >= _FAST
+        fast = self.walker is not None and grid.size >= _FAST and not look.exhaustive
         ordered = self._slowest_first(grid) if fast else grid
-        sheet = Sheet(self.solver, len(self.quantities), ordered.size, side)
+        sheet = Sheet(self.solver, len(self.quantities), ordered.size, look)
         bar = Bar(progress, grid.size)
         if fast and self.walker is not None:
             self.walker.set_common(common)
@@ -68,11 +57,13 @@ class SteadyMap:
                 self._by_points(self.walker, sheet, ordered, bar)
             if not finite:
                 self._look_again(sheet, ordered)
+            if self.walker.unchecked:
+                sheet.status[sheet.status == OK] = ONE
         else:
             for first, count, values in ordered.pieces():
                 for low in range(0, count, _SLOW_BLOCK):
                     high = min(low + _SLOW_BLOCK, count)
-                    sheet.solve(block(values, low, high), first + low, exhaustive)
+                    sheet.solve(block(values, low, high), first + low)
                     bar.reach(first + high)
         bar.close()
         return ordered, sheet

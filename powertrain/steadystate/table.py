@@ -1,4 +1,4 @@
-"""What tells the modes of the laws apart at many points: margins, torques, speeds."""
+"""What tells the modes of the laws of a group apart at many points: margins, torques, speeds."""
 
 from __future__ import annotations
 
@@ -6,21 +6,19 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Contact, Friction
 from powertrain.engine.buffers import Array
-from powertrain.steadystate.choices import Choice, breakaway, needs
+from powertrain.steadystate.choices import Choice, breakaway
+from powertrain.steadystate.columns import Columns
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.lanes import Rows, Tape
+from powertrain.steadystate.lanes import Rows
 from powertrain.symbols import Symbol
-
-LANES = 256
 
 
 class Table:
-    """All margins of all laws and what else tells modes apart, at many points."""
+    """All margins of some laws and what else tells modes apart, at many points; ``k`` is the number of a law among them."""
 
-    def __init__(self, problem: Equilibrium, found: list[Choice], varying: list[Symbol]) -> None:
+    def __init__(self, problem: Equilibrium, found: list[Choice]) -> None:
         rows: list[Symbol] = []
         self._first, self._extra = [], []
-        self._found = found
         for c in found:
             self._first.append(len(rows))
             rows += c.margins
@@ -30,20 +28,16 @@ class Table:
                 rows += [c.law.torque, c.law.w, breakaway(c.law)]
             else:
                 rows.append(c.law.force if isinstance(c.law, Contact) else c.law.g)
-        self._speeds = len(rows)
-        rows += problem.solved
-        self._speed_rows = [self._extra[k] + 2 for k, c in enumerate(found) if isinstance(c.law, Friction)]
-        self._speed_rows += list(range(self._speeds, len(rows)))
-        self._needs = needs(found, problem.modes)
-        self.tape = Tape("steady_laws", varying, problem.common, rows or [Symbol(0)], LANES)
+        varying = [*problem.grid, *problem.u, *problem.modes]
+        self._columns = Columns("steady_laws", varying, problem.common, rows)
 
-    def needs(self, k: int, j: int) -> bool:
-        """Whether the modes of law k depend on those of law j."""
-        return bool(self._needs[k, j])
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._columns.set_common(values)
 
-    def evaluate(self, grid: Rows, u: Rows, modes: Rows) -> Rows:
-        """All of it, to be read with the other methods."""
-        return self.tape(np.vstack([grid, u, modes]))
+    def evaluate(self, values: Rows) -> Rows:
+        """All of it for the values of grid, unknowns and modes, to be read with the other methods."""
+        return self._columns(values)
 
     def margins(self, table: Rows, k: int) -> Rows:
         """One row per mode of a law, not negative where it holds."""
@@ -53,14 +47,10 @@ class Table:
         """Not negative where a law rests under a prescribed motion."""
         return np.asarray(table[self._extra[k]])
 
-    def signature(self, table: Rows, k: int) -> Rows:
-        """The torque of a friction law, the force of a contact, the condition of a switch."""
-        return table[self._extra[k] + 1 : self._extra[k] + 2]
+    def signature(self, table: Rows) -> Rows:
+        """The torques of friction laws, the forces of contacts, the conditions of switches."""
+        return table[[extra + 1 for extra in self._extra]]
 
     def motion(self, table: Rows, k: int) -> tuple[Array, Array]:
         """The speed of a friction law, and the direction in which a stuck one breaks away."""
         return table[self._extra[k] + 2], table[self._extra[k] + 3]
-
-    def speeds(self, table: Rows) -> Rows:
-        """All that has to be finite where the model can move."""
-        return table[self._speed_rows]

@@ -20,9 +20,8 @@ from powertrain.engine.buffers import Array
 from powertrain.engine.indicators import EPS, guard_margin
 from powertrain.steadystate.choices import bounded, with_modes
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.lanes import Tape, all_hold, dependence, different
+from powertrain.steadystate.lanes import LANES, Tape, all_hold, dependence, different
 from powertrain.steadystate.operating import Solver
-from powertrain.steadystate.table import LANES
 from powertrain.symbols import Symbol
 
 WIDTHS = (128, 1024, 4096)
@@ -202,10 +201,10 @@ class Walker:
         """Other combinations of the laws that depend on each other."""
         found: list[dict[int, float]] = []
         given = {k: m for k, m in enumerate(key) if k not in self._switches}
-        for group, coupled in self.groups:
-            if not coupled:
+        for group in self.groups:
+            if not group.coupled:
                 continue
-            members = [k for k in group if k in switches or k not in self._switches]
+            members = [k for k in group.laws if k in switches or k not in self._switches]
             if all(k in self._switches for k in members):
                 members = self._coupled(members, given)
             if prod(len(self.choices[k].modes) for k in members) > _ALTERNATIVES:

@@ -17,6 +17,7 @@ from powertrain.vehicles.trials.backward import backward
 from powertrain.vehicles.trials.driveline import driveline_map, on_rolling_road
 from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
 
+OK, SEVERAL = 0, 2
 SPEEDS, PEDALS = np.linspace(5, 35, 7), np.linspace(0, 1, 6)
 
 
@@ -26,8 +27,34 @@ def found() -> xr.Dataset:
 
 
 def test_every_point_has_a_steady_state(found: xr.Dataset) -> None:
-    assert (found["status"] == 0).all()
+    """One of its own with the pedal pressed; in overrun the clutch may let the engine idle too."""
+    assert (found["status"].sel(accelerator=slice(0.1, 1)) == OK).all()
+    assert set(found["status"].sel(accelerator=0).values.tolist()) <= {OK, SEVERAL}
+    assert np.isfinite(found["force"]).all()
     assert found["speed"].values == pytest.approx(SPEEDS)
+
+
+def test_overrun_ends_where_it_began(found: xr.Dataset) -> None:
+    """With the pedal released at 20 m/s the clutch holds, or the engine idles at 85 rad/s: the map says so, and gives the first."""
+    point = found.sel(speed=20, accelerator=0)
+    assert int(point["status"]) == SEVERAL
+    given = {"body.speed": 20.0, "driver.accelerator_set": 0.0}
+    plant = pt.compile(on_rolling_road(SplitPathCar()))
+    holding = plant.simulate(20, parameters=given, starts={"engine.w": float(point["w"])}, points=2)
+    idling = plant.simulate(20, parameters=given, starts={"engine.w": 85.0}, points=2)
+    assert holding["body.force"][-1] == pytest.approx(float(point["force"]), rel=1e-4)
+    assert idling["engine.w"][-1] == pytest.approx(85.0, rel=1e-4)
+    assert idling["body.force"][-1] > float(point["force"]) + 50
+
+
+def test_creeping_with_a_slipping_clutch() -> None:
+    """At 2 km/h the clutch slips a hundred radians per second, far from where a search begins."""
+    point = driveline_map(SplitPathCar(), [2 / 3.6], [0.5]).isel(speed=0, accelerator=0)
+    assert int(point["status"]) == OK
+    given = {"body.speed": 2 / 3.6, "driver.accelerator_set": 0.5}
+    result = pt.simulate(on_rolling_road(SplitPathCar()), 30, parameters=given, starts={"engine.w": 85.0}, points=2)
+    assert result["engine.w"][-1] == pytest.approx(float(point["w"]), rel=1e-4)
+    assert result["body.force"][-1] == pytest.approx(float(point["force"]), rel=1e-3)
 
 
 @pytest.mark.parametrize(("speed", "pedal"), [(5.0, 0.2), (20.0, 0.4), (35.0, 0.6), (10.0, 0.2)])

@@ -52,8 +52,9 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     if found is None:
         top = 1.02 * cycle.top_speed
         found = driveline_map(vehicle, np.linspace(min(4.0, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS))
-    if (found["status"] != 0).any():
-        raise pt.ParameterError(f"backward: {int((found['status'] != 0).sum())} points of the map have no steady state")
+    missing = int(found["force"].isnull().sum())
+    if missing:
+        raise pt.ParameterError(f"backward: {missing} points of the map have no steady state")
     force = _demand(vehicle, v, a) + _climb(vehicle, cycle)
     rate, most = _look_up(found, np.maximum(v, float(found["speed"][0])), force)
     idle = _idle(vehicle)

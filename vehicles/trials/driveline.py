@@ -62,8 +62,9 @@ def driveline_map(
     ``tau`` [N.m] of the engine, ``efficiency`` = force speed/(fuel_rate heating_value), ``status``. With the path of a ``variator`` also
     ``K`` and the ``case`` of its power flow, of which Fig. 8 of Yu & Beachley 1986 shows the kinds.
 
-    Points without a steady state have no numbers, and their status says why. Of several (in overrun a centrifugal clutch may hold or be
-    dragged along) one is given. The vehicle has the parts ``driver``, ``engine`` and ``body``. Errors: those of ``on_rolling_road``.
+    Points without a steady state have no numbers, and their status says why. Where there are several (in overrun a centrifugal clutch may
+    hold or let the engine idle) the status says so too, and the numbers are those of the one whose clutch holds.
+    The vehicle has the parts ``driver``, ``engine`` and ``body``. Errors: those of ``on_rolling_road``.
     Source: pt.steady of the vehicle on a rolling road.
     """
     import xarray as xr
@@ -73,11 +74,11 @@ def driveline_map(
     names = {"body.force": "force", "engine.fuel_rate": "fuel_rate", "engine.w": "w", "engine.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in names}
     if variator is not None:
-        flow = pt.power_flow(plant, grid, outputs=outputs, progress=progress)
+        flow = pt.power_flow(plant, grid, outputs=outputs, first=True, progress=progress)
         data, share = flow.data, flow.variator(variator)
         extra = {"K": share["K"], "case": share["case"]}
     else:
-        data, extra = pt.steady(plant, grid, outputs=list(outputs), progress=progress), {}
+        data, extra = pt.steady(plant, grid, outputs=list(outputs), first=True, progress=progress), {}
     found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
     found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
     found = found.assign_coords(
