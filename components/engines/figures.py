@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -56,14 +56,15 @@ def plot_engine_map(
         if (inside := torque <= full).any():
             ax.plot(w[inside] * RPM, torque[inside], color="0.75", linewidth=0.7, zorder=0)
             k = int(np.flatnonzero(inside)[-1])
-            ax.annotate(
-                f"{power / 1e3:.0f} kW", (w[k] * RPM, torque[k]), color="0.45", fontsize=8, ha="right", va="bottom"
-            )
+            beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "annotation_clip": False}
+            ax.annotate(f"{power / 1e3:.0f} kW", (w[k] * RPM, torque[k]), (5, 0), color="0.45", fontsize=8, **beside)
     y, x = np.unravel_index(int(used.argmin()), used.shape)
     ax.plot(w[x] * RPM, tau[y, x], "+", color="k")
-    ax.annotate(f"{best:.0f} g/kWh", (w[x] * RPM, tau[y, x]), (4, 4), textcoords="offset points", fontsize=8)
-    ax.set(xlabel="Engine speed [rpm]", ylabel="Torque [N.m]", xlim=(0, w[-1] * RPM * 1.02))
-    ax.set_ylim(bottom=motored.min() - 0.25 * full.max())
+    ax.annotate(
+        f"{best:.0f} g/kWh", (w[x] * RPM, tau[y, x]), (-4, 6), textcoords="offset points", fontsize=8, ha="right"
+    )
+    ax.set(xlabel="Engine speed [rpm]", ylabel="Torque [N.m]", xlim=(0, w[-1] * RPM))
+    ax.set_ylim(motored.min() - 0.25 * full.max(), 1.12 * full.max())
     ax.set_title(f"{type(engine).__name__}: specific fuel consumption [g/kWh]", fontsize=10)
     ax.axhline(0, color="0.6", linewidth=0.6)
     ax.legend(loc="lower right", fontsize=8, framealpha=0.9)
