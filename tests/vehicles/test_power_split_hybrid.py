@@ -37,6 +37,7 @@ def test_town() -> None:
     assert 0.55 < soc.min() < soc.max() < 0.65
     assert set(on) == {0, 1}
     assert np.interp(5.0, run.result.time, on) == 0
+    assert not any(count for name, count in run.result.statistics.items() if name.startswith("outside"))
     assert 2.5 < charge_corrected(run, "battery") < 4
 
 
