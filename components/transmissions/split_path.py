@@ -59,8 +59,9 @@ class SwitchedSplitPathTransmission(_SplitPath):
     transmission).
 
     The members have inertias J_a, J_b, J_h, and the variable unit's shaft J_v, since nothing else holds them while their clutches are
-    open. Where all clutches hold at once nothing says which carries what: let the pairs overlap while they slip, or use a unit that
-    creeps. Errors: ParameterError where the two layouts do not differ by exactly two members.
+    open. Where all clutches hold at once nothing says which of them carries what; one share is taken, and the notes of the result say so.
+    With a unit of exact ratio V = 1 the torque of the mesh is open then too, which may end the simulation: let the pairs overlap while
+    they slip, or use a unit that creeps. Errors: ParameterError where the two layouts do not differ by exactly two members.
     Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, Table 1 and p. 16.
     """
 
