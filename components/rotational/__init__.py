@@ -29,7 +29,7 @@ from powertrain.components.rotational.interfaces import (
     TwoFlanges,
     TwoFlangesAndSupport,
 )
-from powertrain.components.rotational.motions import Accelerate, ConstantSpeed, Position, Speed
+from powertrain.components.rotational.motions import Accelerate, ConstantSpeed, Move, Position, Speed
 from powertrain.components.rotational.rolling import IdealGearR2T, IdealRollingWheel
 from powertrain.components.rotational.sensors import (
     AccSensor,
@@ -85,6 +85,7 @@ __all__ = [
     "LinearSpeedDependentTorque",
     "Lossy",
     "LossyGear",
+    "Move",
     "MultiSensor",
     "OneFlangeAndSupport",
     "OneWayClutch",

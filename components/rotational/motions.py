@@ -76,18 +76,47 @@ class Speed(OneFlangeAndSupport):
 class Accelerate(OneFlangeAndSupport):
     """Moves a shaft by an acceleration signal.
 
-    w = der(phi),  der(w) = a_ref
+    w = der(phi),  a = der(w) = a_ref
     """
 
     boundary: ClassVar[bool] = True
     a_ref: Input = signal_input("rad/s2", "Angular acceleration of the flange against the support")
     w: Variable = variable("rad/s", "Speed of the flange against the support")
+    a: Variable = variable("rad/s2", "Angular acceleration of the flange against the support")
 
     def equations(self) -> Equations:
         """The signal's acceleration."""
         yield from self._against_support()
         yield self.w == der(self.phi)
-        yield der(self.w) == self.a_ref.value
+        yield self.a == der(self.w)
+        yield self.a == self.a_ref.value
+
+
+class Move(OneFlangeAndSupport):
+    """Moves a shaft by an angle signal whose derivatives are given as signals too.
+
+    phi = u_phi,  w = der(phi) = u_w,  a = der(w) = u_a
+
+    u_phi gives the angle at the start, u_w the speed at the start, and u_a moves the shaft from then on: where
+    the signals are consistent that is u_phi and u_w at every time.
+    """
+
+    boundary: ClassVar[bool] = True
+    u_phi: Input = signal_input("rad", "Angle of the flange against the support")
+    u_w: Input = signal_input("rad/s", "Derivative of u_phi")
+    u_a: Input = signal_input("rad/s2", "Derivative of u_w")
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
+
+    def equations(self) -> Equations:
+        """The acceleration signal, integrated."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        yield der(self.w) == self.u_a.value
+
+    def initial(self) -> Equations:
+        """Angle and speed start on their signals."""
+        yield self.phi == self.u_phi.value
+        yield self.w == self.u_w.value
 
 
 class ConstantSpeed(OneFlangeAndSupport):

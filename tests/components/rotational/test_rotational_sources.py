@@ -10,7 +10,7 @@ from rotational_line import Line, run
 
 import powertrain as pt
 from powertrain.components import rotational as rot
-from powertrain.components.blocks import Constant, Ramp, Sine
+from powertrain.components.blocks import Constant, Cosine, Ramp, Sine
 
 J = 2.0
 
@@ -151,6 +151,18 @@ def test_acceleration_and_constant_speed() -> None:
     np.testing.assert_allclose(result["parts[0].flange.tau"], -3 * J, rtol=1e-9)
     result = run(on_inertia(rot.ConstantSpeed(w_fixed=4)), 2.0)
     np.testing.assert_allclose(result["parts[1].phi"], 4 * result.time, atol=1e-9)
+
+
+def test_move_follows_its_three_signals() -> None:
+    omega = 2 * math.pi
+    line = Line(
+        parts=(rot.Move(), rot.Inertia(J=J)),
+        signals=(Sine(f=1), Cosine(amplitude=omega, f=1), Sine(amplitude=-(omega**2), f=1)),
+        wires=((0, 0, "u_phi"), (1, 0, "u_w"), (2, 0, "u_a")),
+    )
+    result = run(line, 1.0)
+    np.testing.assert_allclose(result["parts[1].phi"], np.sin(omega * result.time), atol=1e-8)
+    np.testing.assert_allclose(result["parts[1].w"], omega * np.cos(omega * result.time), atol=1e-7)
 
 
 def test_sources_turn_with_their_support() -> None:
