@@ -78,3 +78,12 @@ def test_a_function_that_does_not_pickle_is_named() -> None:
         pytest.raises(pt.ParameterError, match=r"Whole\.part\.shape = .*lambda.* top level"),
     ):
         pt.sweep(model, [{}], executor=executor, stop=1.0)
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [({"inertia.J": 2.0, "stop": 1.0}, r"case 1: inertia\.J is no option .*parameters"), ({}, r"case 1: stop \(s\)")],
+)
+def test_a_case_that_simulate_does_not_know_is_refused_before_any_run(case: dict[str, float], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        pt.sweep(SpinDown(), [{"stop": 1.0}, case])

@@ -6,10 +6,11 @@ import pickle
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import lru_cache
+from inspect import signature
 from typing import Any, Literal, TypeVar
 
 from powertrain.component import Component
-from powertrain.errors import PowertrainError
+from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.plant import Plant, packed_model
 from powertrain.result import Result
 
@@ -31,10 +32,13 @@ def sweep(
     manner of concurrent.futures (threads, processes, dask, mpi4py); a process compiles the model once. Results stand in the order of the
     cases; with ``on_error="keep"`` a failed run leaves its error in its place, with what was reached as ``result``.
 
-    Raises ParameterError where the model cannot be sent to other processes, and the first error of a run otherwise.
+    Raises ParameterError where a case is none for ``Plant.simulate`` or the model cannot be sent to other processes, and the first error of a
+    run otherwise.
     """
     plant = model if isinstance(model, Plant) else Plant(model)
     tasks = [{**options, **case} for case in cases]
+    for k, task in enumerate(tasks):
+        _check(k, task)
     outcomes: Iterable[Result[M] | PowertrainError]
     if executor is None:
         outcomes = (_attempt(plant, task) for task in tasks)
@@ -52,6 +56,18 @@ def sweep(
             raise outcome
         found.append(outcome)
     return found
+
+
+def _check(k: int, task: Mapping[str, Any]) -> None:
+    known = list(signature(Plant.simulate).parameters)[1:]
+    for name in task:
+        if name not in known:
+            raise ParameterError(
+                f"case {k}: {name} is no option of simulate(){suggestion(str(name), known)}; "
+                f'the parameters of a case are written {{"parameters": {{"J1.J": 2.0}}}}'
+            )
+    if "stop" not in task:
+        raise ParameterError(f"case {k}: stop (s) must be given, for all cases or for each")
 
 
 def _attempt(plant: Plant[M], task: dict[str, Any]) -> Result[M] | PowertrainError:
