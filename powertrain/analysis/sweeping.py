@@ -32,8 +32,8 @@ def sweep(
     manner of concurrent.futures (threads, processes, dask, mpi4py); a process compiles the model once. Results stand in the order of the
     cases; with ``on_error="keep"`` a failed run leaves its error in its place, with what was reached as ``result``.
 
-    Raises ParameterError where a case is none for ``Plant.simulate`` or the model cannot be sent to other processes, and the first error of a
-    run otherwise.
+    Raises ParameterError where a case is none for ``Plant.simulate`` or the model cannot be sent to other processes, and the first error of
+    a run otherwise.
     """
     plant = model if isinstance(model, Plant) else Plant(model)
     tasks = [{**options, **case} for case in cases]
