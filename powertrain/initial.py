@@ -249,7 +249,7 @@ class _Plan:
             r, j = self._evaluate(t, y, m, p)
         for _ in range(_ITERATIONS):
             gap = r[chosen] - target[chosen]
-            if not gap.any():
+            if not np.count_nonzero(gap):
                 choice.last = y[owned]
                 return choice
             step = choice.step(j, gap)

@@ -43,7 +43,7 @@ def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
 
 def relation(mode: ca.SX, g: ca.SX, eps: ca.SX | float = EPS) -> ca.SX:
     """``mode`` is 1 while g > 0 and 0 otherwise."""
-    return ca.if_else(mode > 0.5, g + eps, eps - g)
+    return (2 * mode - 1) * g + eps
 
 
 def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
@@ -78,7 +78,9 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
     mode = dae.m[friction.index]
     below, above = torque_margins(friction, torque_eps(dae, friction))
     stuck = 2 * EPS - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
-    loose = ca.if_else(mode == 1, friction.w + EPS, ca.if_else(mode == -1, EPS - friction.w, 1.0))
+    loose = mode * friction.w + EPS
+    if friction.may_free:
+        loose = ca.if_else(mode == 2, 1.0, loose)
     return ca.if_else(mode == 0, stuck, loose)
 
 

@@ -6,8 +6,6 @@ bisects.
 
 from __future__ import annotations
 
-import numpy as np
-
 from powertrain.engine.buffers import CHECKS, INFO, Bound, Memory, view
 
 _AIM = 1e-11
@@ -41,7 +39,9 @@ class Locator:
             return None
         if at_high >= -2.0 * _AIM:
             return high
-        np.add(self._g, depth, out=self._above)
+        self._above[:] = self._g
+        if depth:
+            self._above += depth
         fraction[0] = low
         call()
         at_low = worst[0] + depth

@@ -126,7 +126,7 @@ class Run:
         time, tolerance, info, record, outside = self.views
         steps, auto = self.chosen
         t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
-        keep, rejected, counting, watch = self.recorder.rows.extend, False, len(outside), self.watch
+        rows, rejected, counting, watch = self.recorder.rows, False, len(outside), self.watch
         wanted, halved, finest = 0.0, 0, _FINEST * (self.stop - self.start)
         while True:
             last = t + 1.01 * h >= target
@@ -145,7 +145,7 @@ class Run:
                 self.rejected += 1
                 rejected, h = True, 0.5 * h
                 continue
-            keep(record)
+            rows += record
             tolerance[2] = error if error > _CALM else _CALM
             if info[3] <= 0.0 and self._locate(t, h, side):
                 return True

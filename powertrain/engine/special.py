@@ -30,13 +30,14 @@ class SpecialSteps:
         self._often, self._code = OFTEN_COMPILED if compiled else OFTEN, b""
         self._built: dict[tuple[str, bytes], tuple[Calls, bool]] = {}
         self._taken: dict[bytes, list[float]] = {}
+        self._now = [0.0, 0.0]
         self.explicit = False
 
     def get(self, method: str, m: Array, general: Calls) -> Calls:
         """The steps for the modes in ``m``; ``general`` until they are frequent. ``explicit`` says if they are where the method is not."""
         modes = m.take(self._modes)
         self._code = code = modes.tobytes()
-        steps, span = self._taken.get(code, (0, 0.0))
+        steps, span = self._now = self._taken.setdefault(code, [0.0, 0.0])
         self.explicit = False
         if steps < self._often:
             return general
@@ -60,5 +61,5 @@ class SpecialSteps:
 
     def count(self, steps: int, span: float) -> None:
         """Steps were taken over this time with the modes of the last ``get``."""
-        before = self._taken.get(self._code, (0, 0.0))
-        self._taken[self._code] = [before[0] + steps, before[1] + span]
+        self._now[0] += steps
+        self._now[1] += span

@@ -29,17 +29,18 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
     dips, rough = ca.SX(0.0), ca.SX(0.0)
     for i in range(samples[0].numel()):
         a, b, c, d = (sample[i] for sample in samples)
-        dips = ca.logic_or(dips, ca.logic_or(_dips(a, b, c, 2.0, 1.0), _dips(b, c, d, 1.0, 1.0)))
+        bend, next_bend = a - 2 * b + c, b - 2 * c + d
+        both = ca.logic_or(_dips(b, (c - a) / 2, bend, 2.0), _dips(c, (d - b) / 2, next_bend, 1.0))
+        dips = ca.logic_or(dips, both)
         size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-        rough = ca.fmax(rough, ca.fabs(d - a + 3 * (b - c)) / (size + _NOISE))
+        rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + _NOISE))
     return dips, rough
 
 
-def _dips(a: ca.SX, b: ca.SX, c: ca.SX, before: float, after: float) -> ca.SX:
-    """Whether the parabola b + slope q + bend q^2/2 through the values at q = -1, 0, 1 has a minimum below zero in [-before, after].
+def _dips(value: ca.SX, slope: ca.SX, bend: ca.SX, before: float) -> ca.SX:
+    """Whether the parabola value + slope q + bend q^2/2 has a minimum below zero for -before <= q <= 1.
 
-    The minimum is b - slope^2/(2 bend), at q = -slope/bend. ``inside`` implies bend > 0, or slope = bend = 0, where there is none.
+    The minimum is value - slope^2/(2 bend), at q = -slope/bend. ``inside`` implies bend > 0, or slope = bend = 0, where there is none.
     """
-    slope, bend = (c - a) / 2, a - 2 * b + c
-    inside = ca.logic_and(slope <= before * bend, -slope <= after * bend)
-    return ca.logic_and(inside, 2 * bend * b < slope**2)
+    inside = ca.logic_and(slope <= before * bend, -slope <= bend)
+    return ca.logic_and(inside, 2 * bend * value < slope**2)
