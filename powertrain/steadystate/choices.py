@@ -138,11 +138,13 @@ def bounded(problem: Equilibrium) -> list[Symbol]:
 def possible(choice: Choice, mode: float, hidden: Sequence[Symbol]) -> Symbol:
     """Negative where a mode is out of the question by what is given alone; ``hidden`` has to be found.
 
-    Where it is not known yet whether a law is free, it need not be tried: between bounds of zero it slides without torque all the same.
+    Where it is not known yet whether a law is free, nor whether it slides, that need not be tried: between bounds of zero it slides
+    without torque all the same.
     """
     law, found = choice.law, [] if choice.rest is not None else [choice.margin(mode)]
-    if mode == FREE and choice.rest is None and dependence(found, hidden).any():
-        return Symbol(-1)
+    if mode == FREE and isinstance(law, Friction) and choice.rest is None:
+        if dependence([*found, law.w], hidden).any(axis=1).all():
+            return Symbol(-1)
     if isinstance(law, Friction) and mode != FREE:
         if not law.algebraic:
             found.append(ZONE - ca.fabs(law.w) if mode == STUCK else mode * law.w + ZONE)

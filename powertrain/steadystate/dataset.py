@@ -36,7 +36,7 @@ _PROBLEMS = {
     OUTSIDE: "a quantity is outside its range",
     DIVERGED: "the search for the unknowns did not converge; give guesses, or look whether an equilibrium exists",
     UNDEFINED: "a signal has no value there, such as an efficiency at zero power",
-    ONE: "one solution; the laws have too many combinations of modes to look for others, which exhaustive=True does",
+    ONE: "one solution; the laws have too many combinations of modes to look for others (exhaustive=True tries more)",
 }
 
 

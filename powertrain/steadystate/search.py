@@ -21,8 +21,8 @@ from powertrain.steadystate.stage import Stage
 from powertrain.steadystate.turns import turns
 from powertrain.steadystate.unknowns import Unknowns
 
-COMBINATIONS = 4096
-"""More than these are tried only if that is asked for."""
+COMBINATIONS, MOST = 4096, 1 << 18
+"""How many are tried at a point, and how many if that is asked for."""
 _COLUMNS = 1 << 15
 _SPEEDS, _ALWAYS = (10.0, 100.0, 30.0, 1.0, 300.0), 2
 """With what speeds of laws that slide Newton's method begins: with the first two always, then as long as nothing was found."""
@@ -56,10 +56,12 @@ class Search(Stage):
         for g, pattern in enumerate(patterns.T):
             some, options = np.flatnonzero(which.ravel() == g), self._options(pattern)
             number = prod(map(len, options))
-            step = max(1, _COLUMNS // max(number, 1))
+            if not number:
+                continue
+            step = max(1, _COLUMNS // number)
             for low in range(0, some.size, step):
                 here = some[low : low + step]
-                if number > COMBINATIONS and not exhaustive:
+                if number > (MOST if exhaustive else COMBINATIONS):
                     extended, lost = turns(self, trials.some(here), side, options), np.ones(here.size, bool)
                 else:
                     extended, lost = self._combine(trials.some(here), side, np.array(list(product(*options))).T)

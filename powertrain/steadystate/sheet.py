@@ -39,7 +39,7 @@ class Sheet:
         points = self.solver.solve(grid, side, self.look.exhaustive)
         values, left = self.solver.values(grid, points)
         status = points.status
-        resting = (status == OK) & points.rest.any(axis=0)
+        resting = np.isin(status, (OK, ONE)) & points.rest.any(axis=0)
         if resting.any():
             where = np.flatnonzero(resting)
             low, high, solved = self._both_ends(grid[:, where], points, where)
@@ -73,7 +73,7 @@ class Sheet:
             side[laws[:8]] = np.array(ends)[:, None]
             end = self.solver.solve(grid, side, self.look.exhaustive)
             values, _ = self.solver.values(grid, end)
-            solved &= end.status == OK
+            solved &= np.isin(end.status, (OK, ONE))
             low, high = np.minimum(low, values), np.maximum(high, values)
         return low, high, solved
 
