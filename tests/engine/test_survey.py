@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from powertrain.engine.buffers import CHECKS
+from powertrain.engine.survey import survey
+
+PLACES = np.array([*CHECKS, 1.0])
+
+
+def surveyed(samples: np.ndarray) -> tuple[bool, float]:
+    """What the survey says about one indicator with these values at ``PLACES``."""
+    dips, rough = survey([ca.SX(float(v)) for v in samples])
+    return bool(float(dips)), float(rough)
+
+
+@pytest.mark.parametrize("least", [-0.01, 0.01])
+@pytest.mark.parametrize("at", [0.02, 0.3, 0.4, 0.62, 0.7, 0.9])
+def test_a_parabola_that_dips_below_zero_is_seen(at: float, least: float) -> None:
+    """Above zero at all samples; its minimum, anywhere in the step, is below zero or not."""
+    samples = 20.0 * (PLACES - at) ** 2 + least
+    assert (samples > 0.0).all()
+    dips, rough = surveyed(samples)
+    assert dips == (least < 0.0)
+    assert rough < 1e-6
+
+
+@pytest.mark.parametrize("at", [-0.1, 1.1])
+def test_a_minimum_outside_the_step_is_none(at: float) -> None:
+    assert not surveyed(20.0 * (PLACES - at) ** 2 - 0.01)[0]
+
+
+@pytest.mark.parametrize("samples", [np.ones(4), 1.0 - 0.9 * PLACES, 0.2 - 20.0 * (PLACES - 0.6) ** 2 + 4.0])
+def test_what_does_not_bend_upwards_has_no_minimum(samples: np.ndarray) -> None:
+    assert not surveyed(samples)[0]
+
+
+def test_roughness_is_the_third_difference_over_the_largest_value() -> None:
+    assert surveyed(PLACES**3)[1] == pytest.approx(6 * 0.25**3, rel=1e-5)
+    assert surveyed(np.array([1.0, -1.0, 1.0, -1.0]))[1] == pytest.approx(8.0, rel=1e-5)
