@@ -135,6 +135,8 @@ def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatc
     assert "too many combinations" in first.attrs["problems"]
     assert (all_.status == OK).all()
     np.testing.assert_allclose(first["J.w"], all_["J.w"], atol=1e-9)
+    monkeypatch.setattr("powertrain.steadystate.search.MOST", 1)
+    assert (pt.steady(Held(), {"tau": tau, "grip": 1.0}, outputs=["J.w"], exhaustive=True).status == ONE).all()
 
 
 def same(found: xr.Dataset, expected: xr.Dataset) -> None:

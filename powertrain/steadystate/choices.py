@@ -142,10 +142,10 @@ def possible(choice: Choice, mode: float, hidden: Sequence[Symbol]) -> Symbol:
     without torque all the same.
     """
     law, found = choice.law, [] if choice.rest is not None else [choice.margin(mode)]
-    if mode == FREE and isinstance(law, Friction) and choice.rest is None:
-        if dependence([*found, law.w], hidden).any(axis=1).all():
+    if mode == FREE and isinstance(law, Friction):
+        if choice.rest is None and dependence([*found, law.w], hidden).any(axis=1).all():
             return Symbol(-1)
-    if isinstance(law, Friction) and mode != FREE:
+    elif isinstance(law, Friction):
         if not law.algebraic:
             found.append(ZONE - ca.fabs(law.w) if mode == STUCK else mode * law.w + ZONE)
         if law.may_free:
