@@ -53,10 +53,9 @@ class Admissible:
         room = upper - lower > EPS
         unit, t = law.unit, self.memory.time[0]
         if refused and room:
-            why = "by whose torque other parts move" if law.acts else "that never moves"
+            why = "while other parts move by its torque" if law.acts else "where nothing in the model can move it"
             raise SimulationError(
-                f"{law.name} ({law.where}), {why}, rests at t = {t:.9g} s under a prescribed motion: nothing determines its torque, "
-                f"which may lie anywhere from {lower:.6g} to {upper:.6g} {unit}. Take it out, or put a shaft stiffness between it and what "
-                "prescribes the motion."
+                f"{law.name} ({law.where}) rests at t = {t:.9g} s {why}: nothing determines this torque, which may lie anywhere from "
+                f"{lower:.6g} to {upper:.6g} {unit}. Take the part out, or put a shaft stiffness between it and what holds it."
             )
         self.redundancy.add([law], resting_note(law, torque, lower, upper, t) if room else None)
