@@ -23,7 +23,7 @@ def main() -> None:
     run = drive_cycle(car, "wltc")
     print(run.table.round(3).to_string())
     print(f"\n{run.audit}")
-    found = driveline_map(car, np.linspace(4, 38, 35), np.linspace(0, 1, 41), variator="transmission.cvu")
+    found = driveline_map(car, np.linspace(1, 38, 38), np.linspace(0, 1, 41), variator="transmission.cvu")
     back = backward(car, "wltc", found)
     print(f"\nBackward {back.fuel:.4f} kg of fuel, forward {run.fuel:.4f} kg: {back.fuel / run.fuel - 1:+.2%}")
     print(f"\n{performance(car).round(2).to_string()}")

@@ -14,14 +14,14 @@ from powertrain.components.transmissions import Layout, SplitPathTransmission, U
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
 from powertrain.vehicles.lumped_axles import to_the_road
 
-LAYOUT: Layout = "aHb"
+LAYOUT: Layout = "abH"
 BASIC_RATIO = -1.7
 TRANSMISSION = SplitPathTransmission(
     layout=LAYOUT,
     differential=FundamentalDifferential(ratio=BASIC_RATIO, eta_ab=0.95, eta_ba=0.95),
     cvu=CVU(eta_ab=0.9, eta_ba=0.9),
 )
-"""Type 6 of the paper, Figs. 8 and 11, curve 6."""
+"""Type 4 of the paper, Figs. 8 and 11, curve 4, which it calls attractive: high efficiency, little power through the unit."""
 SHARE = 0.85
 """Of the full-load torque: a sixth stays in hand for the acceleration of the engine itself."""
 
@@ -29,22 +29,23 @@ SHARE = 0.85
 class SplitPathCar(Component):
     """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, crown gear, wheels.
 
-    The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, H, b (its type 6) and a unit of 90 %: with V from
-    0.685 to 1.630 its ratio goes from 0.5 to 2. The driver follows ``cycle``; the control gives the engine the speed of least fuel for
-    the demanded power. Below a ratio of 0.5, so below walking pace, the start clutch slips.
+    The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a unit of 90 % whose ratio V
+    passes zero, as that of a hydrostatic or electric one does: with V from -0.27 to 2.59 the ratio r goes from 0.2 to 2. Above r = 0.37 the
+    power splits, below it a part comes back through the unit. The driver follows ``cycle``; the control gives the engine the speed of
+    least fuel for the demanded power. Below r = 0.2, so below walking pace, the start clutch slips.
     It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
     ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
-    Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 6.
+    Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 4.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1300 / 6000)
-    control: OperatingLineControl = OperatingLineControl()
+    control: OperatingLineControl = OperatingLineControl(ratio_min=0.2)
     engine: Engine = WillansEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     shaft: Inertia = Inertia(J=0.02)
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
-    actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=0.685)
+    actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=-0.27)
     transmission: SplitPathTransmission = TRANSMISSION
     output: SpeedSensor = SpeedSensor()
     crown: CrownGear = CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97)

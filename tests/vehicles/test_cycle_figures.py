@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import Any
 
@@ -70,7 +71,9 @@ def test_energy_bars_add_up_to_the_supply(ax: Any) -> None:
 def test_powers_tell_the_recirculation(ax: Any) -> None:
     draw.plot_powers(run(), ax=ax)
     labels = [str(text.get_text()) for text in ax.get_legend().get_texts()]
-    assert any(label.startswith("positive recirculation: 100%") for label in labels)
+    shares = [re.fullmatch(r"(.*): (\d+)% of the energy into it", label) for label in labels[-2:]]
+    assert [share and share[1] for share in shares] == ["split", "negative recirculation"]
+    assert sum(int(share[2]) for share in shares if share) == pytest.approx(100, abs=1)
 
 
 def test_operating_points_have_the_fuel_as_area(ax: Any) -> None:

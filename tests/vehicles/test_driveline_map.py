@@ -126,5 +126,6 @@ def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     assert len(ax.collections) > 1
     legend = ax.get_legend()
     assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()][-1] == "variable unit: positive recirculation"
+    cases = [text.get_text() for text in legend.get_texts()][-2:]
+    assert cases == ["variable unit: split", "variable unit: negative recirculation"]
     plt.close("all")

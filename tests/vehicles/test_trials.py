@@ -118,9 +118,9 @@ def test_acceleration_time_against_newton(start: pt.Result[Any]) -> None:
 
 
 def test_steep_slopes_stop_the_car() -> None:
-    """Full force in the lowest ratio is some 3 kN; a quarter of the weight of 1,300 kg is 3.2 kN."""
-    assert climbs(SplitPathCar(), 0.1)
-    assert not climbs(SplitPathCar(), 0.4)
+    """Full force in the lowest ratio is some 9 kN; the weight of 1,300 kg is 12.7 kN, of which a slope of 100 % asks 71 %."""
+    assert climbs(SplitPathCar(), 0.5)
+    assert not climbs(SplitPathCar(), 1.0)
 
 
 def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:

@@ -56,7 +56,7 @@ class Mapped(ArgumentType):
     examples=(
         "map SplitPathCar --plot map.png",
         "map SplitPathCar --cycle wltc --plot map.png --out map.nc",
-        "map SplitPathCar --of transmission --ratio 0.5:2:61 --load 5:150:30 --set transmission.cvu=VBelt --plot map.png",
+        "map SplitPathCar --of transmission --ratio 0.5:2:61 --load 5:150:30 --set transmission.cvu=HydrostaticUnit --plot map.png",
         "map SplitPathTransmission --set layout=abH --plot map.png",
     ),
 )

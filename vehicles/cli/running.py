@@ -45,7 +45,7 @@ PRINTED_FROM = 50.0
         "run SplitPathCar --cycle wltc --plot run.png",
         "run SplitPathCar --cycle udds --set body.m=1500 --set body.Cd=0.28 --out run.nc",
         "run SplitPathCar --backward",
-        "run SplitPathCar --span 0:200 --set transmission.cvu=VBelt --set 'engine=MappedEngine.gasoline()'",
+        "run SplitPathCar --span 0:200 --set transmission.cvu=HydrostaticUnit --set 'engine=MappedEngine.gasoline()'",
         "run SplitPathCar --write-params car.toml",
         "run SplitPathCar --params car.toml --cycle my_cycle.csv",
     ),
@@ -171,8 +171,9 @@ def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
     import numpy as np
 
     from powertrain.vehicles.cli.driveline import mapped
+    from powertrain.vehicles.trials.driveline import SLOWEST
 
-    speeds = np.linspace(4.0, 1.05 * max(run.cycle.top_speed, 10.0), MAP[0])
+    speeds = np.linspace(SLOWEST, 1.05 * max(run.cycle.top_speed, 10.0), MAP[0])
     text, _, figure = mapped(model, speeds, MAP[1], run=run)
     assert figure is not None
     figure.savefig(chart, dpi=120)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.wheels import Wheel
-from powertrain.vehicles.trials.driveline import driveline_map
+from powertrain.vehicles.trials.driveline import SLOWEST, driveline_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +51,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     a = np.diff(cycle.speeds) / np.diff(cycle.times)
     if found is None:
         top = 1.02 * cycle.top_speed
-        found = driveline_map(vehicle, np.linspace(min(4.0, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS))
+        found = driveline_map(vehicle, np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS))
     missing = int(found["force"].isnull().sum())
     if missing:
         raise pt.ParameterError(f"backward: {missing} points of the map have no steady state")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPEED, PEDAL = "body.speed", "driver.accelerator_set"
+SLOWEST = 2 / 3.6
+"""Speed at which maps begin [m/s]."""
 
 
 def on_rolling_road(vehicle: pt.Component) -> pt.Component:
