@@ -39,8 +39,8 @@ class ElectricMachine(Lossy):
 
     Forward it drives where tau > 0; it generates where tau w < 0. ``loss_map`` [W] takes the place of the formula: over |w| [rad/s] and
     |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
-    it generates. The loss is drawn from the bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for
-    a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
+    it generates. The loss is drawn from the bus, also at rest and without torque. The torque comes without delay. The default numbers are
+    made up for a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
