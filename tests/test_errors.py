@@ -559,6 +559,29 @@ def test_equations_that_are_not_yielded() -> None:
     refused(pt.ModelError, "the model", "Silent", "yield a == b", do=lambda: pt.compile(Silent()))
 
 
+class OneWayBesideGear(pt.Component):
+    """A one-way clutch behind a speed source; the lossy gear beside it rubs on the same motion."""
+
+    motor: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=5.0)
+    clutch: rot.OneWayClutch = rot.OneWayClutch(fn_max=10.0)
+    open: Constant = Constant(k=0.0)
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    gear: rot.Gear = rot.Gear(ratio=0.4, efficiency=0.9)
+    J2: rot.Inertia = rot.Inertia(J=0.5)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.motor.flange, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.J1.flange_a, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.J2.flange_a)
+        yield pt.connect(self.open.y, self.clutch.f_normalized)
+
+
+def test_one_way_clutch_that_starts_backward_beside_another_law() -> None:
+    text = ("clutch.mode (clutch: yield friction(", "moves backward at t = 0 s", "Give a start")
+    refused(pt.InitializationError, *text, do=lambda: pt.simulate(OneWayBesideGear(), 1.0))
+    assert pt.simulate(OneWayBesideGear(), 1.0, starts={"J1.w": 5.0})["J2.w"][-1] == pytest.approx(12.5)
+
+
 # --- on the way
 
 

@@ -218,6 +218,9 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> 
         algebraic=t.algebraic,
         prescribed=prescribed,
         acts=not prescribed or resolver.acts(k),
+        limitless=tuple(
+            mode for mode, bound in ((1.0, given.upper), (-1.0, given.lower)) if bound.is_constant() and np.isinf(float(bound))
+        ),
         may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), resolver.symbols, 1, False)),
         idle=resolver.idle(k),
     )  # fmt: skip

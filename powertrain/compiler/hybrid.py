@@ -22,6 +22,7 @@ class Friction:
     """w > 0: torque = upper; w < 0: torque = lower; w = 0: stuck, torque in [peak*lower, peak*upper] so that rate = 0.
 
     ``prescribed``: no torque of this law ever moves it; ``acts``: yet other motions follow that torque.
+    ``limitless``: modes in which its own torque has no limit, so that it cannot move that way.
     ``idle``: while not 0, no torque of this law moves it; where it is stuck its torque is then (rate without it)/HOLDS.
     """
 
@@ -38,6 +39,7 @@ class Friction:
     algebraic: bool = False
     prescribed: bool = False
     acts: bool = False
+    limitless: tuple[float, ...] = ()
     may_free: bool = True
     idle: ca.SX = field(default_factory=lambda: ca.SX(0))
 

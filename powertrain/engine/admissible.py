@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 import casadi as ca
-import numpy as np
 
 from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.engine.buffers import Memory
 from powertrain.engine.indicators import EPS
 from powertrain.engine.jam import law_values, resting_note
+from powertrain.engine.modes import ZONE
 from powertrain.engine.redundancy import Redundancy
 from powertrain.errors import SimulationError
 
@@ -23,8 +25,7 @@ class Admissible:
 
     def __init__(self, dae: HybridDae, memory: Memory, redundancy: Redundancy) -> None:
         self.dae, self.memory, self.redundancy = dae, memory, redundancy
-        ends = [(law, mode, bound) for law in dae.frictions for mode, bound in ((1.0, law.upper), (-1.0, law.lower))]
-        self._one_way = [(law, mode) for law, mode, bound in ends if bound.is_constant() and np.isinf(float(bound))]
+        self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
         changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
         self._prescribed = [
             (k, law, law.acts or not ca.depends_on(law.w, changing))
@@ -34,17 +35,27 @@ class Admissible:
 
     def check(self, side: int) -> None:
         """Refuse what cannot be, note what is not unique."""
-        held, t = self.memory.m, self.memory.time[0]
-        for law, mode in self._one_way:
+        held = self.memory.m
+        for _, law, mode in self._one_way:
             if held[law.index] == mode:
-                way = "forward" if mode > 0 else "backward"
-                raise SimulationError(
-                    f"{law.name} ({law.where}) moves {way} at t = {t:.9g} s, where its torque has no limit: it cannot "
-                    "slide that way. Give a start (or a reset) with which it rests or moves the other way."
-                )
+                self._refuse(law, mode)
         for k, law, refused in self._prescribed:
             if held[law.index] == 0:
                 self._rests(k, law, refused, side)
+
+    def check_speeds(self, side: int) -> None:
+        """Refuse speeds that no modes allow."""
+        speeds = law_values(self.dae, self.memory, side)[:, 0] if self._one_way else ()
+        for k, law, mode in self._one_way:
+            if mode * speeds[k] > ZONE:
+                self._refuse(law, mode)
+
+    def _refuse(self, law: Friction, mode: float) -> NoReturn:
+        way = "forward" if mode > 0 else "backward"
+        raise SimulationError(
+            f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
+            "slide that way. Give a start (or a reset) with which it rests or moves the other way."
+        )
 
     def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:
         if not refused and self.redundancy.noted([law]):

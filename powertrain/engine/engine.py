@@ -260,12 +260,21 @@ class Engine:
         self.resolver.forget()
         self.fire(t)
         try:
-            self.resolver.resolve(0)
+            self._resolve_start()
             self.admissible.check(0)
             self.resolver.check_unique(0)
         except (NotConsistent, SimulationError) as error:
             raise InitializationError(f"start at t = {t:.9g} s: {error}") from None
         return 0
+
+    def _resolve_start(self) -> None:
+        m, y = self.memory.m.copy(), self.memory.y[0].copy()
+        try:
+            self.resolver.resolve(0)
+        except SimulationError:
+            self.memory.m[:], self.memory.y[0][:] = m, y
+            self.admissible.check_speeds(0)
+            raise
 
     def fire(self, t: float) -> None:
         """Mark the timed laws whose instant is ``t``, within rounding."""
