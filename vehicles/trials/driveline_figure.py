@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\"}
 """Cases of a variator's power flow."""
-STEP, LABELLED_FROM = 0.01, 0.15
-"""Efficiencies from line to line; below the second one lines would stand too close for a label."""
+STEP, LABELLED_FROM = 0.01, 0.2
+"""Efficiencies from line to line; below the second one lines would stand too close."""
 FAINT = (1, 1, 1, 0.35)
 
 
@@ -37,7 +37,7 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     lines = ax.contour(
         speed, force, efficiency, levels=levels[levels > LABELLED_FROM - STEP / 2], colors="k", linewidths=0.4
     )
-    ax.clabel(lines, fmt="%.2f", fontsize=7)
+    ax.clabel(lines, lines.levels[::2], fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)
     bar.set_label("efficiency from the tank to the road  [1]")
     ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
