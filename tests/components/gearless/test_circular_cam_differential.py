@@ -304,7 +304,7 @@ def test_ends_of_arcs_do_not_disturb_the_integration() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: CircularCamDifferential(alpha_out=0.0), r"alpha_out = 0 rad is outside its range \(0, 1.5708\]"),
+        (lambda: CircularCamDifferential(alpha_out=0.0), r"alpha_out = 0 rad is outside its range \(0, 1.5708\)"),
         (lambda: CircularCamDifferential(alpha_in=math.radians(91)), "alpha_in = 1.588"),
         (lambda: CircularCamDifferential(alpha_in=math.pi / 2), "alpha_in = 1.5708 rad is outside"),
         (lambda: CircularCamDifferential(n=3), "n = 3 arcs: .* even number"),
