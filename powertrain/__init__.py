@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from powertrain.analysis.eigenmodes import eigenmodes
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sweeping import sweep
+    from powertrain.drawing import schematic
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
-    from powertrain.schematic import schematic
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
 
@@ -111,7 +111,7 @@ _ANALYSES = {
     "linearize": "powertrain.analysis.linearization",
     "power_flow": "powertrain.power.powerflow",
     "power_outputs": "powertrain.power.powerterms",
-    "schematic": "powertrain.schematic",
+    "schematic": "powertrain.drawing",
     "steady": "powertrain.steadystate.steady",
     "steady_gradient": "powertrain.steadystate.gradient",
     "sweep": "powertrain.analysis.sweeping",

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+import powertrain as pt
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "vehicles": "powertrain.vehicles"}
 
@@ -37,7 +39,7 @@ ORDER = [
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
     "power: circulation powergraph variator directedflow powerterms powerflow",
-    "plot power.powerdiagram power.powerplot schematic",
+    "plot power.powerdiagram power.powerplot drawing",
     "__init__",
     "__main__",
 ]
@@ -132,6 +134,11 @@ def test_components_use_what_powertrain_shows(path: Path) -> None:
 def test_vehicles_do_not_import_examples(path: Path) -> None:
     for module, place in imports(path):
         assert not within(module, "examples", "tests", "components", "vehicles"), place
+
+
+def test_no_module_has_a_public_name() -> None:
+    """Importing it would put the module in the name's place."""
+    assert not {path.stem for path in (ROOT / "powertrain").iterdir()} & set(pt.__all__)
 
 
 @pytest.mark.parametrize("folder", ["components", "vehicles"])

@@ -34,10 +34,9 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     efficiency = np.where(force > 0, found["efficiency"].values, 0.0)
     levels = np.arange(0, np.nanmax(efficiency) + STEP, STEP)
     filled = ax.contourf(speed, force, efficiency, levels=levels, cmap="viridis")
-    lines = ax.contour(
-        speed, force, efficiency, levels=levels[levels > LABELLED_FROM - STEP / 2], colors="k", linewidths=0.4
-    )
-    ax.clabel(lines, lines.levels[::2], fmt="%.2f", fontsize=7)
+    drawn = levels[levels > LABELLED_FROM - STEP / 2]
+    lines = ax.contour(speed, force, efficiency, levels=drawn, colors="k", linewidths=0.4)
+    ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)
     bar.set_label("efficiency from the tank to the road  [1]")
     ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
