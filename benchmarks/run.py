@@ -43,13 +43,12 @@ HEAD = """# Benchmarks
 
 Measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C. Both sides of a ratio run in turns in the same
 process; a ratio is the median over the rounds. Tolerances are rtol 1e-6 and atol 1e-8 on both sides, where nothing else is said. What
-is timed for powertrain is
-`Plant.simulate` as a user calls it, initialisation included, and its states read at every output instant; the baselines give their states
-at the same instants. "C" is compiled with `-O3 -march=native` and has the model fixed in its text or generated for it; "ODE reduced by
-hand" means that no time is counted for finding it. `solve_ivp` runs equations in NumPy, as they are written by hand, with an event
-function per law. Ready-to-run ends when a run has started. Errors are against our own runs at 1e-10 or 1e-11, and so are the event
-sequences of the perturbed models (with steps of at most 1 ms): the programs in C are
-independent of our event handling, these references are not.
+is timed for powertrain is `Plant.simulate` as a user calls it, initialisation included, and its states read at every output instant; the
+baselines give their states at the same instants. "C" is compiled with `-O3 -march=native` and has the model fixed in its text or generated
+for it; "ODE reduced by hand" means that no time is counted for finding it. `solve_ivp` runs equations in NumPy, as they are written by
+hand, with an event function per law. Ready-to-run ends when a run has started. Errors are against our own runs at 1e-10 or 1e-11, and so
+are the event sequences of the perturbed models (with steps of at most 1 ms): the programs in C are independent of our event handling,
+these references are not.
 
 """
 
