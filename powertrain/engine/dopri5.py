@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import casadi as ca
 
-from powertrain.engine.step import Step
+from powertrain.engine.step import Step, combined
 
 ORDER = 5
 A = (
@@ -39,17 +39,16 @@ def step(rhs: Callable[[ca.SX, ca.SX], ca.SX], t: ca.SX, h: ca.SX, y: ca.SX, k1:
 
     ``stiffness`` is Hairer's estimate of h times the spectral radius from the last two stages.
     """
-    zero = type(y).zeros(y.numel())
     stages, points = [k1], [y]
     for row, c in zip(A, C, strict=True):
-        points.append(y + h * sum((a * k for a, k in zip(row, stages, strict=True) if a), zero))
+        points.append(y + h * combined(row, stages))
         stages.append(rhs(t + c * h, points[-1]))
     end = points[-1]
-    error = h * sum((e * k for e, k in zip(ERROR, stages, strict=True) if e), zero)
+    error = h * combined(ERROR, stages)
     rise = end - y
     bend = h * k1 - rise
     third = rise - h * stages[6] - bend
-    fourth = h * sum((d * k for d, k in zip(DENSE, stages, strict=True) if d), zero)
+    fourth = h * combined(DENSE, stages)
     dense = ca.horzcat(y, rise + bend, -bend + third + fourth, -third - 2 * fourth, fourth)
     stiffness = ca.sqrt(h**2 * ca.sumsqr(stages[6] - stages[5]) / (ca.sumsqr(end - points[5]) + 1e-300))
     return Step(end=end, slope=stages[6], error=error, dense=dense, stiffness=stiffness)

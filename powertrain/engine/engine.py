@@ -34,8 +34,10 @@ Method = Literal["auto", "dopri5", "rodas5p"]
 _METHODS = ("auto", "dopri5", "rodas5p")
 _LARGE = 100
 """Unknowns above which linear systems are solved numerically instead of by expressions."""
+_MANY = 50
+"""Unknowns above which a step calls functions and adds vectors, instead of one instruction for each number."""
 _LONG = 8000
-"""Instructions of a step above which its machine code calls functions: written out it takes longer to compile, and to run."""
+"""Instructions of a step above which its machine code does so: written out it takes longer to compile, and to run."""
 _STABLE = 2.5
 """Step size times largest eigenvalue up to which an explicit step is as long as an implicit one."""
 _EXPLICIT_STEPS = 5000.0
@@ -169,8 +171,11 @@ class Engine:
         """The step for any modes, or for those that ``held`` has as numbers; of the model in its ``explicit`` form, if given."""
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
         rows = self._shared().rows
-        function = make(explicit or steps.common(self.dae, rows, held))
-        if self.compile and function.n_instructions() > _LONG:
+        called = sum(self.sizes[:2]) > _MANY
+        if not called:
+            function = make(explicit or steps.common(self.dae, rows, held))
+            called = self.compile and function.n_instructions() > _LONG
+        if called:
             function = make(steps.common(self.dae, rows, held, ca.MX, explicit is not None))
         function = self._finished({method: function})[method]
         self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.engine.buffers import Memory, view
@@ -30,14 +31,18 @@ class Redundancy:
         self._seen: dict[tuple[int, ...], list[Friction]] = {}
         self._gradients: ca.Function | None = None
         self._widths: ca.Function | None = None
+        self._room: NDArray[np.bool_] | None = None
         self._constant, self._p = False, memory.p.copy()
 
     def forget(self) -> None:
         """Drop the notes of the last run."""
         self.notes = []
         self._noted, self._last = set(), ()
-        if not (self._constant and np.array_equal(self._p, self.memory.p)):
-            self._seen, self._p = {}, self.memory.p.copy()
+        same = np.array_equal(self._p, self.memory.p)
+        if not same:
+            self._room, self._p = None, self.memory.p.copy()
+        if not (self._constant and same):
+            self._seen = {}
 
     def note(self, side: int) -> None:
         """Look at the laws that are stuck now."""
@@ -63,7 +68,9 @@ class Redundancy:
 
     def _dependent(self, held: Sequence[int], side: int) -> list[Friction]:
         dae, memory = self.dae, self.memory
-        stuck = [k for k in held if self._has_room(k)]
+        if self._room is None:
+            self._room = self._with_room()
+        stuck = [k for k in held if self._room[k]]
         if not stuck:
             return []
         if self._gradients is None:
@@ -80,19 +87,16 @@ class Redundancy:
         involved = (np.abs(left[:, rank:]) > 1e-6).any(axis=1)
         return [self._laws[k] for k, found in zip(stuck, np.atleast_1d(involved).tolist(), strict=True) if found]
 
-    def _has_room(self, k: int) -> bool:
-        """Whether a law may carry a torque at all: not so a mesh without loss, whose bounds are zero whatever its load."""
-        dae, memory = self.dae, self.memory
+    def _with_room(self) -> NDArray[np.bool_]:
+        """Which laws may carry a torque at all: not so a mesh without loss, whose bounds are zero whatever its load."""
+        dae = self.dae
         if self._widths is None:
             widths = ca.vertcat(*(ca.fabs(law.lower) + ca.fabs(law.upper) for law in self._laws))
             self._widths = ca.Function("powertrain_room", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(widths)])
-        p, sizes = memory.p[: dae.p.numel()], [v.numel() for v in (dae.t, dae.x, dae.z, dae.m)]
-        draws = np.random.default_rng(1)
-        for _ in range(_DRAWS):
-            anything = [draws.normal(scale=100.0, size=n) for n in sizes]
-            if float(self._widths(*anything, p)[k]) != 0.0:
-                return True
-        return False
+        sizes, draws = [v.numel() for v in (dae.t, dae.x, dae.z, dae.m)], np.random.default_rng(1)
+        anything = [[draws.normal(scale=100.0, size=n) for n in sizes] for _ in range(_DRAWS)]
+        found = [np.array(self._widths(*each, self.memory.p[: dae.p.numel()])).ravel() != 0.0 for each in anything]
+        return np.asarray(np.any(found, axis=0))
 
 
 def _names(laws: Sequence[Friction]) -> tuple[str, ...]:

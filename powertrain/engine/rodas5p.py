@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import casadi as ca
 
 from powertrain.engine.sparse_lu import factorize
-from powertrain.engine.step import Step
+from powertrain.engine.step import Step, combined
 
 ORDER = 5
 GAMMA = 0.21193756319429014
@@ -110,18 +110,13 @@ def step(
     solve = factorize(mass / (h * GAMMA) - jacobian, rows)
     stages: list[ca.SX] = []
     for i in range(8):
-        point = y + _combine(A[i], stages, zero)
-        memory = _combine(C[i], stages, zero) / h
+        point, memory = (y + combined(A[i], stages), combined(C[i], stages) / h) if i else (y, zero)
         right = rhs(t + ALPHA[i] * h, point) + ca.vertcat(memory[:states], zero[states:])
         if GAMMA_SUM[i]:
             right = right + GAMMA_SUM[i] * h * time_slope
         stages.append(solve(right))
-    end = y + _combine(A[7], stages[:7], zero) + stages[7]
+    end = point + stages[7]
     rise = end - y
-    first, second, third = (_combine(row, stages, zero) for row in DENSE)
+    first, second, third = (combined(row, stages) for row in DENSE)
     dense = ca.horzcat(y, rise + first, second - first, third - second, -third)
     return Step(end=end, slope=zero, error=stages[7], dense=dense, stiffness=type(y)(0))
-
-
-def _combine(weights: Sequence[float], stages: Sequence[ca.SX], zero: ca.SX) -> ca.SX:
-    return sum((a * u for a, u in zip(weights, stages, strict=True) if a), zero)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -19,6 +20,12 @@ class Step:
     error: ca.SX
     dense: ca.SX
     stiffness: ca.SX
+
+
+def combined(weights: Sequence[float], stages: Sequence[ca.SX]) -> ca.SX:
+    """The sum of the stages with their weights."""
+    used = [(a, u) for a, u in zip(weights, stages, strict=True) if a]
+    return ca.mtimes(ca.horzcat(*(u for _, u in used)), ca.DM([a for a, _ in used]))
 
 
 def on_polynomial(dense: ca.SX, q: ca.SX | float) -> ca.SX:
