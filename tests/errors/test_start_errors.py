@@ -1,0 +1,140 @@
+"""Starts that contradict each other, and equations without a solution."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+from refusals import refused
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Constant
+
+
+class Fixtures(pt.Component):
+    """Two inertias on one shaft, whose starts the text gives."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+    first: float = 10.0
+    second: float = 10.0
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.J2.flange_a)
+
+    def initial(self) -> pt.Equations:
+        yield self.J1.w == self.first
+        yield self.J2.w == self.second
+
+
+def test_starts_that_agree() -> None:
+    assert pt.simulate(Fixtures(), 0.1)["J2.w"][0] == 10.0
+
+
+def test_starts_that_contradict_each_other() -> None:
+    refused(
+        pt.InitializationError,
+        "inconsistent initial conditions: the model: yield self.J2.w == self.second (test_start_errors.py:",
+        "take one of them out",
+        do=lambda: pt.simulate(Fixtures(second=5.0), 0.1),
+    )
+
+
+def test_starts_of_the_run_that_contradict_each_other() -> None:
+    refused(
+        pt.InitializationError,
+        "inconsistent initial conditions: J2.w",
+        "asks for 5 rad/s, but the other conditions already give 10 rad/s",
+        do=lambda: pt.simulate(Fixtures(), 0.1, starts={"J1.w": 10.0, "J2.w": 5.0}),
+    )
+
+
+class Loop(pt.Component):
+    """x = exp(y), y = x + c has a solution for c < -1 only."""
+
+    c: pt.Parameter = pt.parameter("1", "Offset", default=0.0)
+    x: pt.Variable = pt.variable("1", "first")
+    y: pt.Variable = pt.variable("1", "second", guess=-1.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.x == ca.exp(self.y)
+        yield self.y == self.x + self.c + pt.time
+
+
+def test_algebraic_loop_without_solution() -> None:
+    refused(
+        pt.InitializationError,
+        "no solution",
+        "guesses",
+        "(test_start_errors.py:",
+        "left minus right is",
+        do=lambda: pt.simulate(Loop(), 1.0),
+    )
+
+
+def test_algebraic_loop_that_loses_its_solution_on_the_way() -> None:
+    with pytest.raises(pt.SimulationError) as caught:
+        pt.simulate(Loop(c=-1.5), 1.0)
+    result = caught.value.result
+    assert not result.ok
+    assert 0.45 < result.time[-1] <= 0.5 + 1e-6
+    np.testing.assert_allclose(np.exp(result["y"][:400:20]), result["x"][:400:20], rtol=1e-5)
+
+
+class OneWay(pt.Component):
+    """A freewheel that starts backward."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    wheel: rot.Freewheel = rot.Freewheel()
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.wheel.flange_a)
+        yield pt.connect(self.wheel.flange_b, self.J2.flange_a)
+
+
+def test_freewheel_that_starts_backward() -> None:
+    refused(
+        pt.InitializationError,
+        "wheel.mode (wheel: yield friction(",
+        "moves backward at t = 0 s",
+        "Give a start",
+        do=lambda: pt.simulate(OneWay(), 1.0, starts={"J1.w": 5.0}),
+    )
+
+
+class Silent(pt.Component):
+    """Equations that are written but not yielded."""
+
+    x: pt.Variable = pt.variable("1", "Something")
+
+    def equations(self) -> pt.Equations:  # type: ignore[return]
+        self.x == 1  # noqa: B015  # pyright: ignore[reportUnusedExpression]
+
+
+def test_equations_that_are_not_yielded() -> None:
+    refused(pt.ModelError, "the model", "Silent", "yield a == b", do=lambda: pt.compile(Silent()))
+
+
+class OneWayBesideGear(pt.Component):
+    """A one-way clutch behind a speed source; the lossy gear beside it rubs on the same motion."""
+
+    motor: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=5.0)
+    clutch: rot.OneWayClutch = rot.OneWayClutch(fn_max=10.0)
+    open: Constant = Constant(k=0.0)
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    gear: rot.Gear = rot.Gear(ratio=0.4, efficiency=0.9)
+    J2: rot.Inertia = rot.Inertia(J=0.5)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.motor.flange, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.J1.flange_a, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.J2.flange_a)
+        yield pt.connect(self.open.y, self.clutch.f_normalized)
+
+
+def test_one_way_clutch_that_starts_backward_beside_another_law() -> None:
+    text = ("clutch.mode (clutch: yield friction(", "moves backward at t = 0 s", "Give a start")
+    refused(pt.InitializationError, *text, do=lambda: pt.simulate(OneWayBesideGear(), 1.0))
+    assert pt.simulate(OneWayBesideGear(), 1.0, starts={"J1.w": 5.0})["J2.w"][-1] == pytest.approx(12.5)

@@ -1,0 +1,204 @@
+"""Models that are over- or underdetermined, or rigid where they must not be: parts, lines and values are named."""
+
+from __future__ import annotations
+
+import casadi as ca
+from refusals import refused
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Constant, Sine
+
+
+class OneShaft(pt.Component):
+    """Two speed sources on one shaft."""
+
+    motor: rot.Speed = rot.Speed(exact=True)
+    brake: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=3.0)
+    sine: Sine = Sine(f=1.0)
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.sine.y, self.motor.w_ref)
+        yield pt.connect(self.motor.flange, self.J1.flange_a)
+        yield pt.connect(self.J1.flange_b, self.brake.flange)
+
+
+def test_two_speed_sources_on_one_shaft() -> None:
+    refused(
+        pt.ModelError,
+        "over-determined: 2 equations for the 1 unknown",
+        "motor: yield self.w == self.w_ref.value (motions.py:",
+        "brake: yield self.w == self.w_fixed (motions.py:",
+        "one of these has to go",
+        do=lambda: pt.compile(OneShaft()),
+    )
+
+
+class TwoGears(pt.Component):
+    """Two gears side by side."""
+
+    g1: rot.IdealGear = rot.IdealGear(ratio=2.0)
+    g2: rot.IdealGear = rot.IdealGear(ratio=3.0)
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.g1.flange_a, self.g2.flange_a)
+        yield pt.connect(self.g1.flange_b, self.g2.flange_b, self.J2.flange_a)
+
+
+def test_contradictory_gear_speeds_with_their_values() -> None:
+    refused(
+        pt.ModelError,
+        "contradiction: these equations cannot all hold, except at standstill",
+        "g1: yield self.phi_a == self.ratio * self.phi_b",
+        "g2: yield self.phi_a == self.ratio * self.phi_b",
+        "g1.ratio = 2",
+        "g2.ratio = 3",
+        do=lambda: pt.compile(TwoGears()),
+    )
+
+
+def test_equal_gears_side_by_side_are_a_rigid_loop() -> None:
+    model = pt.replace(TwoGears(), {"g2.ratio": 2.0})
+    refused(pt.ModelError, "rigid loop", "g1: yield", "g2: yield", "give it a compliance", do=lambda: pt.compile(model))
+
+
+class Offset(pt.Component):
+    """Two shafts held at different angles and joined."""
+
+    wall: rot.Fixed = rot.Fixed(phi0=0.0)
+    other: rot.Fixed = rot.Fixed(phi0=0.5)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.wall.flange, self.other.flange)
+
+
+def test_two_angles_of_one_shaft() -> None:
+    said = refused(
+        pt.ModelError,
+        "contradiction: these equations cannot all hold",
+        "wall: yield self.flange.phi == self.phi0",
+        "other: yield self.flange.phi == self.phi0",
+        "other.phi0 = 0.5",
+        do=lambda: pt.compile(Offset()),
+    )
+    assert "standstill" not in said
+
+
+class Loose(pt.Component):
+    """A torque source whose signal nobody gives."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    drive: rot.Torque = rot.Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.J1.flange_a)
+
+
+def test_input_that_is_not_connected() -> None:
+    refused(
+        pt.ModelError,
+        "under-determined: 1 equation missing",
+        "not connected: drive.tau",
+        do=lambda: pt.compile(Loose()),
+    )
+
+
+class MissingEquation(pt.Component):
+    """Two unknowns, one equation."""
+
+    x: pt.Variable = pt.variable("1", "first")
+    y: pt.Variable = pt.variable("1", "second")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.y
+
+
+def test_missing_equation_names_the_variable() -> None:
+    refused(pt.ModelError, "under-determined: 1 equation missing", "y", do=lambda: pt.compile(MissingEquation()))
+
+
+class TooMany(pt.Component):
+    """One unknown, two equations."""
+
+    x: pt.Variable = pt.variable("1", "first")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -self.x
+        yield ca.sin(self.x) == pt.time
+
+
+def test_equation_too_much_quotes_both() -> None:
+    refused(
+        pt.ModelError,
+        "over-determined: 2 equations for the 1 unknown x",
+        "the model: yield pt.der(self.x) == -self.x (test_structure_errors.py:",
+        "ca.sin(self.x)",
+        do=lambda: pt.compile(TooMany()),
+    )
+
+
+class OpenClutch(pt.Component):
+    """A clutch whose second side is not connected."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=10.0)
+    press: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.press.y, self.clutch.f_normalized)
+        yield pt.connect(self.J1.flange_b, self.clutch.flange_a)
+
+
+def test_clutch_with_an_open_side() -> None:
+    refused(
+        pt.ModelError,
+        "loose part: clutch: yield friction(",
+        "clutch.flange_b (not connected)",
+        "connect what is open to something with inertia",
+        do=lambda: pt.compile(OpenClutch()),
+    )
+
+
+class OpenPlanetary(pt.Component):
+    """A planetary gear with two open shafts."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    gear: rot.IdealPlanetary = rot.IdealPlanetary(ratio=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.gear.carrier)
+
+
+def test_planetary_with_two_open_shafts() -> None:
+    refused(
+        pt.ModelError,
+        "loose part",
+        "gear.ring (not connected)",
+        "gear.sun (not connected)",
+        do=lambda: pt.compile(OpenPlanetary()),
+    )
+
+
+class InSeries(pt.Component):
+    """Two clutches with nothing between."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+    c1: rot.Clutch = rot.Clutch(fn_max=10.0)
+    c2: rot.Clutch = rot.Clutch(fn_max=20.0)
+    press: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.press.y, self.c1.f_normalized, self.c2.f_normalized)
+        yield pt.connect(self.J1.flange_b, self.c1.flange_a)
+        yield pt.connect(self.c1.flange_b, self.c2.flange_a)
+        yield pt.connect(self.c2.flange_b, self.J2.flange_a)
+
+
+def test_clutches_in_series_without_inertia_between() -> None:
+    refused(
+        pt.ModelError, "c1: yield friction(", "c2: yield friction(", "put an inertia", do=lambda: pt.compile(InSeries())
+    )

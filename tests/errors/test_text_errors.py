@@ -1,0 +1,135 @@
+"""What is wrong in a component's text is quoted with its line."""
+
+from __future__ import annotations
+
+import pytest
+from refusals import refused
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components import translational as trans
+from powertrain.components.blocks import Constant
+
+
+class Same(pt.Component):
+    """x == x."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.J1.w == self.J1.w
+
+
+class Numbers(pt.Component):
+    """An equation between numbers."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield 1.0 == 2.0
+
+
+class NoEquation(pt.Component):
+    """An expression instead of an equation."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.J1.w
+
+
+class PythonIf(pt.Component):
+    """A Python if on a symbol."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        if self.J1.w > 0:
+            yield self.J1.flange_a.tau == 1
+
+
+class MixedPorts(pt.Component):
+    """A shaft joined to a mass."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    mass: trans.Mass = trans.Mass(m=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.mass.flange_a)
+
+
+class OnePort(pt.Component):
+    """connect with one port."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b)
+
+
+class NoPort(pt.Component):
+    """connect with a component."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.J1)  # type: ignore[arg-type]
+
+
+class TwoOutputs(pt.Component):
+    """Two outputs joined."""
+
+    a: Constant = Constant(k=1.0)
+    b: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.a.y, self.b.y)
+
+
+class Partial(pt.Component):
+    """A partial as a part."""
+
+    shaft: rot.TwoFlanges = rot.TwoFlanges()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.shaft.flange_a, self.shaft.flange_b)
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [
+        (Same, ["yield self.J1.w == self.J1.w (test_text_errors.py:", "both sides are the same"]),
+        (Numbers, ["yield 1.0 == 2.0", "plain value False"]),
+        (NoEquation, ["yield self.J1.w (test_text_errors.py:", "is no equation", "a == b"]),
+        (PythonIf, ["if self.J1.w > 0:", "Python if/and/or/not cannot decide on a symbol", "switch(condition, a, b)"]),
+        (
+            MixedPorts,
+            ["connect(self.J1.flange_b, self.mass.flange_a)", "ports of one kind", "J1.flange_b (", "mass.flange_a ("],
+        ),
+        (OnePort, ["connect(self.J1.flange_b)", "at least two ports"]),
+        (NoPort, ["joins ports", "J1"]),
+        (TwoOutputs, ["two outputs are connected", "a.y", "b.y"]),
+        (Partial, ["shaft: TwoFlanges is partial", "use one of its kinds"]),
+    ],
+)
+def test_wrong_text(model: type[pt.Component], said: list[str]) -> None:
+    refused(pt.ModelError, *said, do=lambda: pt.compile(model()))
+
+
+def test_flanges_of_both_kinds_say_which_is_which() -> None:
+    said = refused(pt.ModelError, do=lambda: pt.compile(MixedPorts()))
+    assert "rotational" in said
+    assert "translational" in said
+
+
+def test_class_that_overrides_equations() -> None:
+    def define() -> None:
+        class Odd(rot.Inertia):
+            def equations(self) -> pt.Equations:
+                yield self.w == 0
+
+    refused(pt.ModelError, "Odd.equations", "Inertia", "compose the component instead", do=define)
+
+
+def test_der_outside_equations() -> None:
+    refused(pt.ModelError, "inside equations()", do=lambda: pt.der(pt.time))
