@@ -171,12 +171,16 @@ class Engine:
         """The step for any modes, or for those that ``held`` has as numbers; of the model in its ``explicit`` form, if given."""
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
         rows = self._shared().rows
-        called = sum(self.sizes[:2]) > _MANY
-        if not called:
+
+        def calling() -> ca.Function:
+            return make(steps.common(self.dae, rows, held, ca.MX, explicit is not None))
+
+        if sum(self.sizes[:2]) > _MANY:
+            function = calling()
+        else:
             function = make(explicit or steps.common(self.dae, rows, held))
-            called = self.compile and function.n_instructions() > _LONG
-        if called:
-            function = make(steps.common(self.dae, rows, held, ca.MX, explicit is not None))
+            if self.compile and function.n_instructions() > _LONG:
+                function = calling()
         function = self._finished({method: function})[method]
         self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
         return bound[0].call, bound[1].call

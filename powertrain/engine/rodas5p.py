@@ -109,8 +109,10 @@ def step(
     mass = ca.diag(ca.vertcat(ca.DM.ones(states), ca.DM(n - states, 1)))
     solve = factorize(mass / (h * GAMMA) - jacobian, rows)
     stages: list[ca.SX] = []
+    point, memory = y, zero
     for i in range(8):
-        point, memory = (y + combined(A[i], stages), combined(C[i], stages) / h) if i else (y, zero)
+        if i:
+            point, memory = y + combined(A[i], stages), combined(C[i], stages) / h
         right = rhs(t + ALPHA[i] * h, point) + ca.vertcat(memory[:states], zero[states:])
         if GAMMA_SUM[i]:
             right = right + GAMMA_SUM[i] * h * time_slope
