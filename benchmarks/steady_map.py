@@ -11,38 +11,12 @@ from numpy.typing import NDArray
 import powertrain as pt
 from benchmarks import native
 from benchmarks.timing import Call, Row, at_most, duration, measure, seconds, table
-from powertrain.components.rotational import ConstantSpeed, Torque
-from powertrain.components.transmissions import SplitPathTransmission
+from powertrain.vehicles.split_path import SplitPathBench
 
 NAME = "steady map"
 ETA, ETA_V, RATIO = 0.95, 0.9, -1.7
 SIGNALS = ("V", "efficiency", "K", "transmission.flange_a.tau")
 Array = NDArray[np.float64]
-
-
-class Bench(pt.Component):
-    """A transmission driven at a constant speed and loaded by a torque."""
-
-    V: pt.Input = pt.signal_input("1", "Ratio of the variable unit")
-    load: pt.Input = pt.signal_input("N.m", "Accelerating torque on the output")
-    r: pt.Variable = pt.variable("1", "Speed of the output over speed of the input")
-    efficiency: pt.Variable = pt.variable("1", "Output power over input power")
-    K: pt.Variable = pt.variable("1", "Power into the variable unit over input power, negative from 2 to 1")
-    drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
-    transmission: SplitPathTransmission = SplitPathTransmission()
-    torque: Torque = Torque()
-
-    def equations(self) -> pt.Equations:
-        """Connections, and what the map shows."""
-        yield pt.connect(self.drive.flange, self.transmission.flange_a)
-        yield pt.connect(self.torque.flange, self.transmission.flange_b)
-        yield pt.connect(self.V, self.transmission.ratio)
-        yield pt.connect(self.load, self.torque.tau)
-        yield self.r * self.drive.w == pt.der(self.torque.phi)
-        power, unit = self.transmission.flange_a.power(), self.transmission.cvu
-        yield self.efficiency * power == -self.transmission.flange_b.power()
-        at_2 = -unit.flange_b.power()
-        yield self.K * power == pt.switch(at_2 >= 0, unit.flange_a.power(), at_2)
 
 
 def by_hand(ratio: Array, load: Array) -> list[Array]:
@@ -76,7 +50,7 @@ def run(rounds: int = 15, n: int = 1000) -> list[Row]:
     """All rows of this benchmark."""
     native.keep_memory()
     ratio, load = np.linspace(-2.0, 3.0, n), np.linspace(-200.0, 200.0, n)
-    plant = pt.compile(Bench())
+    plant = pt.compile(SplitPathBench())
 
     def ours() -> list[Array]:
         found = pt.steady(plant, {"r": ratio, "load": load}, outputs=SIGNALS)
