@@ -364,7 +364,8 @@ class _Choice:
         if not np.isfinite(entries).all() or not np.isfinite(gap).all():
             return np.full(size, np.nan)
         if size <= _DENSE:
-            (matrix := np.zeros((size, size)))[self.i, self.k] = entries
+            matrix = np.zeros((size, size))
+            matrix[self.i, self.k] = entries
             try:
                 return np.asarray(np.linalg.solve(matrix, -gap), np.float64)
             except np.linalg.LinAlgError:

@@ -53,7 +53,8 @@ def jam_message(
         advice = "Separate some of the laws by a shaft stiffness."
     else:
         jam = bool(lines) or any(contact.index in involved for contact in dae.contacts)
-        problem = f"none of the {combinations} combinations of modes is consistent{' (the mechanism jams)' * jam}"
+        problem = f"none of the {combinations} combinations of modes is consistent"
+        problem += " (the mechanism jams)" if jam else ""
         advice = (
             "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
             if jam

@@ -140,9 +140,7 @@ def command(
     if out is not None:
         _write(run, out, signals)
     if plot is not None:
-        from powertrain.vehicles.trials.figures import cycle_figure
-
-        cycle_figure(run).savefig(plot, dpi=120)
+        _draw_run(run, plot)
     if chart is not None:
         click.echo(f"\n{_draw_map(run, model, chart)}")
     for path in (write_params, out, plot, chart):
@@ -164,6 +162,13 @@ def _beside(run: CycleRun, model: pt.Component) -> str:
     if back.missing.any():
         rows += [("force that the vehicle lacks, at most", number(float(back.missing.max())), "N")]
     return f"{title('Backward, from steady operating points')}\n{columns(rows, right=[1])}"
+
+
+def _draw_run(run: CycleRun, plot: Path) -> None:
+    """The picture of the run."""
+    from powertrain.vehicles.trials.figures import cycle_figure
+
+    cycle_figure(run).savefig(plot, dpi=120)
 
 
 def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
