@@ -11,7 +11,6 @@ from powertrain import (
     Input,
     Output,
     Parameter,
-    Symbol,
     discrete,
     parameter,
     reinit,
@@ -21,6 +20,7 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.interfaces import SOON
+from powertrain.components.limited import limited
 
 
 class FlywheelDrive(Component):
@@ -62,13 +62,13 @@ class FlywheelDrive(Component):
     def equations(self) -> Equations:
         """Ratio, clutch, brakes."""
         u, b = self.accelerator.value, self.brake.value
-        charge = ca.fmin(ca.fmax((self.w_in.value - self.w_empty) / self.w_band, -1), 1)
+        charge = limited((self.w_in.value - self.w_empty) / self.w_band, -1)
         wanted = (self.w_out.value + self.lead * (charge * u - b)) / self.w_in.value
-        yield self.ratio.value == ca.fmin(ca.fmax(wanted, self.ratio_min), self.ratio_max)
-        engaged = _held((self.w_before.value / self.w_in.value - self.ratio_min) / self.band)
-        open_ = (1 - self.recovery) * _held(b / self.b_open)
+        yield self.ratio.value == limited(wanted, self.ratio_min, self.ratio_max)
+        engaged = limited((self.w_before.value / self.w_in.value - self.ratio_min) / self.band)
+        open_ = (1 - self.recovery) * limited(b / self.b_open)
         yield self.clutch.value == (engaged + self.launch * u) * (1 - open_)
-        room = _held((self.w_full - self.w_in.value) / self.w_band)
+        room = limited((self.w_full - self.w_in.value) / self.w_band)
         yield self.friction.value == b - self.recovery * engaged * room * ca.fmin(b, self.share)
 
 
@@ -105,8 +105,4 @@ class FlywheelCharge(Component):
         yield when(w_in > low + self.hysteresis, reinit(self.charging, 0))
         yield self.on.value == self.charging
         yield self.throttle.value == self.charging * self.u_charge
-        yield self.clutch.value == self.charging * _held((self.w.value / w_in - 1 + self.slip) / self.slip)
-
-
-def _held(value: Symbol) -> Symbol:
-    return ca.fmin(ca.fmax(value, 0), 1)
+        yield self.clutch.value == self.charging * limited((self.w.value / w_in - 1 + self.slip) / self.slip)

@@ -11,7 +11,6 @@ from powertrain import (
     Input,
     Output,
     Parameter,
-    Symbol,
     Variable,
     discrete,
     parameter,
@@ -23,6 +22,7 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.interfaces import SOON
+from powertrain.components.limited import limited
 
 MARGIN = 0.8
 """Part of the battery's power that drives; the rest is for the losses of the machines and for the engine's start."""
@@ -96,17 +96,17 @@ class PowerSplitControl(Component):
         b, w, w_ring = self.brake.value, self.w.value, self.w_ring.value
         turning = ca.fmax(w_ring, self.w_fade)
         most = self.charge_power.value / (self.tau_full * turning)
-        regenerated = ca.fmin(ca.fmin(b, self.share), most) * _held(w_ring / self.w_fade)
+        regenerated = ca.fmin(ca.fmin(b, self.share), most) * limited(w_ring / self.w_fade)
         asked = self.tau_full * self.accelerator.value
         charge = self.k_soc * (self.soc_0 - self.soc.value)
         yield self.demand == asked * w_ring + charge
         yield from self._switch()
         yield self.power.value == ca.fmax(self.demand, self.P_min)
         yield self.w_ref == ca.fmin(self.w_best.value, (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
-        firing = self.running * _held(w / self.w_fire) * _held(2 - (w - self.w_ref) / OVER)
+        firing = self.running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
         torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.torque.value == torque
-        held = self.running * ca.fmin(ca.fmax(self.k_w * (self.w_ref - w), -self.tau_held), self.tau_held)
+        held = self.running * limited(self.k_w * (self.w_ref - w), -self.tau_held, self.tau_held)
         given = MARGIN * self.discharge_power.value + torque * w
         wanted = ca.fmin(asked, given / turning) - self.tau_full * regenerated
         yield self.on.value == self.running
@@ -124,7 +124,3 @@ class PowerSplitControl(Component):
         stop = ca.logic_and(ca.logic_and(idle, rested), self.running > 0.5)
         yield when(start, reinit(self.running, 1), reinit(self.since, time))
         yield when(stop, reinit(self.running, 0), reinit(self.since, time))
-
-
-def _held(value: Symbol) -> Symbol:
-    return ca.fmin(ca.fmax(value, 0), 1)

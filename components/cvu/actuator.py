@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
 from powertrain import (
     Component,
     Equations,
@@ -18,6 +16,7 @@ from powertrain import (
     switch,
     variable,
 )
+from powertrain.components.limited import limited
 
 
 class Actuator(Component):
@@ -37,7 +36,7 @@ class IdealActuator(Actuator):
 
     def equations(self) -> Equations:
         """No lag."""
-        yield self.ratio.value == ca.fmin(ca.fmax(self.demand.value, self.ratio_min), self.ratio_max)
+        yield self.ratio.value == limited(self.demand.value, self.ratio_min, self.ratio_max)
 
 
 class RatioActuator(Actuator):

@@ -29,6 +29,7 @@ from powertrain import (
 )
 from powertrain.components.engines.operation import best_fuel_line
 from powertrain.components.evaluation import numbers
+from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
 
 UNDER_LOAD, POINTS = 1.35, 12
@@ -99,15 +100,15 @@ class Engine(Component):
         return ModelError(f"{self._path or 'an engine'}: {type(self).__name__} does not say its law {law}; define it")
 
     def _run(self) -> Equations:
-        w, on = self.w, _held(self.on.value)
+        w, on = self.w, limited(self.on.value)
         yield self.w == der(self.crank.phi)
         yield self.speed.value == self.w
         yield self.J * der(self.w) == self.tau + self.crank.tau
         yield self.tau == self.firing + self._starter() - self.drag
-        idle = _held(self.x + self.k_idle * (self.w_idle - w))
+        idle = limited(self.x + self.k_idle * (self.w_idle - w))
         yield der(self.x) == (on * idle - self.x) / self.T_idle
-        u = on * self._started() * _held((self.w_limit - w) / self.band_limit)
-        yield self.firing == self._firing(w, u * ca.fmin(_held(self.throttle.value) + idle, 1))
+        u = on * self._started() * limited((self.w_limit - w) / self.band_limit)
+        yield self.firing == self._firing(w, u * ca.fmin(limited(self.throttle.value) + idle, 1))
         limit = self._motoring(ca.fabs(w))
         yield friction(w, self.drag, -limit, limit)
         yield self.power == self.tau * w
@@ -115,10 +116,10 @@ class Engine(Component):
         yield der(self.fuel) == self.fuel_rate
 
     def _started(self) -> Symbol:
-        return _held(self.w / self.w_fire)
+        return limited(self.w / self.w_fire)
 
     def _starter(self) -> Symbol:
-        return _held(self.on.value) * (1 - self._started()) * self.tau_starter
+        return limited(self.on.value) * (1 - self._started()) * self.tau_starter
 
     def energy(self) -> Symbol:
         """Kinetic energy J w^2/2."""
@@ -161,7 +162,3 @@ class Engine(Component):
         """
         engine = replace(self)
         return best_fuel_line(engine, w_min=UNDER_LOAD * float(engine.w_idle), share=share, points=POINTS).speeds()
-
-
-def _held(value: Symbol) -> Symbol:
-    return ca.fmin(ca.fmax(value, 0), 1)

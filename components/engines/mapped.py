@@ -14,6 +14,7 @@ import numpy as np
 
 from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter
 from powertrain.components.engines.interfaces import Engine
+from powertrain.components.limited import limited
 
 SPEEDS = {"rad/s": 1.0, "rpm": math.pi / 30}
 RATES = {"kg/s": 1.0, "g/s": 1e-3}
@@ -101,7 +102,7 @@ class MappedEngine(Engine):
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         lowest = float(self.torque_map.values[:, 0].min())
         rate = _rates(self.fuel_map, lowest)(w, firing - self._motoring(w))
-        burning = ca.fmin(ca.fmax(firing / self.cut_off, 0), 1)
+        burning = limited(firing / self.cut_off)
         return burning * ca.fmax(rate, 0) * self.heating_value
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -28,7 +27,7 @@ class WheelBrake(TwoFlangesAndSupport, Lossy):
         yield self.flange_b.phi == self.flange_a.phi
         yield self.w == der(self.flange_a.phi - self.support.phi)
         yield self.flange_a.tau + self.flange_b.tau == self.tau
-        limit = self.tau_max * ca.fmin(ca.fmax(self.demand.value, 0), 1)
+        limit = self.tau_max * limited(self.demand.value)
         yield friction(self.w, self.tau, -limit, limit)
         yield from self._dissipate()
 

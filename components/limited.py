@@ -1,0 +1,12 @@
+"""Values that are held within limits."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Symbol
+
+
+def limited(value: Symbol, low: Symbol | float = 0.0, high: Symbol | float = 1.0) -> Symbol:
+    """``value`` where it lies from ``low`` to ``high``, else the limit that it has passed; all in the unit of ``value``."""
+    return ca.fmin(ca.fmax(value, low), high)
