@@ -84,7 +84,8 @@ class Recorder:
     def place(self) -> Place:
         """The line of the text that is being read."""
         text = self.text
-        while isinstance(text, GeneratorType) and isinstance(text.gi_yieldfrom, GeneratorType):
+        # CPython 3.11 may crash where it is asked what a running generator yields from.
+        while isinstance(text, GeneratorType) and not text.gi_running and isinstance(text.gi_yieldfrom, GeneratorType):
             text = text.gi_yieldfrom
         frame = text.gi_frame if isinstance(text, GeneratorType) else None
         return Place(self.path, frame.f_code.co_filename, frame.f_lineno) if frame else Place(self.path)
