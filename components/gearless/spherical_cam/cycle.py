@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from functools import cached_property
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain import ParameterError
-from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, bisected, unit
-
-Sharing: TypeAlias = Literal["elastic", "single"]
-"""How the two rollers of one carrier that can carry at the same time share the load, one on each of the conjugate cams.
-
-"elastic": normal forces in proportion to the lever arms, as of contacts of equal stiffness, times a relief that takes the leaving roller
-off before the lobe's tip, (1 - x)^2 (1 + 2 x) with x from 0 to 1 over the overlap of length sigma. The torques are smooth.
-"single": one carries alone, the one with the longer lever arm, that is the smaller mu_p, as long as it touches: they change where the
-pressure angles are equal (the paper's "intersection of cycle 1 with cycle 2") or, before that, where the leaving roller reaches the
-lobe's tip. The efficiency jumps there.
-"""
-MOST = 0.5
-"""The efficiency does not fall below minus this; it locks from 0 on, and there the number only says how firmly."""
+from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, bisected
+from powertrain.components.gearless.spherical_cam.rollers import (
+    Rollers,
+    Sharing,
+    elastic_weight,
+    loaded,
+    locking,
+    rollers,
+    rolling,
+)
 
 
 @dataclass(frozen=True)
@@ -58,8 +56,7 @@ class CamFriction:
 
     def rolling(self, alpha_4: float) -> float:
         """Tangential over normal force at a turning roller: its pin carries N cos(alpha_4), its collar N sin(alpha_4); or it slips."""
-        turning = self.mu_pin * self.pin * math.cos(alpha_4) + self.mu_thrust * self.thrust * math.sin(alpha_4)
-        return min(turning, self.mu_contact)
+        return float(rolling(self, alpha_4))
 
 
 NO_FRICTION = CamFriction(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -86,21 +83,23 @@ class Cycle:
     the cam's angle from the middle of a stroke. The carrier that is driven does its work at s in (0, pi/M + sigma), the carrier that drives
     is its mirror image: it does its work at -s. Both cams being half a stroke apart, everything has the period pi/M.
 
-    One contact: n, the normal on the roller; t, the tangent along the profile; v = (phi' e_phi - psi' e_psi) x e_c, the velocity of a
-    roller that does not turn against the cam, which is along t: v.n = 0 by conjugacy. The force on the roller is F = N (n - f sgn(v.t) t).
-    A roller that rolls spins on its pin with |v|/sin(alpha_4) and meets there the friction torque f N sin(alpha_4), with
-    f = mu_pin pin cos(alpha_4) + mu_thrust thrust sin(alpha_4) (or f = mu_contact: it slips). Virtual work:
+    One contact: n, the normal on the roller; v = (phi' e_phi - psi' e_psi) x e_c, the velocity of a roller that does not turn against the
+    cam, which is along the profile: v.n = 0 by conjugacy. The force on the roller is F = N (n - f v/|v|). A roller that rolls spins on its
+    pin with |v|/sin(alpha_4) and meets there the friction torque f N sin(alpha_4), with f = mu_pin pin cos(alpha_4) + mu_thrust thrust
+    sin(alpha_4) (or f = mu_contact: it slips). Virtual work:
 
     T_phi phi' - T_psi psi' = F . v = -f N |v|,  T_phi = e_phi . (e_c x F) on the carrier, T_psi = e_psi . (e_c x F) from the cam
 
-    |v| = |phi' e_phi - psi' e_psi| |sin(beta_3)|: nothing is lost where the axis of relative rotation passes through the contact. So with
-    the sums over the rollers that carry, the ratio of torques out and in is -(M/N) T_phi/T_psi where the cam drives, -(N/M) T_psi/T_phi
-    where the carrier drives. Between them the cam rubs on its shaft: T_psi(driving) = T_psi(driven) + mu_bearing (shaft |F_xy| + washer
-    |F_z|), F the sum of both carriers' forces. eta_0 = T_phi(driven)/T_phi(driving): the efficiency of the relative motion, kappa = (1 -
-    eta_0)/(1 + eta_0). It does not depend on which side is faster, nor on the sign of T_C, except that the cam turning backward at s is as
-    forward at -s.
+    |v| = |phi' e_phi - psi' e_psi| |sin(beta_3)|: nothing is lost where the axis of relative rotation passes through the contact. A roller
+    changes the sense in which it turns there, and the friction of its pin its sign: with two rollers that carry, or a rough bearing, the
+    efficiency jumps a little. With the sums over the rollers that carry, the ratio of torques out and in is -(M/N) T_phi/T_psi where the
+    cam drives, -(N/M) T_psi/T_phi where the carrier drives. Between them the cam rubs on its shaft: T_psi(driving) = T_psi(driven) +
+    mu_bearing (shaft |F_xy| + washer |F_z|), F the sum of both carriers' forces. eta_0 = T_phi(driven)/T_phi(driving), the efficiency of
+    the relative motion, and kappa = (1 - eta_0)/(1 + eta_0), 0 <= kappa because no contact and no bearing gives energy. It does not depend
+    on which side is faster, nor on the sign of T_C, except that the cam turning backward at s is as forward at -s.
 
-    ``eta_0`` <= 0: no torque of the cage turns the sides against each other at this angle (self-locking).
+    Where rollers are so rough that a member would have to push with the wrong sign, no torque of the cage turns the sides against each
+    other (self-locking): kappa = 3 and eta_0 = -0.5 stand for that; any kappa above 1 would.
     """
 
     cam: SphericalCam
@@ -115,7 +114,7 @@ class Cycle:
                 f"alpha_1 = {math.degrees(self.cam.alpha_1):g}° must be 90° in a differential: both side wheels turn about one axis"
             )
 
-    @property
+    @cached_property
     def handover(self) -> float:
         """Angle s at which a roller takes over from the one of the other cam (for "elastic": where the leaving one is off) [rad]."""
         sigma, half = self.cam.sigma, self.cam.half
@@ -133,55 +132,30 @@ class Cycle:
         if self.sharing == "single":
             taken = (phase >= self.handover).astype(float)
             return taken, 1.0 - taken
-        x = np.clip(phase / self.cam.sigma, 0.0, 1.0)
-        return self._arm(phase), self._arm(phase + self.cam.half) * (1 - x) ** 2 * (1 + 2 * x)
+        first, second = (np.asarray(elastic_weight(self.cam, u, self._arm(u))) for u in (phase, phase + self.cam.half))
+        return first, second
 
     def _arm(self, s: Array) -> Array:
         return np.asarray(-self.cam.lever_arms(s - self.cam.half)[0])
 
+    def _rollers(self, s: Array) -> Rollers:
+        return rollers(self.cam, self.sharing, self.handover, s)
+
     def mesh(self, s: ArrayLike, *, cam_drives: bool) -> Mesh:
         """The carrier at e_phi = (1, 0, 0), its rollers working at s > 0, cam turning with psi' = 1 where it drives, else with -1."""
-        phase = np.mod(np.asarray(s, float), self.cam.half)
-        carrier, cam, force = np.zeros(phase.shape), np.zeros(phase.shape), np.zeros((*phase.shape, 3))
-        for ahead, weight in zip((0.0, self.cam.half), self.weights(phase), strict=True):
-            on_carrier, from_cam, pushed = self._contact(phase + ahead - self.cam.half, 1.0 if cam_drives else -1.0)
-            carrier, cam, force = (
-                carrier + weight * on_carrier,
-                cam + weight * from_cam,
-                force + weight[..., None] * pushed,
-            )
-        return Mesh(carrier, cam, force)
-
-    def _contact(self, psi: Array, turns: float) -> tuple[Array, Array, Array]:
-        """Torques and force of one roller with a normal force of one."""
-        cam = self.cam
-        at = cam.contact(psi)
-        side = unit(np.cross(cam.e_e, cam.roller_axis(psi)))
-        normal = np.cross(side, at)
-        slip: Array = turns * np.cross(-cam.M / cam.N * cam.e_phi - [0.0, 0.0, 1.0], at)
-        rubbing = self.friction.rolling(cam.alpha_4) * np.sign((slip * side).sum(-1))
-        force = normal - rubbing[..., None] * side
-        moment = np.cross(at, force)
-        return np.asarray(moment @ cam.e_phi, float), np.asarray(moment[..., 2], float), force
-
-    def eta_0(self, s: ArrayLike) -> Array:
-        """Efficiency of the relative motion, cage at rest, at the cam angle s from the middle of a stroke, the cam turning forward."""
-        driven = self.mesh(s, cam_drives=True)
-        # The driving carrier in its mirror image (y reversed: torques about x and z change sign), then half a turn about z to its own side.
-        driving = self.mesh(-np.asarray(s, float), cam_drives=False)
-        turned = driving.force * [-1.0, 1.0, 1.0]
-        share = driving.cam / driven.cam
-        for _ in range(60):
-            both = share[..., None] * driven.force + turned
-            radial, axial = np.hypot(both[..., 0], both[..., 1]), np.abs(both[..., 2])
-            bearing = self.friction.mu_bearing * (self.friction.shaft * radial + self.friction.washer * axial)
-            share = (driving.cam - bearing) / driven.cam
-        return np.asarray(np.maximum(share * driven.carrier / driving.carrier, -MOST))
+        on = self._rollers(np.asarray(s, float))
+        found = loaded(on, self.friction.rolling(self.cam.alpha_4), 1 if cam_drives else -1)
+        return Mesh(np.asarray(found.carrier), np.asarray(found.cam), np.stack(found.force, -1))
 
     def kappa(self, s: ArrayLike) -> Array:
-        """Locking coefficient (1 - eta_0)/(1 + eta_0): (T_slow - T_fast)/T_C, cam turning forward."""
-        eta = self.eta_0(s)
-        return np.asarray((1 - eta) / (1 + eta))
+        """Locking coefficient (T_slow - T_fast)/T_C, cage at rest, at the cam angle s from the middle of a stroke, cam turning forward."""
+        at = np.asarray(s, float)
+        return np.asarray(locking(self._rollers(at), self._rollers(-at), self.cam, self.friction))
+
+    def eta_0(self, s: ArrayLike) -> Array:
+        """Efficiency of the relative motion, (1 - kappa)/(1 + kappa)."""
+        kappa = self.kappa(s)
+        return np.asarray((1 - kappa) / (1 + kappa))
 
     def contact_force(self, s: ArrayLike, torque: float, radius: float, *, cams: int = 2) -> tuple[Array, Array]:
         """Normal forces [N] of the roller at s and of the one ahead of it, without friction, from the torque of one side wheel [N.m].

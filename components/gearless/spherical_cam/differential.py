@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from powertrain import Equations, Symbol, Variable, der, friction, switch, variable
+from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
 from powertrain.components.differentials.interfaces import Differential
-from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle, Sharing
+from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.profile import SphericalCam
-from powertrain.components.gearless.spherical_cam.wave import kappa_wave
+from powertrain.components.gearless.spherical_cam.rollers import Algebra, Sharing, locking, rollers
 from powertrain.components.rotational.interfaces import Lossy
+
+_FRICTION = CamFriction()
+_LAWS = Algebra(ca, lambda condition, a, b, name: switch(condition, a, b, name=name))
 
 
 class SphericalCamDifferential(Differential, Lossy):
@@ -21,25 +25,44 @@ class SphericalCamDifferential(Differential, Lossy):
     w_cam = (N/M) (w_left - w_crown): the spin of a cam of M lobes between carriers of N rollers, on its shaft in the cage
     w_rel > 0: tau = kappa(psi) |crown.tau|/2;  w_rel < 0: tau = -kappa(-psi) |crown.tau|/2;  w_rel = 0: anything between
 
-    Conjugate profiles keep the speeds exact at every angle; that both halves turn alike does not depend on M and N, which only say how
-    fast the cams spin. What changes with the angle psi of the cam is friction: with eta_0(psi) the efficiency of the relative motion (cage
-    at rest, from one side wheel to the cam to the other), kappa = (1 - eta_0)/(1 + eta_0), and the torque-bias ratio is 1/eta_0. This is
-    the mesh law with R_o = -1. eta_0 follows by virtual work from the pressure angles, the friction of the rollers' pins, and that of the
-    cam on its shaft; the derivation stands at ``Cycle``. It repeats every pi/M of the cam, where one of the two conjugate cams hands over
-    to the other, with a jump for ``sharing`` = "single", smoothly (a few harmonics, see ``Wave``) for "elastic".
-    Turning the other way is the mirror image: psi becomes -psi. psi = 0 is the middle of a stroke on both sides.
+    Conjugate profiles keep the speeds exact at every angle; that both halves turn alike does not depend on M and N, which only say how fast
+    the cams spin. What changes with the angle psi of the cam is friction: with eta_0(psi) the efficiency of the relative motion (cage at
+    rest, from one side wheel to the cam to the other), kappa = (1 - eta_0)/(1 + eta_0), and the torque-bias ratio is 1/eta_0. This is the
+    mesh law with R_o = -1. eta_0 follows by virtual work from the pressure angles, the friction of the rollers' pins, and that of the cam
+    on its shaft; the derivation stands at ``Cycle``, and what is simulated is that law itself. It repeats every pi/M of the cam, where one
+    of the two conjugate cams hands over to the other: with a jump for ``sharing`` = "single", continuously for "elastic". Where a roller
+    changes its sense of turning it jumps a little. Turning the other way is the mirror image: psi becomes -psi. psi = 0 is the middle of a
+    stroke on both sides.
 
-    Where kappa >= 1 over a part of the cycle (steep flanks, rough rollers), halves at rest stay so under any torque of the cage.
+    Where rollers are so rough that the sides are locked, kappa = 3, halves at rest stay so under any torque of the cage.
 
-    Without friction it is the open bevel differential. Without inertia: put inertias at its flanges. Geometry and friction are structure,
-    checked and solved where it is built. The cam by default is the paper's choice {M = 4, N = 5}; its friction is assumed. Source:
-    M. Chaudhary, J. Angeles, A. Morozov, Design of a spherical cam mechanism for an automotive differential, Trans. CSME (2014).
-    Errors: ParameterError for a cam that cannot be built, axes not at right angles, or an unknown rule of sharing.
+    Without friction it is the open bevel differential. Without inertia: put inertias at its flanges. Geometry is structure; friction is
+    parameters: ``friction`` = CamFriction(...) at construction gives all eight. The cam by default is the paper's choice {M = 4, N = 5};
+    its friction is assumed. Source: M. Chaudhary, J. Angeles, A. Morozov, Design of a spherical cam mechanism for an automotive
+    differential, Trans. CSME (2014). Errors: ParameterError for a cam that cannot be built, axes not at right angles, or an unknown rule of
+    sharing.
     """
 
     cam: SphericalCam = SphericalCam(4, 5)
-    friction: CamFriction = CamFriction()
     sharing: Sharing = "elastic"
+    mu_pin: Parameter = parameter("1", "Friction of the rollers' pins", default=_FRICTION.mu_pin, min=0)
+    pin: Parameter = parameter(
+        "1", "Radius of a pin over that of its roller", default=_FRICTION.pin, min=0, max=1, exclude=(1.0,)
+    )
+    mu_thrust: Parameter = parameter("1", "Friction of the rollers' collars", default=_FRICTION.mu_thrust, min=0)
+    thrust: Parameter = parameter(
+        "1", "Mean radius of a collar over that of its roller", default=_FRICTION.thrust, min=0
+    )
+    mu_contact: Parameter = parameter(
+        "1", "Friction between roller and cam, beyond which the roller slips", default=_FRICTION.mu_contact, min=0
+    )
+    mu_bearing: Parameter = parameter("1", "Friction of a cam on its shaft", default=_FRICTION.mu_bearing, min=0)
+    shaft: Parameter = parameter(
+        "1", "Radius of the cam's shaft over the contacts' distance from the centre", default=_FRICTION.shaft, min=0
+    )
+    washer: Parameter = parameter(
+        "1", "Radius of the thrust washer over the contacts' distance", default=_FRICTION.washer, min=0
+    )
     w_rel: Variable = variable("rad/s", "Speed of the left side against the right side", prefer=True)
     theta: Variable = variable("rad", "Angle of the left side against the crown wheel", prefer=True)
     psi: Variable = variable("rad", "Angle of the cam on its shaft, from the middle of a stroke")
@@ -48,11 +71,19 @@ class SphericalCamDifferential(Differential, Lossy):
     kappa: Variable = variable("1", "Locking coefficient for the left side ahead")
     kappa_back: Variable = variable("1", "Locking coefficient for the right side ahead")
 
-    if not TYPE_CHECKING:
+    if TYPE_CHECKING:
+        friction: CamFriction = _FRICTION
+    else:
 
         def __init__(self, **given: Any) -> None:
-            super().__init__(**given)
-            kappa_wave(self.cycle)
+            whole = given.pop("friction", None)
+            super().__init__(**(given if whole is None else given | vars(whole)))
+            _ = self.cycle  # checks the cam's axes and the rule of sharing
+
+        @property
+        def friction(self) -> CamFriction:
+            """Its friction, for ``Cycle``."""
+            return CamFriction(**{field.name: self._values[field.name] for field in fields(CamFriction)})
 
     @property
     def cycle(self) -> Cycle:
@@ -68,9 +99,10 @@ class SphericalCamDifferential(Differential, Lossy):
         yield self.w_cam == self.cam.N / self.cam.M * self.w_rel / 2
         yield self.left.tau == self.tau - self.crown.tau / 2
         yield self.right.tau == -self.tau - self.crown.tau / 2
-        forward, backward = kappa_wave(self.cycle)(2 * self.cam.M * self.psi)
-        yield self.kappa == forward
-        yield self.kappa_back == backward
+        handover = Cycle(self.cam, sharing=self.sharing).handover
+        ahead, behind = (rollers(self.cam, self.sharing, handover, side * self.psi, _LAWS) for side in (1, -1))
+        yield self.kappa == locking(ahead, behind, self.cam, self, _LAWS)
+        yield self.kappa_back == locking(behind, ahead, self.cam, self, _LAWS)
         load = self.crown.tau / 2
         size = switch(load >= 0, load, -load, continuous=True)
         # While the branch of the switch is not yet that of the load, the bounds stand the wrong way round. Stuck halves do not break

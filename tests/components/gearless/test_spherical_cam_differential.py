@@ -65,8 +65,8 @@ def test_torques_have_the_efficiency_of_the_cycle(
     np.testing.assert_allclose(driven + driving, torque, rtol=1e-9)
     eta = cycle.eta_0(psi if left > right else -psi)
     error = np.abs(driven / driving / eta - 1)
-    assert error.mean() < 1e-3  # the wave's harmonics
-    assert np.quantile(error, 0.98) < 5e-3
+    at_jumps = {e.time for e in result.events}
+    assert error[[t not in at_jumps for t in result.time]].max() < 1e-7
     loss = result["parts[0].lossPower"]
     assert (loss > 0).all()
     np.testing.assert_allclose(loss, np.abs(driving - driven) / 2 * abs(left - right), rtol=1e-9)
@@ -169,14 +169,24 @@ def test_hands_over_at_events() -> None:
         for k in range(-2, 12)
         if 0 < k * cam.half + side * h < end
     )
-    logged = sorted({round(event.time, 9) for event in result.events if event.time > 0})
+    logged = sorted({round(e.time, 9) for e in result.events if e.time > 0 and e.name == "parts[0].handover"})
     np.testing.assert_allclose(logged, times, atol=1e-8)
 
 
-def test_cost_of_a_simulation_with_harmonics() -> None:
-    """No events while it slides smoothly."""
-    result = spun(SphericalCamDifferential(), 30.0, 10.0, 50.0)
-    assert not [event for event in result.events if event.time > 0]
+def test_events_while_it_slides() -> None:
+    """A roller changes its sense of turning where the axis of relative rotation passes through its contact: nothing else happens."""
+    differential = SphericalCamDifferential()
+    result = spun(differential, 4.0, 1.0, 50.0)
+    cam, times = differential.cam, sorted(e.time for e in result.events if e.time > 0)
+    assert {e.name for e in result.events} == {"parts[0].spin"}
+    u = np.linspace(0, cam.half, 20_001)
+    reversal = float(u[np.argmin(np.abs(cam.beta_4(u - cam.half) - cam.alpha_4))])
+    apart = np.mod(np.array(times) * 1.5 * cam.N / cam.M + 1e-9, cam.half)
+    near = np.min([np.abs(apart - at) for at in (0.0, reversal, cam.half - reversal)], axis=0)
+    assert near.max() < 1e-4
+    assert not spun(
+        SphericalCamDifferential(cam=SphericalCam(3, 6)), 30.0, 10.0, 50.0
+    ).events  # it lies outside all the time
 
 
 def test_refuses_axes_that_are_not_at_right_angles() -> None:
