@@ -13,7 +13,14 @@ import numpy as np
 from powertrain import ParameterError
 from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.final_drive import STANDARD_RATIOS
-from powertrain.components.gearless.spherical_cam.profile import CamGeometry, SphericalCam
+from powertrain.components.gearless.spherical_cam.profile import (
+    FINE,
+    Array,
+    CamGeometry,
+    SphericalCam,
+    bisected,
+    lowest,
+)
 
 COMBINATIONS = tuple((M, N) for M in (3, 4) for N in range(M, 9) if (M, N) != (3, 8))
 """Lobes and rollers in the tables of the paper."""
@@ -26,13 +33,18 @@ def pressure_angle_range(cam: CamGeometry) -> tuple[float, float]:
     0.92, not the printed 1.01; 0 for M = N). The maxima of Table 1 are not reproducible, neither as this intersection nor as that with the
     next stroke of the same cam; "16.62" is no angle in radians. Both the range and its end here are what the equations give.
     """
-    s = np.linspace(0.0, 3 * cam.half, 60_001)[1:-1]
-    mu = cam.pressure_angle_n(-cam.half - s)
-    within = s[: np.searchsorted(s, cam.half)]
-    difference = np.interp(within, s, mu) - np.interp(within + cam.half, s, mu)
-    crossing = np.flatnonzero((difference[:-1] > 0) & (difference[1:] <= 0))
-    most = float(np.interp(within[crossing[0]], s, mu)) if crossing.size else math.nan
-    return float(mu.min()), most
+    s = np.linspace(0.0, 3 * cam.half, FINE)[1:-1]
+
+    def angle(at: float | Array) -> Array:
+        return cam.pressure_angle_n(-cam.half - np.asarray(at))
+
+    def difference(at: float) -> float:
+        return float(angle(at) - angle(at + cam.half))
+
+    within = s[s < cam.half]
+    falls = np.flatnonzero(np.diff(np.sign(angle(within) - angle(within + cam.half))) < 0)
+    most = float(angle(bisected(difference, *within[falls[0] : falls[0] + 2]))) if falls.size else math.nan
+    return lowest(angle, s), most
 
 
 def table_2(standard: Iterable[float] = STANDARD_RATIOS) -> dict[tuple[int, int], tuple[float, ...]]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
 
 Array = NDArray[np.float64]
 FINE = 721
@@ -160,8 +161,8 @@ class CamGeometry:
     @cached_property
     def minimum_pressure_angle(self) -> float:
         """Least mu_n of the stroke, the minimum of Fig. 5 and Table 1 [rad]."""
-        psi = np.linspace(-2 * self.half - self.sigma, -self.half, 4 * FINE)[:-1]
-        return float(self.pressure_angle_n(psi).min())
+        psi = np.linspace(-2 * self.half - self.sigma, -self.half, FINE)[:-1]
+        return lowest(self.pressure_angle_n, psi)
 
 
 @dataclass(frozen=True)
@@ -207,6 +208,15 @@ def bisected(function: Callable[[float], float], low: float, high: float) -> flo
     while low < (middle := (low + high) / 2) < high:
         low, high = (middle, high) if (function(middle) > 0) == sign else (low, middle)
     return middle
+
+
+def lowest(function: Callable[[Any], Array], grid: Array) -> float:
+    """The least value of a function of arrays, sought around the least one on a grid."""
+    values = function(grid)
+    i = int(values.argmin())
+    bounds = grid[max(i - 1, 0)], grid[min(i + 1, grid.size - 1)]
+    found = minimize_scalar(lambda x: float(function(x)), bounds=bounds, method="bounded", options={"xatol": 1e-10})
+    return min(float(found.fun), float(values[i]))
 
 
 def _angle(a: Any, b: Any) -> Array:

@@ -189,6 +189,7 @@ def test_maxima_of_table_1_are_not_reproducible() -> None:
     least, most = pressure_angle_range(PAPER)
     assert least == pytest.approx(0.525, abs=1e-3)
     assert most == pytest.approx(0.713, abs=1e-3)
+    assert pressure_angle_range(CamGeometry(3, 3))[1] == pytest.approx(0.6946124, abs=1e-7)  # steep: a grid says 0.6957
     beyond = PAPER.stroke[1] + 1e-3  # the stroke of one cam ends before the next one has begun to push
     assert beyond < PAPER.half
 
