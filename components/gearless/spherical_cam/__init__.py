@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from powertrain.components.gearless.spherical_cam.body import CamBody
 from powertrain.components.gearless.spherical_cam.checks import clearance
 from powertrain.components.gearless.spherical_cam.cycle import NO_FRICTION, CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.design import Choice, pressure_angle_range, search, table_2
-from powertrain.components.gearless.spherical_cam.differential import SphericalCamDifferential
+from powertrain.components.gearless.spherical_cam.differential import CamMasses, SphericalCamDifferential
 from powertrain.components.gearless.spherical_cam.final_drive import STANDARD_RATIOS, PlanetaryFinalDrive
 from powertrain.components.gearless.spherical_cam.profile import CamGeometry, SphericalCam
 from powertrain.components.gearless.spherical_cam.rollers import Sharing
@@ -13,8 +14,10 @@ from powertrain.components.gearless.spherical_cam.rollers import Sharing
 __all__ = [
     "NO_FRICTION",
     "STANDARD_RATIOS",
+    "CamBody",
     "CamFriction",
     "CamGeometry",
+    "CamMasses",
     "Choice",
     "Cycle",
     "PlanetaryFinalDrive",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
+from powertrain import Component, Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
 from powertrain.components.differentials.interfaces import Differential
 from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.profile import SphericalCam
@@ -16,6 +16,16 @@ from powertrain.components.rotational.interfaces import Lossy
 
 _FRICTION = CamFriction()
 _LAWS = Algebra(ca, lambda condition, a, b, name: switch(condition, a, b, name=name))
+
+
+class CamMasses(Component):
+    """Masses inside of a spherical cam differential that move while the sides turn against each other."""
+
+    J_cam: Parameter = parameter("kg.m2", "Moment of inertia of all cams about their shafts", above=0)
+
+    def equations(self) -> Equations:
+        """None: the differential moves them."""
+        yield from ()
 
 
 class SphericalCamDifferential(Differential, Lossy):
@@ -63,6 +73,7 @@ class SphericalCamDifferential(Differential, Lossy):
     washer: Parameter = parameter(
         "1", "Radius of the thrust washer over the contacts' distance", default=_FRICTION.washer, min=0
     )
+    masses: CamMasses | None = None
     w_rel: Variable = variable("rad/s", "Speed of the left side against the right side", prefer=True)
     theta: Variable = variable("rad", "Angle of the left side against the crown wheel", prefer=True)
     psi: Variable = variable("rad", "Angle of the cam on its shaft, from the middle of a stroke")
@@ -97,8 +108,9 @@ class SphericalCamDifferential(Differential, Lossy):
         yield self.w_rel == 2 * der(self.theta)
         yield self.psi == self.cam.N / self.cam.M * self.theta
         yield self.w_cam == self.cam.N / self.cam.M * self.w_rel / 2
-        yield self.left.tau == self.tau - self.crown.tau / 2
-        yield self.right.tau == -self.tau - self.crown.tau / 2
+        spin = 0 if self.masses is None else self.masses.J_cam * self.cam.N / self.cam.M / 2 * der(self.w_cam)
+        yield self.left.tau == self.tau + spin - self.crown.tau / 2
+        yield self.right.tau == -self.tau - spin - self.crown.tau / 2
         handover = Cycle(self.cam, sharing=self.sharing).handover
         ahead, behind = (rollers(self.cam, self.sharing, handover, side * self.psi, _LAWS) for side in (1, -1))
         yield self.kappa == locking(ahead, behind, self.cam, self, _LAWS)
@@ -110,6 +122,10 @@ class SphericalCamDifferential(Differential, Lossy):
         peak = ca.if_else(size < 0, -1, 1)
         yield friction(self.w_rel, self.tau, -self.kappa_back * size, self.kappa * size, peak=peak)
         yield from self._dissipate()
+
+    def energy(self) -> Symbol:
+        """Kinetic energy of the cams' spin."""
+        return Symbol(0) if self.masses is None else self.masses.J_cam * self.w_cam**2 / 2
 
     def loss(self) -> Symbol:
         """Friction torque times relative speed."""

@@ -109,6 +109,22 @@ class CamGeometry:
         against_cam = change - np.cross([0.0, 0.0, 1.0], contact)
         return np.asarray((against_cam * unit(np.cross(self.e_e, axis))).sum(-1))
 
+    def conformity(self, psi: ArrayLike) -> Array:
+        """Radius of the relative curvature of roller and cam at their contact, over its distance from the centre; 0 at a cusp.
+
+        On the sphere the roller is a circle with the curvature cot(alpha_4), the profile is parallel to the pitch curve at the distance
+        alpha_4. With kappa_p the curvature of the pitch curve, positive where its centre lies on the cam's side, that of the profile is
+        cot(arccot(kappa_p) - alpha_4), and their sum 1/(sin(alpha_4)^2 (cot(alpha_4) - kappa_p)).
+        """
+        axis, beta_4 = self.roller_axis(psi), self.beta_4(psi)[..., None]
+        turning = -self.M / self.N * self.e_phi
+        relative = turning - [0.0, 0.0, 1.0]
+        speed = np.cross(relative, axis)
+        change = np.cross(relative, np.cross(turning, axis)) - np.cross([0.0, 0.0, 1.0], speed)
+        towards = (self.e_e - np.cos(beta_4) * axis) / np.sin(beta_4)
+        curvature = (change * towards).sum(-1) / (speed**2).sum(-1)
+        return np.asarray(math.sin(self.alpha_4) ** 2 * (1 / math.tan(self.alpha_4) - curvature))
+
     @cached_property
     def sigma(self) -> float:
         """Cam angle beyond psi = 0 at which the profile reaches the lobe's plane of symmetry, eq. (5) [rad]."""

@@ -1,0 +1,150 @@
+"""Sizes of a spherical cam differential: contact pressure, volume, mass and inertia of its cams and rollers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain import ParameterError
+from powertrain.components.gearless.spherical_cam.cycle import Cycle
+from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, lowest
+
+POINTS = 721
+
+
+@dataclass(frozen=True)
+class CamBody:
+    """A cam of a spherical cam differential as a body: the inner and the outer conjugate cam, the rollers on them, and how many pairs.
+
+    ``inner``, ``outer``: from which to which distance from the centre the cams reach [m]; they are conical, all their generators pass
+    through the centre. ``bore``: radius of the hole for the shaft [m]. ``pairs`` of cams stand around the axle. ``E`` [Pa], ``nu``,
+    ``density`` [kg/m3] of cams and rollers.
+
+    Cam and roller turn about axes through the centre, so an elastic approach grows with the distance rho from it: the load per length is k
+    rho. So does the radius of relative curvature, rho c with c the ``conformity`` of the profile, and the pressure of Hertz's line contact
+    is the same all along the line:
+
+    p = sqrt(k rho E'/(pi rho c)),  E' = E/(2 (1 - nu^2)),  moment of the line k (rho_o^3 - rho_i^3)/3
+
+    For one pressure, torque and volume are in proportion. Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, ch. 4.
+
+    Errors: ParameterError for cams inside out or inside of each other, a bore as large as the cam, or a material that is none.
+
+    >>> body = CamBody(SphericalCam(4, 5), inner=(0.020, 0.029), outer=(0.030, 0.036), bore=0.006)
+    >>> round(body.mass, 2), round(1e6 * body.spin_inertia, 1)
+    (0.2, 42.9)
+    """
+
+    cam: SphericalCam
+    inner: tuple[float, float]
+    outer: tuple[float, float]
+    bore: float = 0.0
+    pairs: int = 2
+    E: float = 210e9
+    nu: float = 0.3
+    density: float = 7850.0
+
+    def __post_init__(self) -> None:
+        radii = (*self.inner, *self.outer)
+        if not (all(map(math.isfinite, radii)) and 0 <= radii[0] < radii[1] <= radii[2] < radii[3]):
+            said = ", ".join(f"{rho:g}" for rho in radii)
+            raise ParameterError(
+                f"CamBody: the cams reach over {said} m from the centre: these must be finite and increase, the outer cam lies outside"
+            )
+        least = float(np.hypot(*self.cam.whole_profile()[:, :2].T).min()) * radii[0]
+        if not 0 <= self.bore <= least:
+            raise ParameterError(
+                f"CamBody: bore = {self.bore:g} m must lie in [0, {least:.4g}] m: the inner cam is no thicker where it begins"
+            )
+        if self.pairs < 1 or not (self.E > 0 and -1 < self.nu <= 0.5 and self.density > 0):
+            raise ParameterError(
+                f"CamBody: pairs = {self.pairs}, E = {self.E:g} Pa, nu = {self.nu:g}, density = {self.density:g} kg/m3: at least one "
+                "pair is needed, of a material with E > 0, -1 < nu <= 0.5 and a positive density"
+            )
+
+    @property
+    def _sizes(self) -> tuple[float, float]:
+        """(rho_o^3 - rho_i^3)/3 of both cams [m3]."""
+        return (self.inner[1] ** 3 - self.inner[0] ** 3) / 3, (self.outer[1] ** 3 - self.outer[0] ** 3) / 3
+
+    def pressure(self, cycle: Cycle, s: ArrayLike, torque: float) -> tuple[Array, Array]:
+        """Hertz's greatest pressure [Pa] on the inner and the outer cam at the cam angle s, for the torque of one side wheel [N.m].
+
+        Without friction. s = 0 is the middle of a stroke of the inner cam; the period is a stroke, 2 pi/M. The rule of sharing tells what
+        part of the torque each roller carries.
+        """
+        s = np.asarray(s, float)
+        first, second = cycle.contact_force(s, abs(torque), 1.0, cams=self.pairs)
+        phase = np.mod(s, cycle.cam.half)
+        on_first = np.floor(s / cycle.cam.half) % 2 == 0
+        forces = np.where(on_first, first, second), np.where(on_first, second, first)
+        ahead = np.where(on_first, 0.0, cycle.cam.half)
+        places = phase + ahead, phase + cycle.cam.half - ahead
+        stiff = self.E / (2 * (1 - self.nu**2)) / math.pi
+        inner, outer = (
+            np.sqrt(moment / size * stiff / cycle.cam.conformity(u - cycle.cam.half))
+            for moment, size, u in zip(forces, self._sizes, places, strict=True)
+        )
+        return inner, outer
+
+    def greatest_pressure(self, cycle: Cycle, torque: float) -> float:
+        """The greatest pressure of a cycle [Pa]. Below the surface the greatest shear stress is 0.30 of it (Johnson, 4.1)."""
+        s = np.linspace(0.0, 2 * cycle.cam.half, POINTS)
+        return -lowest(lambda at: -np.maximum(*self.pressure(cycle, at, torque)), s)
+
+    def sized(self, cycle: Cycle, torque: float, pressure: float) -> Self:
+        """The similar body that a torque of one side wheel [N.m] loads to a pressure [Pa]: torque/(pressure^2 size^3) is a constant."""
+        if not (torque > 0 and pressure > 0):
+            raise ParameterError(
+                f"CamBody.sized: torque = {torque:g} N.m and pressure = {pressure:g} Pa must be positive"
+            )
+        factor = (self.greatest_pressure(cycle, torque) / pressure) ** (2 / 3)
+        (a, b), (c, d) = self.inner, self.outer
+        return replace(self, inner=(a * factor, b * factor), outer=(c * factor, d * factor), bore=self.bore * factor)
+
+    @property
+    def volume(self) -> float:
+        """Of all cams [m3]."""
+        return self.pairs * sum(self._moments(*reach)[0] for reach in (self.inner, self.outer))
+
+    @property
+    def mass(self) -> float:
+        """Of all cams [kg]."""
+        return self.density * self.volume
+
+    @property
+    def spin_inertia(self) -> float:
+        """Of all cams about their shafts [kg.m2]."""
+        return self.density * self.pairs * sum(self._moments(*reach)[1] for reach in (self.inner, self.outer))
+
+    def _moments(self, low: float, high: float) -> tuple[float, float]:
+        """Volume [m3] and its second moment about the shaft [m5] of what lies between two spheres, the profile and the bore.
+
+        A wedge between azimuths reaches from the bore, sin(theta) = bore/rho, to the profile at theta, and
+        int rho^2 sin(theta), int rho^4 sin(theta)^3 over theta and rho are, with t = rho^2 - bore^2,
+        t^(3/2)/3 - cos(theta) rho^3/3,  2 t^(5/2)/15 + bore^2 t^(3/2)/3 - (cos(theta) - cos(theta)^3/3) rho^5/5
+        """
+        points = self.cam.whole_profile(POINTS)
+        x, y, cosine = np.vstack([points, points[:1]]).T
+        azimuth = np.diff(np.unwrap(np.arctan2(y, x)))
+
+        def around(values: Array) -> float:
+            return abs(float(((values[1:] + values[:-1]) / 2 * azimuth).sum()))
+
+        def at(rho: float) -> tuple[Array, Array]:
+            t = rho**2 - self.bore**2
+            area = t**1.5 / 3 - cosine * rho**3 / 3
+            second = 2 * t**2.5 / 15 + self.bore**2 * t**1.5 / 3 - (cosine - cosine**3 / 3) * rho**5 / 5
+            return area, second
+
+        (area_low, second_low), (area_high, second_high) = at(low), at(high)
+        return around(area_high - area_low), around(second_high - second_low)
+
+    @property
+    def roller_mass(self) -> float:
+        """Of one roller on the inner cam and one on the outer cam, as full cones [kg]."""
+        return self.density * 2 * math.pi * (1 - math.cos(self.cam.alpha_4)) * sum(self._sizes)
