@@ -91,7 +91,7 @@ class RollerContact:
 
         "sphere" is eq. (30); it takes the contact for a circle, and is too low. "elliptic" is exact for smooth elastic bodies.
         """
-        F = np.asarray(force, float)
+        F = _pushing(force)
         if method == "sphere":
             return np.cbrt(6 * F * self.E_star**2 / (math.pi**3 * self.R_e**2))
         a, b = self.ellipse(F)
@@ -100,7 +100,7 @@ class RollerContact:
 
     def ellipse(self, force: ArrayLike) -> tuple[Array, Array]:
         """Semi-axes of the contact [m]: the longer one lies where the bodies conform better, across the track or along it."""
-        F = np.asarray(force, float)
+        F = _pushing(force)
         k = self.slenderness
         m = 1 - k**2
         K, E = ellipk(m), ellipe(m)
@@ -121,6 +121,15 @@ class RollerContact:
             return math.log((E / k**2 - K) / (K - E) / wanted)
 
         return math.exp(float(brentq(miss, -math.log(wanted) - 1, -1e-7, xtol=1e-14)))
+
+
+def _pushing(force: ArrayLike) -> Array:
+    F = np.asarray(force, float)
+    if not (np.isfinite(F) & (F >= 0)).all():
+        raise ParameterError(
+            f"RollerContact: a normal force of {float(F.min()):g} N: a contact only pushes, with a finite force"
+        )
+    return F
 
 
 def track_contacts(

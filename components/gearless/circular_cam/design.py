@@ -20,6 +20,9 @@ from powertrain.components.gearless.circular_cam.locking_law import (
 )
 from powertrain.components.gearless.circular_cam.track import Array, Track
 
+LEAST_WIDTH = 0.2
+"""Least width of a roller, a slice of a sphere, over its radius: the tracks' rollers turn side by side in one groove."""
+
 
 @dataclass(frozen=True)
 class CircularCams:
@@ -28,7 +31,8 @@ class CircularCams:
     theta = 0 is where the outer rollers stand in the middle of their arcs (Fig. 15a). Rollers of both tracks share the grooves of the
     cage; they are slices of spheres, and the slices of a groove turn side by side.
 
-    Errors: ParameterError where the inner track is not smaller, the numbers of arcs differ, or the tracks are not half an arc apart.
+    Errors: ParameterError where the inner track is not smaller or leaves the rollers no width, the numbers of arcs differ, or the tracks
+    are not half an arc apart.
     """
 
     outer: Track
@@ -44,6 +48,12 @@ class CircularCams:
         if inner.n != outer.n:
             raise ParameterError(
                 f"CircularCams: the tracks have {outer.n} and {inner.n} arcs; both rollers of a groove need the same"
+            )
+        width, radius = (outer.D - inner.D) / 2, max(outer.r, inner.r)
+        if width < LEAST_WIDTH * radius:
+            raise ParameterError(
+                f"CircularCams: tracks of {outer.D:g} and {inner.D:g} m leave slices of {width:g} m to rollers of radius {radius:g} m; "
+                f"they need {LEAST_WIDTH:g} of it, {LEAST_WIDTH * radius:.4g} m: take the diameters further apart"
             )
         apart = (inner.phase - outer.phase) * outer.n / math.pi
         if abs(apart % 2 - 1) > 1e-9:
@@ -83,7 +93,7 @@ class CircularCams:
 
     def share(self, theta: ArrayLike, sharing: Sharing = "elastic", stiffness: float = 1.0) -> Array:
         """lambda: the part of the cage's torque that the outer track carries."""
-        check_sharing(sharing)
+        check_sharing(sharing, stiffness)
         return np.asarray(outer_share(sharing, *self.sines(theta, sharing), self.xi, stiffness), float)
 
     def kappa(
@@ -93,7 +103,9 @@ class CircularCams:
 
         By the rigid rule it is infinite where one track's angle is zero.
         """
-        check_sharing(sharing)
+        check_sharing(sharing, stiffness)
+        if not (math.isfinite(mu_groove) and mu_groove >= 0):
+            raise ParameterError(f"CircularCams.kappa: mu_groove = {mu_groove:g} must be zero or positive, and finite")
         sines, friction = self.sines(theta, sharing), self.disk.mu * self.disk.D_R
         with np.errstate(divide="ignore"):
             disks = disk_coefficient(sharing, *sines, self.outer.D, self.inner.D, friction, stiffness=stiffness)

@@ -59,7 +59,7 @@ def forces_at(
     A torque that a track without inclination ought to carry by the rigid rule has infinite normal forces. Errors: ParameterError for
     an angle outside [0, 90 degrees), or both zero: no torque could be transmitted.
     """
-    check_sharing(sharing)
+    check_sharing(sharing, stiffness)
     a_out, a_in, T = np.broadcast_arrays(*(np.asarray(v, float) for v in (alpha_out, alpha_in, np.abs(torque))))
     for name, angle in (("alpha_out", a_out), ("alpha_in", a_in)):
         if np.any((angle < 0) | (angle >= np.pi / 2)):

@@ -11,10 +11,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 from powertrain.components.gearless.circular_cam.design import CircularCams
 from powertrain.components.gearless.circular_cam.locking_law import Sharing
-from powertrain.components.gearless.circular_cam.track import Array
+from powertrain.components.gearless.circular_cam.track import Array, steepest_angle
 
 _SAMPLES = 721
-_STEEPEST = math.radians(89)
 
 
 def bias_ratio(kappa: ArrayLike) -> Array:
@@ -140,6 +139,7 @@ def with_friction(cams: CircularCams, mu: float) -> CircularCams:
 def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interior: bool = False) -> float:
     """Greatest angle alpha_m of similar tracks [rad] up to which they lock at every phase, by exact sines and tangents.
 
+    It is the steepest angle that can be built where they lock even there.
     ``interior``: only at the phases where both tracks carry, the exact counterpart of eq. (42).
     """
 
@@ -149,9 +149,10 @@ def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interio
 
     if cams.disk.mu == 0:
         return 0.0
-    if excess(_STEEPEST) >= 0:
-        return _STEEPEST
-    return float(brentq(excess, 1e-6, _STEEPEST, xtol=1e-12))
+    steepest = (1 - 1e-9) * min(steepest_angle(track.D, track.r, track.n) for track in (cams.outer, cams.inner))
+    if excess(steepest) >= 0:
+        return steepest
+    return float(brentq(excess, 1e-6, steepest, xtol=1e-12))
 
 
 def locking_map(

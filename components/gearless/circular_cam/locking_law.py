@@ -5,6 +5,7 @@ All functions take numbers, arrays or symbols: sines of the contact angles, with
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, get_args
 
 from powertrain import ParameterError
@@ -22,8 +23,10 @@ Sharing = Literal["elastic", "rigid", "averaged"]
 """
 
 
-def check_sharing(sharing: str) -> None:
-    """Errors: ParameterError for an unknown name."""
+def check_sharing(sharing: str, stiffness: float = 1.0) -> None:
+    """Errors: ParameterError for an unknown name, or a ratio of stiffnesses that is none."""
+    if not (math.isfinite(stiffness) and stiffness > 0):
+        raise ParameterError(f"stiffness = {stiffness:g}, inner over outer contact, must be positive and finite")
     if sharing not in get_args(Sharing):
         raise ParameterError(f"sharing = {sharing!r} is not one of {', '.join(get_args(Sharing))}")
 

@@ -27,9 +27,9 @@ class Track:
     An arc is as long as the circumference allows: 2 R_m sin(alpha_max) = pi D/n. The rollers stand 2 pi/n apart. ``phase`` is the
     angle theta by which this track is ahead: all rollers are in the middle of their arcs (contact angle 0) at theta = -phase.
 
-    Errors: ParameterError for an odd number of arcs (the curvature could not alternate around the circle), a contact angle outside
-    (0, 90 degrees), and rollers that touch their neighbours. Rollers that do not are small enough for every arc: r < R_m, so that the
-    convex surfaces of radius R_m - r are never undercut.
+    Errors: ParameterError for an odd number of arcs (the curvature could not alternate around the circle), a contact angle outside (0, 90
+    degrees), rollers that touch their neighbours, and cams that touch each other where hill meets hill (lift >= 2 r). Rollers that do not
+    are small enough for every arc: r < R_m, so that the convex surfaces of radius R_m - r are never undercut.
     """
 
     D: float
@@ -60,6 +60,13 @@ class Track:
             raise ParameterError(
                 f"Track: rollers of radius r = {self.r:g} m touch each other: {self.n} of them on a diameter of {self.D:g} m are "
                 f"{spacing:.4g} m apart, so that r must be less than {spacing / 2:.4g} m"
+            )
+        if self.lift >= 2 * self.r:
+            steepest = math.degrees(steepest_angle(self.D, self.r, self.n))
+            raise ParameterError(
+                f"Track: the cams collide where a hill passes a hill: the lift of {self.lift:.4g} m leaves no gap with rollers of "
+                f"radius r = {self.r:g} m, it must be less than 2 r; take alpha_max = {math.degrees(self.alpha_max):g} below "
+                f"{steepest:.4g} degrees"
             )
 
     @property
@@ -148,6 +155,11 @@ class Track:
         """
         y, slope = self.pitch(x)
         return np.asarray(x, float) - side * self.r * np.sin(slope), y + side * self.r * np.cos(slope)
+
+
+def steepest_angle(D: float, r: float, n: int) -> float:
+    """Contact angle alpha_max at which the cams of a track touch [rad]: lift = (pi D/n) tan(alpha_max/2) = 2 r."""
+    return 2 * math.atan(2 * r * n / (math.pi * D))
 
 
 def check_number(n: int) -> None:

@@ -11,7 +11,7 @@ from powertrain import Equations, Parameter, Symbol, Variable, der, friction, pa
 from powertrain.components.differentials.interfaces import Differential
 from powertrain.components.gearless.linkage.friction import JointFriction, kappa
 from powertrain.components.gearless.linkage.kinematics import Linkage, closed_loop
-from powertrain.components.gearless.linkage.masses import TABLE_5_1, Inertia, LinkMasses, inertia
+from powertrain.components.gearless.linkage.masses import ROUNDING, TABLE_5_1, Inertia, LinkMasses, inertia
 from powertrain.components.rotational.interfaces import Lossy
 
 _CAGE, _COUPLER, _LEVER, _JOINTS = TABLE_5_1.cage, TABLE_5_1.coupler, TABLE_5_1.lever, JointFriction()
@@ -52,7 +52,9 @@ class LinkageDifferential(Differential, Lossy):
     transverse_coupler: Parameter = parameter(
         "kg.m2", "A coupler across its axis, about its centre", default=_COUPLER.transverse, min=0
     )
-    centre_coupler: Parameter = parameter("1", "Distance of a coupler's centre from its R-pair over a", default=0.5)
+    centre_coupler: Parameter = parameter(
+        "1", "Distance of a coupler's centre from its R-pair over a", default=0.5, min=0
+    )
     m_lever: Parameter = parameter("kg", "Mass of the lever", default=_LEVER.m, min=0)
     axial_lever: Parameter = parameter("kg.m2", "The lever along its axis", default=_LEVER.axial, min=0)
     transverse_lever: Parameter = parameter(
@@ -85,6 +87,9 @@ class LinkageDifferential(Differential, Lossy):
     def equations(self) -> Equations:
         """Symmetric kinematics, Lagrange's two equations and friction."""
         within(self.a, ca.fabs(self.offset), 2 * self.b - self.offset, name="a", unit="m")
+        for part in ("coupler", "lever"):
+            axial, transverse = getattr(self, f"axial_{part}"), getattr(self, f"transverse_{part}")
+            within(axial, 0, 2 * (1 + ROUNDING) * transverse, name=f"axial_{part}", unit="kg.m2")
         yield self.left.phi + self.right.phi == 2 * self.crown.phi
         yield self.phi_diff == (self.left.phi - self.right.phi) / 2
         yield self.alpha == self.alpha_0 + self.phi_diff

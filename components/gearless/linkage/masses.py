@@ -14,6 +14,10 @@ STEEL = 7900.0
 """Density that App. B takes for steel [kg/m3]."""
 
 
+ROUNDING = 1e-9
+"""By what share an inertia may miss its limit."""
+
+
 @dataclass(frozen=True)
 class Body:
     """A body of revolution: mass [kg], moments of inertia about its axis and across it, through its centre [kg.m2]."""
@@ -28,6 +32,13 @@ class Body:
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
                 raise ParameterError(f"body: {name} = {value:g} must be zero or positive, and finite")
+        if self.axial > 2 * self.transverse * (1 + ROUNDING):
+            raise ParameterError(
+                f"body: axial = {self.axial:g} kg.m2 must not exceed 2 transverse = {2 * self.transverse:g} kg.m2, as a disk without "
+                "thickness has it; with the thin rod's formula a short cylinder does, take the exact one"
+            )
+        if self.m == 0 and self.transverse > 0:
+            raise ParameterError(f"body: transverse = {self.transverse:g} kg.m2 without mass: give m")
 
 
 def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, transverse: str = "rod") -> Body:
@@ -64,6 +75,13 @@ class LinkMasses:
     lever: Body
     output: float = 0.0
     coupler_centre: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Checks the values."""
+        for name in "output", "coupler_centre":
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                raise ParameterError(f"link masses: {name} = {value:g} must be zero or positive, and finite")
 
 
 GRAM_CM2 = 1e-7

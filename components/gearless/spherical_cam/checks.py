@@ -19,11 +19,22 @@ TOUCH = 1e-9
 """What a roller may seem to cut into the profile by round-off [rad]."""
 
 
-def check_angles(cam: CamGeometry) -> None:
-    """Refuses numbers and angles before anything is computed. Errors: ParameterError."""
+def check_numbers(cam: CamGeometry) -> None:
+    """Refuses what has no geometry at all. Errors: ParameterError."""
+    _check_counts(cam)
+    for name in ("alpha_1", "alpha_3", "alpha_4"):
+        _between(cam, name, 0.0, math.pi / 2, "it is an angle between crossing axes, or of a cone")
+
+
+def _check_counts(cam: CamGeometry) -> None:
     for name, value, what in (("M", cam.M, "lobes"), ("N", cam.N, "rollers")):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < LEAST:
             raise _refused(cam, f"{name} = {value!r} {what} must be a whole number of at least {LEAST}")
+
+
+def check_angles(cam: CamGeometry) -> None:
+    """Refuses numbers and angles before anything is computed. Errors: ParameterError."""
+    _check_counts(cam)
     if cam.M == cam.N:
         raise _refused(
             cam,
@@ -47,8 +58,8 @@ def check_angles(cam: CamGeometry) -> None:
         raise _refused(cam, f"alpha_3 + alpha_4 = {total} must be less than 90°: rollers of both carriers meet there")
 
 
-def check_profile(cam: CamGeometry) -> None:
-    """Refuses a cam that cannot be cut or does not keep contact. Errors: ParameterError."""
+def check_cut(cam: CamGeometry) -> None:
+    """Refuses a profile that does not close, or is undercut. Errors: ParameterError."""
     sigma = cam.sigma
     if not sigma > 0:
         end = "never" if math.isnan(sigma) else f"at sigma = {_deg(sigma)}"
@@ -63,6 +74,11 @@ def check_profile(cam: CamGeometry) -> None:
             f"the profile is undercut: it has a cusp at psi = {_deg(float(found[0]))}, where the roller's half-angle alpha_4 = "
             f"{_deg(cam.alpha_4)} is larger than the radius of curvature of the pitch curve; take smaller rollers, or a smaller alpha_3",
         )
+
+
+def check_profile(cam: CamGeometry) -> None:
+    """Refuses a cam that cannot be cut or does not keep contact. Errors: ParameterError."""
+    check_cut(cam)
     if (crossings := double_points(cam)).size:
         said = " and ".join(_deg(float(psi)) for psi in crossings[0])
         raise _refused(
@@ -132,7 +148,7 @@ def _between(cam: CamGeometry, name: str, low: float, high: float, reason: str, 
 
 
 def _refused(cam: CamGeometry, why: str) -> ParameterError:
-    return ParameterError(f"SphericalCam(M={cam.M}, N={cam.N}): {why}")
+    return ParameterError(f"{type(cam).__name__}(M={cam.M}, N={cam.N}): {why}")
 
 
 def _deg(angle: float) -> str:

@@ -25,6 +25,8 @@ FINE = 721
 class CamGeometry:
     """The equations of a cam of M lobes that meshes with a carrier of N conical rollers, whether or not it can be built.
 
+    Errors: ParameterError for fewer than 3 lobes or rollers, and for angles outside (0, 90 degrees].
+
     phi = -(M/N) psi + phi_0,  phi_0 = (1 - 1/N) pi;  tan(beta_1) = M sin(alpha_1)/(M cos(alpha_1) + N)  (1)
 
     ``alpha_1``: angle between the axes of cam and carrier; ``alpha_3``: of a roller's axis e_p against the carrier's axis; ``alpha_4``:
@@ -43,6 +45,11 @@ class CamGeometry:
     alpha_1: float = math.pi / 2
     alpha_3: float = math.radians(44)
     alpha_4: float = math.radians(19)
+
+    def __post_init__(self) -> None:
+        from powertrain.components.gearless.spherical_cam.checks import check_numbers
+
+        check_numbers(self)
 
     @property
     def half(self) -> float:
@@ -142,7 +149,10 @@ class CamGeometry:
         return -self.sigma - 2 * self.half, self.sigma
 
     def whole_profile(self, points: int = 361) -> Array:
-        """The closed profile of all M lobes: ``points`` for each valley."""
+        """The closed profile of all M lobes: ``points`` for each valley. Errors: ParameterError where it is undercut, or does not close."""
+        from powertrain.components.gearless.spherical_cam.checks import check_cut
+
+        check_cut(self)
         valley = self.profile(np.linspace(self.stroke[1], self.stroke[0], points))
         return np.concatenate([turned(valley, 2 * self.half * i) for i in range(self.M)])
 

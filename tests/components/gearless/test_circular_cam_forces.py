@@ -34,6 +34,7 @@ from powertrain.components.gearless.circular_cam import (
     with_friction,
 )
 from powertrain.components.gearless.circular_cam.contact import Method
+from powertrain.components.gearless.circular_cam.track import steepest_angle
 
 OUTER, INNER, DISK = TABLE_1.outer, TABLE_1.inner, TABLE_1.disk
 RADII = {"outer": 0.220, "inner": 0.058}
@@ -308,6 +309,12 @@ def test_critical_angles() -> None:
         assert exact == pytest.approx(critical_angle(D_R, D, xi, mu), rel=1e-4)
 
 
+@pytest.mark.parametrize("force", [-100.0, math.nan, [1.0, -1.0]])
+def test_contacts_only_push(force: Any) -> None:
+    with pytest.raises(pt.ParameterError, match="a contact only pushes"):
+        RollerContact(0.015, 0.144, 0.0165).pressure(force)
+
+
 def test_limit_over_all_phases() -> None:
     """3.243 degrees where the outer track carries alone, not 7.53."""
     alone = single_track_limit(DISK.D_R, OUTER.D, DISK.mu)
@@ -319,7 +326,7 @@ def test_limit_over_all_phases() -> None:
         assert not locking(similar(TABLE_1, 1.001 * limit), sharing).every_phase
     assert math.tan(single_track_limit(0.08, 0.08, 0.1)) == pytest.approx(0.1)  # eq. (A5)
     assert all_phase_limit(with_friction(TABLE_1, 0.0)) == 0
-    assert all_phase_limit(with_friction(TABLE_1, 100.0)) == pytest.approx(math.radians(89))
+    assert all_phase_limit(with_friction(TABLE_1, 100.0)) == pytest.approx(steepest_angle(OUTER.D, OUTER.r, 4))
 
 
 def test_locking_map() -> None:

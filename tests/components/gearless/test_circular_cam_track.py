@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,13 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.gearless.circular_cam import TABLE_1, CircularCams, FrictionDisk, Track
+from powertrain.components.gearless.circular_cam.track import steepest_angle
 
 OUTER, INNER = TABLE_1.outer, TABLE_1.inner
 TRACKS = [
     OUTER,
     INNER,
-    Track(0.1, 0.004, math.radians(40), n=6),
+    Track(0.1, 0.012, math.radians(40), n=6),
     Track(0.06, 0.01, math.radians(5), n=2, phase=math.pi / 2),
 ]
 EIGHTHS = np.arange(9) * np.pi / 8
@@ -165,6 +167,10 @@ def test_phases_of_the_tracks() -> None:
         ({"r": 0.0}, "r = 0 m must be positive"),
         ({"r": 0.031}, "r = 0.031 m touch each other: .* r must be less than 0.03005 m"),
         ({"phase": math.inf}, "phase = inf"),
+        (
+            {"alpha_max": math.radians(60)},
+            r"the lift of 0\.03854 m leaves no gap .* take alpha_max = 60 below 48\.4 degrees",
+        ),
     ],
 )
 def test_tracks_that_cannot_be_are_refused(change: dict[str, Any], message: str) -> None:
@@ -175,9 +181,26 @@ def test_tracks_that_cannot_be_are_refused(change: dict[str, Any], message: str)
 
 @pytest.mark.parametrize("n", [2, 4, 6, 20])
 def test_rollers_that_fit_do_not_undercut(n: int) -> None:
-    for alpha_max in (0.01, 1.0, 1.57):
-        track = Track(0.1, 0.05 * math.sin(math.pi / n) * 0.9999, alpha_max, n)
+    r = 0.05 * math.sin(math.pi / n) * 0.9999
+    for alpha_max in (0.01, 0.9, steepest_angle(0.1, r, n) - 1e-9):
+        track = Track(0.1, r, alpha_max, n)
         assert track.R_m > track.r
+
+
+def test_cams_of_the_steepest_track_touch_where_hills_meet() -> None:
+    """Gap of both surfaces from their points, over all phases."""
+    steepest = steepest_angle(0.085, 0.015, 4)
+    for share in (0.7, 1 - 1e-12):
+        track = Track(0.085, 0.015, share * steepest)
+        x = np.linspace(0, math.pi * track.D, 4001)
+        lower, upper = track.surface(x, -1), track.surface(x, 1)
+        gaps = []
+        for theta in np.linspace(0, math.pi / 4, 46):
+            at, height = track.D * theta - upper[0], upper[1]  # mirrored, and turned by 2 theta against the lower cam
+            order = np.argsort(at)
+            gaps.append((np.interp(lower[0], at[order], height[order], period=math.pi * track.D) - lower[1]).min())
+        assert min(gaps) == pytest.approx(2 * track.r - track.lift, abs=2e-5)
+    assert steepest == pytest.approx(math.radians(48.37), abs=1e-3)
 
 
 def cams(outer: Track = OUTER, inner: Track = INNER) -> CircularCams:
@@ -195,6 +218,13 @@ def cams(outer: Track = OUTER, inner: Track = INNER) -> CircularCams:
         (lambda: cams(inner=Track(0.05, 0.012, 0.4)), "leads by 0 degrees; it must be half an arc, 45 degrees"),
         (lambda: FrictionDisk(0.045, 0.095, 0.1), r"d_in = 0.095 m and d_out = 0.045 m: .* 0 <= d_in < d_out"),
         (lambda: FrictionDisk(0.095, 0.045, -0.1), "mu = -0.1"),
+        (
+            lambda: cams(outer=Track(0.0505, 0.012, 0.2), inner=replace(INNER, D=0.05)),
+            r"leave slices of 0\.00025 m to rollers of radius 0\.012 m; they need 0\.2 of it",
+        ),
+        (lambda: TABLE_1.kappa(0.1, mu_groove=-0.5), r"mu_groove = -0\.5 must be zero or positive"),
+        (lambda: TABLE_1.kappa(0.1, stiffness=-1), "stiffness = -1, inner over outer contact, must be positive"),
+        (lambda: TABLE_1.share(0.1, stiffness=0), "stiffness = 0"),
         (lambda: FrictionDisk(0.095, 0.045, 0.1, "even"), "uniform = 'even' is not one of pressure, wear"),  # type: ignore[arg-type]
     ],
 )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,7 @@ import powertrain as pt
 from powertrain.components.gearless.linkage import (
     JointFriction,
     Linkage,
+    LinkageDifferential,
     LinkMasses,
     Motion,
     ratio_from_theta,
@@ -26,7 +30,7 @@ from powertrain.components.gearless.linkage.design import (
     rod_force,
 )
 from powertrain.components.gearless.linkage.forces import Drive, Reactions, reactions, torques
-from powertrain.components.gearless.linkage.masses import Body
+from powertrain.components.gearless.linkage.masses import CORRECTED, Body, cylinder
 from powertrain.components.gearless.linkage.shaking import shaking, turns
 
 THESIS = Linkage(0.03, 0.06)
@@ -254,6 +258,24 @@ def test_friction_is_the_work_at_the_joints() -> None:
     way = np.hypot(slide, joints.r_rod * m.theta1)
     rod = joints.mu_rod * np.hypot(force, 2 * moment / joints.l_rod) * way
     np.testing.assert_allclose(joints.kappa(THESIS, ALPHA) * 200, shaft + pin + ball + rod, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Body(1.0, 0.003, 0.001), r"axial = 0\.003 kg\.m2 must not exceed 2 transverse = 0\.002"),
+        (lambda: cylinder(1.0, 0.1, 0.02), "take the exact one"),
+        (lambda: Body(0.0, 0.0, 0.001), "without mass"),
+        (lambda: replace(CORRECTED, coupler_centre=-0.1), r"coupler_centre = -0\.1 must be zero or positive"),
+        (lambda: LinkageDifferential(centre_coupler=-0.1), r"centre_coupler = -0\.1 is outside"),
+        (lambda: pt.simulate(LinkageDifferential(axial_lever=1.0), stop=0.1), "axial_lever"),
+    ],
+)
+def test_impossible_bodies_are_refused(make: Any, said: str) -> None:
+    """No disk is thinner than none: axial <= 2 transverse."""
+    with pytest.raises(pt.PowertrainError, match=said):
+        make()
+    assert cylinder(1.0, 0.1, 0.02, transverse="exact").axial == pytest.approx(0.005)
 
 
 def test_friction_numbers() -> None:

@@ -228,6 +228,22 @@ def test_what_cannot_be_built_is_refused(given: dict[str, Any], said: str) -> No
         SphericalCam(**{"M": 4, "N": 5, **given})
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"M": 0}, r"CamGeometry\(M=0, N=5\): M = 0 lobes must be"),
+        ({"N": 2.5}, r"N = 2\.5 rollers"),
+        ({"alpha_4": math.radians(91)}, r"alpha_4 = 91° must lie in \(0°, 90°\]"),
+        ({"alpha_3": math.nan}, "alpha_3 = nan°"),
+    ],
+)
+def test_no_geometry_at_all(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        CamGeometry(**{"M": 4, "N": 5, **given})
+    with pytest.raises(pt.ParameterError, match="undercut"):
+        CamGeometry(4, 5, alpha_3=math.radians(50.5)).whole_profile()
+
+
 @pytest.mark.parametrize("alpha_3", [49.0, 50.0, 50.25, 50.5, 50.9])
 def test_undercut_is_a_profile_that_turns_back(alpha_3: float) -> None:
     """Independent of the formula: two steps of the profile with an obtuse angle between them are a cusp."""
