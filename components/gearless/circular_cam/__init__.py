@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.gearless.circular_cam.contact import RollerContact, track_contacts
 from powertrain.components.gearless.circular_cam.design import TABLE_1, TORQUE, CircularCams
-from powertrain.components.gearless.circular_cam.differential import CircularCamDifferential
+from powertrain.components.gearless.circular_cam.differential import CircularCamDifferential, RollerMasses
 from powertrain.components.gearless.circular_cam.disk import FrictionDisk, Wear, friction_diameter
 from powertrain.components.gearless.circular_cam.forces import Forces, forces, forces_at
 from powertrain.components.gearless.circular_cam.locking import (
@@ -32,6 +32,7 @@ __all__ = [
     "FrictionDisk",
     "Locking",
     "RollerContact",
+    "RollerMasses",
     "Sharing",
     "Track",
     "Wear",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import casadi as ca
 
 from powertrain import (
+    Component,
     Equations,
     Parameter,
     ParameterError,
@@ -36,6 +37,34 @@ FLOOR = 1e-3
 UPRIGHT = math.pi / 2
 
 
+class RollerMasses(Component):
+    """The rollers of a circular cam differential as bodies, that climb and turn while the sides turn against each other.
+
+    Their rotation with the cage belongs to the inertia of the cage.
+    """
+
+    r_out: Parameter = parameter("m", "Radius of an outer roller", above=0)
+    r_in: Parameter = parameter("m", "Radius of an inner roller", above=0)
+    m_out: Parameter = parameter("kg", "Mass of an outer roller", above=0)
+    J_out: Parameter = parameter("kg.m2", "Moment of inertia of an outer roller about its axis", above=0)
+    m_in: Parameter = parameter("kg", "Mass of an inner roller", above=0)
+    J_in: Parameter = parameter("kg.m2", "Moment of inertia of an inner roller about its axis", above=0)
+
+    def equations(self) -> Equations:
+        """None: the differential moves them."""
+        yield from ()
+
+    @classmethod
+    def of(cls, cams: CircularCams, density: float = 7850.0) -> Self:
+        """Slices of spheres as wide as the tracks are apart: m = rho pi (r^2 b - b^3/12), J = rho pi/2 (r^4 b - r^2 b^3/6 + b^5/80)."""
+        values = {"r_out": cams.outer.r, "r_in": cams.inner.r}
+        for name, r in (("out", cams.outer.r), ("in", cams.inner.r)):
+            b = min((cams.outer.D - cams.inner.D) / 2, 2 * r)
+            values[f"m_{name}"] = density * math.pi * (r**2 * b - b**3 / 12)
+            values[f"J_{name}"] = density * math.pi / 2 * (r**4 * b - r**2 * b**3 / 6 + b**5 / 80)
+        return cls(**values)
+
+
 class CircularCamDifferential(Differential, Lossy):
     """The differential of two cam disks with circular-arc tracks, and rollers in grooves of the cage between them.
 
@@ -62,9 +91,13 @@ class CircularCamDifferential(Differential, Lossy):
     that is possible, and ends with an error where halves that turn would have to seize within no time: put a compliant shaft between
     the crown and what is heavy behind it, and its torque decides.
 
-    Without inertia: put inertias at its flanges. The data of Table 1 are the defaults. Source: C. Provatidis, Eng 4 (2023) 2309-2335.
-    Errors: ParameterError for contact angles outside (0, 90 degrees), an odd number of rollers, tracks or disks inside out, or an
-    unknown name of a rule. ``from_design`` also has the whole geometry checked.
+    ``masses``: the rollers as bodies. A roller climbs with D/2 tan(alpha) theta' and turns with D/(2 r cos(alpha)) theta', so that the
+    relative motion has the kinetic energy I(theta) theta'^2/2,  I = n sum of (D/2)^2 (m tan(alpha)^2 + J/(r cos(alpha))^2), and tau in
+    left.tau - right.tau = 2 tau is joined by (d(I theta')/dt - I' theta'^2/2)/2. Their forces of inertia do not enter the friction.
+
+    Otherwise without inertia: put inertias at its flanges. The data of Table 1 are the defaults. Source: C. Provatidis, Eng 4 (2023)
+    2309-2335. Errors: ParameterError for contact angles outside (0, 90 degrees), an odd number of rollers, tracks or disks inside out, or
+    an unknown name of a rule. ``from_design`` also has the whole geometry checked.
     """
 
     D_out: Parameter = parameter("m", "Mean diameter of the outer track", default=0.085, above=0)
@@ -93,6 +126,7 @@ class CircularCamDifferential(Differential, Lossy):
         "1", "Normal stiffness of an inner contact over that of an outer one, for elastic sharing", default=1.0, above=0
     )
     n: int = 4
+    masses: RollerMasses | None = None
     sharing: Sharing = "elastic"
     uniform: Wear = "pressure"
     w_rel: Variable = variable("rad/s", "Speed of the left side against the right side", prefer=True)
@@ -111,8 +145,9 @@ class CircularCamDifferential(Differential, Lossy):
         yield self.left.phi + self.right.phi == 2 * self.crown.phi
         yield 2 * self.theta == self.left.phi - self.right.phi
         yield self.w_rel == 2 * der(self.theta)
-        yield self.left.tau == self.tau - self.crown.tau / 2
-        yield self.right.tau == -self.tau - self.crown.tau / 2
+        tau = self.tau + self._inertial()
+        yield self.left.tau == tau - self.crown.tau / 2
+        yield self.right.tau == -tau - self.crown.tau / 2
         yield self.kappa == self._coefficient()
         load = self.crown.tau
         limit = self.kappa / 2 * switch(load >= 0, load, -load, continuous=True)
@@ -140,15 +175,46 @@ class CircularCamDifferential(Differential, Lossy):
         p = 0.5 + ca.atan2(-ca.cos(self.n * self.theta), rise) / math.pi
         return p * ca.sin(self.alpha_out), (1 - p) * ca.sin(self.alpha_in)
 
+    def _inertia(self) -> Symbol:
+        """I(theta) of the rollers' motion against the cage [kg.m2]."""
+        masses, found = self.masses, Symbol(0)
+        if masses is None:
+            return found
+        rollers = (
+            (self.D_out, masses.r_out, masses.m_out, masses.J_out),
+            (self.D_in, masses.r_in, masses.m_in, masses.J_in),
+        )
+        for sine, (D, r, m, J) in zip(self._sines(), rollers, strict=True):
+            found += self.n * (D / 2) ** 2 * (m * sine**2 + J / r**2) / (1 - sine**2)
+        return found
+
+    def _inertial(self) -> Symbol:
+        """Torque that the rollers' inertia adds to tau."""
+        inertia = self._inertia()
+        if inertia.is_constant():
+            return Symbol(0)
+        slope, turning = ca.gradient(inertia, self.theta), self.w_rel / 2
+        return Symbol(inertia * der(turning) + slope * turning**2 / 2) / 2
+
+    def energy(self) -> Symbol:
+        """Kinetic energy of the rollers against the cage."""
+        return self._inertia() * (self.w_rel / 2) ** 2 / 2
+
     def loss(self) -> Symbol:
         """Friction torque times relative speed."""
         return self.tau * self.w_rel
 
     @classmethod
     def from_design(
-        cls, cams: CircularCams, *, sharing: Sharing = "elastic", stiffness: float = 1.0, mu_groove: float = 0.0
+        cls,
+        cams: CircularCams,
+        *,
+        sharing: Sharing = "elastic",
+        stiffness: float = 1.0,
+        mu_groove: float = 0.0,
+        masses: bool = False,
     ) -> Self:
-        """The component of a design, whose geometry has been checked."""
+        """The component of a design, whose geometry has been checked; with ``masses`` of steel rollers."""
         return cls(
             D_out=cams.outer.D,
             D_in=cams.inner.D,
@@ -159,6 +225,7 @@ class CircularCamDifferential(Differential, Lossy):
             mu=cams.disk.mu,
             mu_groove=mu_groove,
             stiffness=stiffness,
+            masses=RollerMasses.of(cams) if masses else None,
             n=cams.outer.n,
             sharing=sharing,
             uniform=cams.disk.uniform,
