@@ -1,1 +1,7 @@
-"""Gearless differentials: circular-arc cam, spherical cam and spatial linkage."""
+"""Gearless differentials: circular-arc cam, spherical cam and spatial linkage; what their parts carry in a run."""
+
+from __future__ import annotations
+
+from powertrain.components.gearless.loads import Loads, contact_of, reactions_of, shaking_of
+
+__all__ = ["Loads", "contact_of", "reactions_of", "shaking_of"]

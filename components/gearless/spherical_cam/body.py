@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from powertrain import ParameterError
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
 from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, lowest
+from powertrain.components.gearless.spherical_cam.rollers import contact
 
 POINTS = 721
 
@@ -71,23 +72,40 @@ class CamBody:
         """(rho_o^3 - rho_i^3)/3 of both cams [m3]."""
         return (self.inner[1] ** 3 - self.inner[0] ** 3) / 3, (self.outer[1] ** 3 - self.outer[0] ** 3) / 3
 
-    def pressure(self, cycle: Cycle, s: ArrayLike, torque: float) -> tuple[Array, Array]:
+    def _lines(self, cycle: Cycle, s: Array, torque: ArrayLike) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """Moment of the line load on the inner and the outer cam about the centre [N.m], and u of their rollers."""
+        first, second = cycle.contact_force(s, 1.0, 1.0, cams=self.pairs)
+        phase, size = np.mod(s, cycle.cam.half), np.abs(torque)
+        on_first = np.floor(s / cycle.cam.half) % 2 == 0
+        ahead = np.where(on_first, 0.0, cycle.cam.half)
+        moments = size * np.where(on_first, first, second), size * np.where(on_first, second, first)
+        return moments, (phase + ahead, phase + cycle.cam.half - ahead)
+
+    def forces(self, cycle: Cycle, s: ArrayLike, torque: ArrayLike) -> tuple[Array, Array, Array]:
+        """Normal forces on the inner and the outer cam of one pair [N], and their sum on the carrier in the frame of ``Cycle`` (..., 3).
+
+        For the torque of one side wheel [N.m] at the cam angle s, without friction, as for ``pressure``.
+        """
+        moments, places = self._lines(cycle, np.asarray(s, float), torque)
+        reaches = (self.inner, self.outer)
+        normal = [m / size * (b**2 - a**2) / 2 for m, size, (a, b) in zip(moments, self._sizes, reaches, strict=True)]
+        total: Array = sum(
+            force[..., None] * np.stack(np.broadcast_arrays(*contact(cycle.cam, u, 0.0).normal), -1)
+            for force, u in zip(normal, places, strict=True)
+        )
+        return normal[0], normal[1], total
+
+    def pressure(self, cycle: Cycle, s: ArrayLike, torque: ArrayLike) -> tuple[Array, Array]:
         """Hertz's greatest pressure [Pa] on the inner and the outer cam at the cam angle s, for the torque of one side wheel [N.m].
 
         Without friction. s = 0 is the middle of a stroke of the inner cam; the period is a stroke, 2 pi/M. The rule of sharing tells what
         part of the torque each roller carries.
         """
-        s = np.asarray(s, float)
-        first, second = cycle.contact_force(s, abs(torque), 1.0, cams=self.pairs)
-        phase = np.mod(s, cycle.cam.half)
-        on_first = np.floor(s / cycle.cam.half) % 2 == 0
-        forces = np.where(on_first, first, second), np.where(on_first, second, first)
-        ahead = np.where(on_first, 0.0, cycle.cam.half)
-        places = phase + ahead, phase + cycle.cam.half - ahead
+        moments, places = self._lines(cycle, np.asarray(s, float), torque)
         stiff = self.E / (2 * (1 - self.nu**2)) / math.pi
         inner, outer = (
             np.sqrt(moment / size * stiff / cycle.cam.conformity(u - cycle.cam.half))
-            for moment, size, u in zip(forces, self._sizes, places, strict=True)
+            for moment, size, u in zip(moments, self._sizes, places, strict=True)
         )
         return inner, outer
 
