@@ -67,4 +67,5 @@ def shown(table: Table) -> str:
 
 def _row(row: Row) -> tuple[str, ...]:
     verdict = row.verdict if row.right is None else f"{row.verdict}: should be {row.right}"
+    verdict = f"differs {row.differs}" if verdict == "differs" else verdict
     return row.quantity, row.unit, row.source, row.printed, row.shown, verdict

@@ -225,8 +225,8 @@ def phases() -> Table:
     for name, track in TRACKS.items():
         angle = float(track.alpha(math.pi / 8 - (track.phase - TABLE_1.outer.phase)))
         what = f"part of the central angle swept in 22.5° from the top, {name} track"
-        remark = "exact for small angles; along an arc sin α = |u| sin α_max"
-        rows.append(Row(what, "1", "8.5", "0.25", angle / (2 * track.alpha_max), remark, within=1.0))
+        remark = "a quarter for small angles; along an arc sin α = |u| sin α_max"
+        rows.append(Row(what, "1", "8.5", "0.25", angle / (2 * track.alpha_max), differs=remark))
     return Table("Phases", rows, "θ is the angle of each cam against the cage; the cams turn 2θ against each other.")
 
 

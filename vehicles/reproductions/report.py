@@ -13,6 +13,7 @@ VERDICTS = {
     "corrected": "✓ corrected",
     "computed only": "",
     "not reproducible": "not reproducible",
+    "differs": "differs",
     "DIFFERS": "**differs**",
 }
 HEAD = ("quantity", "unit", "source", "printed", "computed", "agreement", "remark")
@@ -55,7 +56,7 @@ def markdown(about: Paper, tables: Sequence[Table]) -> str:
 
 def markdown_table(rows: Sequence[Row]) -> str:
     """Rows as a Markdown table; the column of remarks only where there are some."""
-    remarks = any(row.remark or row.right for row in rows)
+    remarks = any(row.remark or row.right or row.differs for row in rows)
     head = HEAD if remarks else HEAD[:-1]
     lines = [head, tuple("---:" if name in ("printed", "computed") else "---" for name in head)]
     for row in rows:
@@ -71,7 +72,7 @@ def file_name(about: Paper, picture: Picture) -> str:
 
 def _remark(row: Row) -> str:
     right = f"should be {row.right}" if row.right is not None else ""
-    return "; ".join(part for part in (right, row.remark) if part)
+    return "; ".join(part for part in (right, row.remark, row.differs) if part)
 
 
 def _save(picture: Picture, path: Path, dpi: int) -> None:

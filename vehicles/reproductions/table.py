@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from typing import Literal
 
-Verdict = Literal["agrees", "corrected", "not reproducible", "computed only", "DIFFERS"]
+Verdict = Literal["agrees", "corrected", "not reproducible", "computed only", "differs", "DIFFERS"]
 Value = float | str | None
 
 
@@ -18,6 +18,7 @@ class Row:
     ``printed`` is the text of the paper, whose last digit says how exact it is; empty where the paper only describes or draws the value.
     ``right`` is what should stand there where the print is known to be wrong, and ``remark`` why. ``within``: by how many units of the
     last printed digit the computed value may differ (0.5: rounded). ``cut``: after how many decimals the print was truncated instead.
+    ``differs``: why the value is known not to agree within its printed digits; a difference without a reason is a DIFFERS.
     ``reproducible = False``: the paper's value follows from nothing that the paper says; it is shown and not compared. ``computed`` None:
     there is nothing to compute.
     """
@@ -32,6 +33,7 @@ class Row:
     within: float = 0.5
     cut: int | None = None
     reproducible: bool = True
+    differs: str = ""
 
     @property
     def verdict(self) -> Verdict:
@@ -47,7 +49,7 @@ class Row:
             else self.computed
         )
         if not agree(expected, shown, self.within if self.cut is None else 1e-9):
-            return "DIFFERS"
+            return "differs" if self.differs else "DIFFERS"
         return "agrees" if self.right is None else "corrected"
 
     @property
@@ -126,10 +128,11 @@ class Tally:
         return found
 
     def __str__(self) -> str:
-        names = ("agrees", "corrected", "computed only", "not reproducible", "DIFFERS")
+        names = ("agrees", "corrected", "differs", "computed only", "not reproducible", "DIFFERS")
         words = (
             "agree with the print",
             "agree with its correction",
+            "differ for a known reason",
             "are computed only",
             "cannot be reproduced",
             "DIFFER",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from itertools import combinations
+from itertools import combinations, permutations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -110,12 +110,14 @@ def connections() -> Table:
         V = float(points(layout, np.array([r])).V[0])
         what = f"R = (N_3 − N_2)/(N_1 − N_2) of type {number} ({layout})"
         rows.append(Row(what, "1", "p. 16", text, (r - V) / (1 - V)))
-    pairs = [sum(one == other for one, other in zip(x, y, strict=True)) for x, y in combinations(TYPES.values(), 2)]
+    orders: list[Layout] = ["".join(order) for order in permutations("abH")]  # type: ignore[misc]
+    kinds = {round(float(points(order, np.array([r])).V[0]), 9) for order in orders}
+    kept = [sum(one == other for one, other in zip(x, y, strict=True)) for x, y in combinations(orders, 2)]
     low, high = points(TYPES[6], np.array([0.5, 2.0])).V.values
     rows += [
-        Row("types of connection", "1", "p. 16", "6", len(TYPES)),
-        Row("combinations in which two members change places", "1", "p. 16, Table 1", "9", pairs.count(1)),
-        Row("designs with any change of places", "1", "p. 16", "36", len(TYPES) ** 2),
+        Row("connections of a, b and H that differ in V at r = 0.5", "1", "p. 16", "6", len(kinds)),
+        Row("combinations in which two members change places", "1", "p. 16, Table 1", "9", kept.count(1)),
+        Row("designs with any of these before and after a shift", "1", "p. 16", "36", len(list(product(kinds, kinds)))),
         Row("least V of type 6 for r from 0.5 to 2", "1", "p. 16", "0.69", float(low)),
         Row("largest V of type 6 for r from 0.5 to 2", "1", "p. 16", "1.66", float(high), right="1.630"),
     ]
