@@ -121,7 +121,8 @@ def test_refinement_inside_and_with_a_limit_of_power() -> None:
     free, limited = found.refine(line), found.refine(line, max_K=0.7)
     assert limited.max_K <= 0.7 + 1e-9
     assert limited.mean_efficiency <= free.mean_efficiency + 1e-12
-    assert len(free.path) < 40
+    assert free.by == "mean_efficiency"
+    assert free.value == free.mean_efficiency
 
 
 def test_refinement_of_a_combination() -> None:

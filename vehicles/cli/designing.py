@@ -15,6 +15,12 @@ if TYPE_CHECKING:
 
     from powertrain.vehicles.split_path import SplitPathDesigns
 
+NAMES = {
+    "mean_efficiency": "mean efficiency",
+    "min_efficiency": "least efficiency",
+    "max_K": "largest |K|",
+    "unit_range": "range of V",
+}
 SHOWN = ("mean_efficiency", "min_efficiency", "max_K", "V_min", "V_max")
 Unit = tuple[float, float] | float
 
@@ -97,7 +103,7 @@ class UnitRange(ArgumentType):
     help="What ranks the designs.",
 )
 @click.option("--top", type=click.IntRange(1), default=10, show_default=True, help="How many lines to print.")
-@click.option("--refine", is_flag=True, help="Find the best R_o of the best design by exact derivatives of the model.")
+@click.option("--refine", is_flag=True, help="Find the best R_o of the best design, by what --by ranks.")
 @click.option("--teeth", is_flag=True, help="Sets of teeth near the R_o of the best design.")
 @click.option("--out", type=OutputFile(".csv"), help="Write the whole table to this CSV file.")
 def command(
@@ -158,7 +164,8 @@ def command(
         best = found.refine(0)
         R_o = best.R_o
         click.echo(
-            f"\nThe best of these layouts: R_o = {R_o:.4f}, mean efficiency {best.mean_efficiency:.4f} (before: {best.before:.4f})"
+            f"\nThe best of these layouts: R_o = {R_o:.4f}, {NAMES[best.by]} {best.value:.4f} (before: {best.before:.4f})"
+            + ("; at the edge of --basic: a wider range may hold a better one" if best.edge else "")
         )
     if teeth:
         click.echo(_teeth(R_o))
@@ -186,7 +193,9 @@ def report(found: SplitPathDesigns, top: int) -> str:
         "power flow, or problem",
     )
     about = f"r from {duty.low:g} to {duty.high:g}, a unit with {unit}: {len(found.feasible)} of {len(found.table)} designs can do it"
-    return f"{about}\n\n{columns(rows, head, right=[2, 3, 4, 5, 6, 7])}"
+    edge = "\nThe first design lies at the edge of the compared R_o: a wider --basic may hold a better one."
+    note = edge if len(found.feasible) and found.at_edge() else ""
+    return f"{about}\n\n{columns(rows, head, right=[2, 3, 4, 5, 6, 7])}{note}"
 
 
 def _table(path: Path | None) -> pd.DataFrame | None:

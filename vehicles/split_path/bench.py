@@ -13,14 +13,16 @@ from powertrain.components.transmissions import SplitPathTransmission, members
 class SplitPathBench(pt.Component):
     """A split-path transmission driven at a constant speed and loaded by a torque.
 
-    K is power into the variable unit over input power (eq. 29), positive where it goes through the unit towards the output. P_1, P_2 and
-    P_3 are the powers into the differential's members at input, variable unit and output, whose signs tell the cases of Fig. 8.
+    ``efficiency`` is power delivered over power supplied: the input supplies, or in overrun the output. It is below 0 where both supply and
+    all of it is lost. K is power into the variable unit over input power (eq. 29), positive where it goes through the unit towards the
+    output. P_1, P_2 and P_3 are the powers into the differential's members at input, variable unit and output, whose signs tell the cases
+    of Fig. 8.
     """
 
     V: pt.Input = pt.signal_input("1", "Speed ratio of the variable unit")
     load: pt.Input = pt.signal_input("N.m", "Accelerating torque on the output")
     r: pt.Variable = pt.variable("1", "Output speed over input speed")
-    efficiency: pt.Variable = pt.variable("1", "Overall efficiency")
+    efficiency: pt.Variable = pt.variable("1", "Power delivered over power supplied")
     K: pt.Variable = pt.variable("1", "Fraction of the input power through the variable unit")
     P_1: pt.Variable = pt.variable("W", "Power into the differential at the input")
     P_2: pt.Variable = pt.variable("W", "Power into the differential at the variable unit")
@@ -38,7 +40,9 @@ class SplitPathBench(pt.Component):
         yield pt.connect(self.load, self.torque.tau)
         yield self.r * self.drive.w == pt.der(self.torque.phi)
         P_in = gear.flange_a.power()
-        yield self.efficiency * P_in == -gear.flange_b.power()
+        P_out = gear.flange_b.power()
+        drives = P_in >= 0
+        yield self.efficiency * pt.switch(drives, P_in, P_out) == pt.switch(drives, -P_out, -P_in)
         from_unit = -gear.cvu.flange_b.power()
         into_unit = pt.switch(from_unit >= 0, gear.cvu.flange_a.power(), from_unit)
         yield self.K * P_in == (into_unit if gear.coupling == "input" else -into_unit)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +26,8 @@ _POINTS = 31
 class Duty:
     """The points at which a transmission works: ratio r, share of the delivered energy, size of the output torque, input speed.
 
-    ``low`` and ``high`` are the wanted range of r; its ends are looked at too, with no share. Points at r = 0 deliver no energy: they ask
+    ``low`` and ``high`` are the wanted range of r; its ends, and r = 1 within it, are looked at too, with no share. Between the points
+    torque and speed are interpolated over r; a ``sampled`` duty has its points only. Points at r = 0 deliver no energy: they ask
     for a ratio of the unit and count for nothing else. Errors: ParameterError for shares that are negative or all zero.
     """
 
@@ -36,6 +37,7 @@ class Duty:
     speed: Vector
     low: float
     high: float
+    sampled: bool = False
 
     @classmethod
     def over(cls, r: tuple[float, float], table: pd.DataFrame | Mapping[str, ArrayLike] | None = None) -> Duty:
@@ -50,7 +52,7 @@ class Duty:
                 f"a duty has the columns r, weight, torque, speed, of which r is needed; not {', '.join(given)}"
             )
         at = given.get("r", np.linspace(low, high, _POINTS))
-        ends = np.array([low, high] + [0.0] * (low < 0 < high))
+        ends = np.array([low, high] + [x for x in (0.0, 1.0) if low < x < high])
         columns = {"weight": 1.0, "torque": 10.0, "speed": 100.0}
         full = {n: np.broadcast_to(given.get(n, np.array([d])), at.shape).copy() for n, d in columns.items()}
         full["weight"][at == 0] = 0.0
@@ -65,7 +67,7 @@ class Duty:
         mean = {n: np.full(ends.size, full[n].mean()) for n in columns} | {"weight": np.zeros(ends.size)}
         order = np.argsort(np.append(at, ends), kind="stable")
         rest = {n: np.append(full[n], mean[n])[order] for n in columns}
-        return cls(np.append(at, ends)[order], **rest, low=low, high=high)
+        return cls(np.append(at, ends)[order], **rest, low=low, high=high, sampled=np.unique(at).size < at.size)
 
     @classmethod
     def driven(cls, w_in: ArrayLike, w_out: ArrayLike, torque: ArrayLike) -> Duty:
@@ -80,21 +82,38 @@ class Duty:
         one, two, tau = one[drives], two[drives], tau[drives]
         r = two / one
         columns = {"r": r, "weight": two * tau, "torque": np.abs(tau), "speed": one}
-        return cls.over((float(r.min()), float(r.max())), columns)
+        return replace(cls.over((float(r.min()), float(r.max())), columns), sampled=True)
 
     def grid(self, ratios: Sequence[float] | Vector) -> dict[str, Any]:
         """The grid of ``pt.steady``: the load is against the motion."""
         import xarray as xr
 
-        load = np.where(self.r < 0, self.torque, -self.torque)
-        points = {"r": self.r, "load": load, "drive.w_fixed": self.speed}
-        along = {n: xr.DataArray(v, dims="point") for n, v in points.items()}
-        return {R_O: xr.DataArray(np.asarray(ratios, float), dims="R_o"), **along}
+        return {R_O: xr.DataArray(np.asarray(ratios, float), dims="R_o"), **_points(self.r, self.torque, self.speed)}
+
+    def points(self) -> dict[str, Any]:
+        """The grid of the points at which something is delivered."""
+        some = self.weight > 0
+        return _points(self.r[some], self.torque[some], self.speed[some])
+
+    def at(self, r: Vector) -> dict[str, Any]:
+        """The grid of other points of the range."""
+        return _points(r, np.interp(r, self.r, self.torque), np.interp(r, self.r, self.speed))
+
+    def halves(self) -> tuple[Duty, Duty]:
+        """The parts below and above r = 1. What is delivered at r = 1 itself is delivered half before, half after the shift."""
+        at_one = np.where(self.r == 1, 0.5, 1.0)
+        below, above = (
+            replace(self, r=self.r[m], weight=(self.weight * at_one)[m], torque=self.torque[m], speed=self.speed[m])
+            for m in (self.r <= 1, self.r >= 1)
+        )
+        return replace(below, high=1.0), replace(above, low=1.0)
 
 
-def part_of(duty: Duty, mask: NDArray[np.bool_]) -> Duty:
-    """Some of the points."""
-    return Duty(duty.r[mask], duty.weight[mask], duty.torque[mask], duty.speed[mask], duty.low, duty.high)
+def _points(r: Vector, torque: Vector, speed: Vector) -> dict[str, Any]:
+    import xarray as xr
+
+    points = {"r": r, "load": np.where(r < 0, torque, -torque), "drive.w_fixed": speed}
+    return {n: xr.DataArray(v, dims="point") for n, v in points.items()}
 
 
 def check_unit(unit: Unit) -> None:
