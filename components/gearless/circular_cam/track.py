@@ -157,6 +157,13 @@ class Track:
         return np.asarray(x, float) - side * self.r * np.sin(slope), y + side * self.r * np.cos(slope)
 
 
+def developed(track: Track, points: int = 721) -> dict[str, Array]:
+    """The track unrolled: curve of the rollers' axes and the surface of the lower cam over one turn, (n, 2) [m], for ``write_dxf``."""
+    x = np.linspace(0.0, math.pi * track.D, points)
+    pitch, surface = (x, track.pitch(x)[0]), track.surface(x, -1)
+    return {"axes": np.stack(pitch, -1), "cam": np.stack(surface, -1)}
+
+
 def steepest_angle(D: float, r: float, n: int) -> float:
     """Contact angle alpha_max at which the cams of a track touch [rad]: lift = (pi D/n) tan(alpha_max/2) = 2 r."""
     return 2 * math.atan(2 * r * n / (math.pi * D))

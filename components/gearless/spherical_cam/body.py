@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain import ParameterError
+from powertrain.components.gearless.solids import shell, volume
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
 from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, lowest
 from powertrain.components.gearless.spherical_cam.rollers import contact
 
 POINTS = 721
+ARC = 6
+"""Steps from the bore to the profile with which a spherical face is drawn."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +165,39 @@ class CamBody:
         (area_low, second_low), (area_high, second_high) = at(low), at(high)
         return around(area_high - area_low), around(second_high - second_low)
 
+    def _reach(self, which: Literal["inner", "outer"]) -> tuple[float, float]:
+        return self.inner if which == "inner" else self.outer
+
+    def cam_solid(self, which: Literal["inner", "outer"], points: int = 61) -> Array:
+        """The closed surface of one cam as triangles (n, 3, 3) [m], its axis along z, for ``gearless.solids.write_stl``.
+
+        ``points`` for each valley of the profile.
+        """
+        return cone_solid(self.cam.whole_profile(points), *self._reach(which), self.bore)
+
+    def roller_solid(self, which: Literal["inner", "outer"], points: int = 61) -> Array:
+        """The closed surface of one roller, a full cone between two spheres, its axis along z."""
+        turn = np.linspace(0, 2 * math.pi, points, endpoint=False)
+        s, c = math.sin(self.cam.alpha_4), math.cos(self.cam.alpha_4)
+        edge = np.stack([s * np.cos(turn), s * np.sin(turn), np.full(points, c)], -1)
+        return cone_solid(edge, *self._reach(which))
+
     @property
     def roller_mass(self) -> float:
         """Of one roller on the inner cam and one on the outer cam, as full cones [kg]."""
         return self.density * 2 * math.pi * (1 - math.cos(self.cam.alpha_4)) * sum(self._sizes)
+
+
+def cone_solid(edge: Array, low: float, high: float, bore: float = 0.0) -> Array:
+    """Triangles of what a cone over a closed curve on the unit sphere (n, 3), around z, contains between two spheres, but for a bore."""
+    azimuth, polar = np.arctan2(edge[:, 1], edge[:, 0]), np.arccos(edge[:, 2])
+
+    def face(rho: float) -> Array:
+        hole = math.asin(bore / rho) if rho > 0 else 0.0
+        theta = hole + (polar - hole)[:, None] * np.linspace(0, 1, ARC + 1)
+        across = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], -1)[:, None, :]
+        along = np.array([0.0, 0.0, 1.0])
+        return np.asarray(rho * (np.sin(theta)[..., None] * across + np.cos(theta)[..., None] * along))
+
+    triangles = shell(np.concatenate([face(low), face(high)[:, ::-1]], axis=1))
+    return triangles if volume(triangles) > 0 else triangles[:, ::-1]

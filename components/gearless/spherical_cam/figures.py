@@ -9,17 +9,21 @@ from typing import Any, cast
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
+from powertrain.components.gearless.spherical_cam.body import cone_solid
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
 from powertrain.components.gearless.spherical_cam.profile import Array, CamGeometry, SphericalCam, turned, unit
 
 CAM = SphericalCam(4, 5)
 CYCLE = Cycle(CAM)
 INNER, OUTER, LEFT, RIGHT = "tab:blue", "tab:orange", "tab:green", "tab:red"
-SIZES = (0.82, 1.0)
-"""Radii at which the inner and the outer cam are drawn."""
+SIZES = (0.58, 0.78), (0.80, 1.0)
+"""Between which radii the inner and the outer cam are drawn."""
+BORE = 0.14
+LAMP = unit(np.array([0.35, -0.75, 0.6]))
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -124,41 +128,77 @@ def load_sharing(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 
 
 
 def efficiency(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 2) -> Axes:
-    """eta_0 and kappa over the cam's angle, turning forward (drawn) and backward (dashed)."""
+    """eta_0 over the cam's angle, turning forward (drawn) and backward (dashed); kappa = (1 - eta_0)/(1 + eta_0) is the same fact."""
     ax = _axes(ax)
     s = np.linspace(0.0, 2 * cycle.cam.half * cycles, 1441)
     for sign, style in ((1, "-"), (-1, "--")):
         way = "forward" if sign > 0 else "backward"
-        ax.plot(np.degrees(s), cycle.eta_0(sign * s), color=INNER, ls=style, label=rf"$\eta_0$, {way}")
-    other = ax.twinx()
-    for sign, style in ((1, "-"), (-1, "--")):
-        other.plot(np.degrees(s), cycle.kappa(sign * s), color=OUTER, ls=style)
-    other.set_ylabel(r"$\kappa$", color=OUTER)
-    ax.set(xlabel="cam angle [°]", ylabel=r"$\eta_0$", title=f"Efficiency of the relative motion, {cycle.sharing}")
+        ax.plot(np.degrees(s), cycle.eta_0(sign * s), color=INNER, ls=style, label=way)
+    title = f"Efficiency of the relative motion, {cycle.sharing}"
+    ax.set(xlabel="cam angle [°]", ylabel=r"$\eta_0$ [1]", title=title)
     ax.grid(alpha=0.25)
-    ax.legend(fontsize=8)
+    ax.legend(fontsize=8, title="cam turns", ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.18))
     return ax
 
 
-def mechanism(cam: SphericalCam = CAM, theta: float = 0.0, ax: Axes | None = None) -> Axes:
+def mechanism(cam: SphericalCam = CAM, theta: float = 0.0, ax: Axes | None = None, *, exploded: float = 0.0) -> Axes:
     """Both conjugate cams and the rollers of both side wheels, seen from the cage, the left side turned by theta against it [rad].
 
-    The inner cam and its rollers are blue, the outer ones orange; rollers that touch are filled.
+    The inner cam and its rollers are blue, the outer ones orange; rollers that touch are in full colour. ``exploded``: how far the sides
+    are drawn apart, and the outer cam off the inner one, in radii of the outer cam.
     """
     solid = _solid_axes(ax)
-    s = cam.N / cam.M * theta
-    for size, color, shift in zip(SIZES, (INNER, OUTER), (0.0, cam.half), strict=True):
-        psi = s - cam.half - shift
-        _cone(solid, turned(cam.whole_profile(61), psi), size, color)
+    triangles, colors = mechanism_solids(cam, theta, exploded=exploded)
+    solid.add_collection3d(
+        Poly3DCollection(list(triangles), facecolors=_shaded(triangles, colors), edgecolors="none", antialiased=False)
+    )
+    reach = 1.0 + exploded
+    for sign, name in ((1.0, "right"), (-1.0, "left")):
+        solid.plot([sign * 1.05 * reach, sign * 1.3 * reach], [0, 0], [0, 0], color="k", lw=1)
+        solid.text(sign * 1.35 * reach, 0, 0, name)
+    turned_by = math.degrees(cam.N / cam.M * theta)
+    _frame(solid, reach, rf"$\theta$ = {math.degrees(theta):.1f}°, cam {turned_by:.1f}°", below=True)
+    return cast(Axes, solid)
+
+
+def mechanism_solids(
+    cam: SphericalCam, theta: float, *, exploded: float = 0.0, points: int = 17
+) -> tuple[Array, Array]:
+    """The triangles of ``mechanism`` (n, 3, 3), the outer cam's radius being 1, and their colours (n, 3)."""
+    s, parts = cam.N / cam.M * theta, []
+    pale = np.array([0.86, 0.86, 0.88])
+    for (low, high), name, shift, lift in zip(SIZES, (INNER, OUTER), (0.0, cam.half), (0.0, exploded), strict=True):
+        psi, color = s - cam.half - shift, np.array(to_rgb(name))
+        up = np.array([0.0, 0.0, lift])
+        parts.append((cone_solid(turned(cam.whole_profile(points), psi), low, high, BORE) + up, color))
+        cone = cone_solid(_circle(cam), low, high)
         for side, roller in product((0.0, math.pi), range(cam.N)):
             at = psi + side
-            circle = turned(_roller(cam, cam.roller_axis(at, roller)), side)
-            _cone(solid, circle, size, color, alpha=0.5 if _touches(cam, at, roller) else 0.08)
-    for sign, name in ((1.0, "right"), (-1.0, "left")):
-        solid.plot([0, sign * 1.5], [0, 0], [0, 0], color="k", lw=1)
-        solid.text(sign * 1.55, 0, 0, name)
-    _frame(solid, 1.0, rf"$\theta$ = {math.degrees(theta):.1f}°, cam {math.degrees(s):.1f}°", below=True)
-    return cast(Axes, solid)
+            axis = turned(cam.roller_axis(at, roller), side)
+            outward = np.array([math.copysign(exploded, math.cos(side)), 0.0, 0.0])
+            full = color if _touches(cam, at, roller) else 0.35 * color + 0.65 * pale
+            parts.append((cone @ _onto(axis).T + outward, full))
+    return np.concatenate([p for p, _ in parts]), np.concatenate([np.tile(c, (len(p), 1)) for p, c in parts])
+
+
+def _onto(axis: Array) -> Array:
+    """A rotation that takes z onto the axis."""
+    x = unit(np.cross(axis, [0.3, 0.5, 0.81]))
+    return np.stack([x, np.cross(axis, x), axis], axis=1)
+
+
+def _circle(cam: SphericalCam, points: int = 20) -> Array:
+    turn = np.linspace(0, 2 * math.pi, points, endpoint=False)
+    s, c = math.sin(cam.alpha_4), math.cos(cam.alpha_4)
+    return np.stack([s * np.cos(turn), s * np.sin(turn), np.full(points, c)], -1)
+
+
+def _shaded(triangles: Array, colors: Array) -> Array:
+    """Colours in the light of a lamp over the spectator's shoulder."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    light = np.divide(normal @ LAMP, length, out=np.zeros_like(length), where=length > 0)
+    return np.asarray(np.clip(colors * (0.55 + 0.45 * light)[:, None], 0.0, 1.0))
 
 
 def _touches(cam: CamGeometry, psi: float, roller: int) -> bool:

@@ -136,7 +136,7 @@ def test_without_friction_it_is_the_bevel(kind: str, data: st.DataObject) -> Non
     plain = pt.replace(made, **{n: v for n, v in off.items() if n in type(made)._fields})
     speeds = []
     for differential in (plain, BevelDifferential()):
-        parts = [rot.Inertia(J=J) for J in (0.5, 1.0, 1.2)]
+        parts: list[pt.Component] = [rot.Inertia(J=J) for J in (0.5, 1.0, 1.2)]
         parts += [rot.ConstantTorque(tau_constant=T) for T in (300.0, -60.0, -110.0)]
         result = run(joined(differential, *parts, joints=AXLE), 0.3)
         speeds.append([float(result[f"parts[{i}].w"][-1]) for i in (1, 2, 3)])

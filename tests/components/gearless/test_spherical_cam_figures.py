@@ -52,11 +52,13 @@ def test_minimum_of_the_drawn_pressure_angle() -> None:
 
 def test_cams_of_the_mechanism_turn_with_the_carriers() -> None:
     """After a pitch of the rollers it looks the same."""
-    first, second = (drawn.mechanism(CAM, theta) for theta in (0.1, 0.1 + 2 * np.pi / CAM.N))
-    for one, other in zip(first.lines[:1], second.lines[:1], strict=True):
-        a, b = (np.array(line.get_data_3d()).T for line in (one, other))  # type: ignore[attr-defined]
-        for point in a:
-            assert np.linalg.norm(b - point, axis=1).min() < 1e-9
+    angles = 0.1, 0.1 + 2 * np.pi / CAM.N
+    one, other = (drawn.mechanism_solids(CAM, theta)[0].mean(axis=1) for theta in angles)
+    for point in one[::7]:
+        assert np.linalg.norm(other - point, axis=1).min() < 1e-9
+    apart, _ = drawn.mechanism_solids(CAM, 0.1, exploded=0.5)
+    assert np.abs(apart).max() > np.abs(one).max() + 0.4
+    first, second = (drawn.mechanism(CAM, theta) for theta in angles)
     assert first.get_title() != second.get_title()
 
 

@@ -1,0 +1,63 @@
+"""Geometry for the workshop: what is written is closed and has the volume of the part."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.gearless.circular_cam import TABLE_1
+from powertrain.components.gearless.circular_cam.track import developed
+from powertrain.components.gearless.solids import open_edges, volume, write_dxf, write_stl
+from powertrain.components.gearless.spherical_cam import CamBody, SphericalCam
+
+CAM = SphericalCam(4, 5)
+BODIES = [
+    CamBody(CAM, inner=(0.020, 0.029), outer=(0.030, 0.036), bore=0.006),
+    CamBody(SphericalCam(3, 4), inner=(0.020, 0.029), outer=(0.030, 0.036)),
+]
+
+
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("which", ["inner", "outer"])
+def test_cams_are_closed_bodies(body: CamBody, which: Literal["inner", "outer"]) -> None:
+    solid = body.cam_solid(which, 181)
+    assert open_edges(solid) == 0
+    low, high = getattr(body, which)
+    assert volume(solid) == pytest.approx(body._moments(low, high)[0], rel=5e-3)
+    assert np.linalg.norm(solid, axis=-1).max() == pytest.approx(high)
+    assert open_edges(body.roller_solid(which)) == 0
+
+
+def test_rollers_have_their_mass() -> None:
+    total = sum(volume(BODIES[0].roller_solid(which, 241)) for which in ("inner", "outer"))
+    assert 7850 * total == pytest.approx(BODIES[0].roller_mass, rel=5e-3)
+
+
+def test_stl_holds_what_was_written(tmp_path: Path) -> None:
+    solid = BODIES[0].cam_solid("outer", 31)
+    data = write_stl(tmp_path / "cam.stl", solid).read_bytes()
+    count = int(np.frombuffer(data[80:84], "<u4")[0])
+    assert count == len(solid)
+    assert len(data) == 84 + 50 * count
+    facets = np.frombuffer(data[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))
+    np.testing.assert_allclose(facets["c"], 1e3 * solid, rtol=1e-6, atol=1e-5)
+    assert volume(facets["c"].astype(float)) == pytest.approx(1e9 * volume(solid), rel=1e-4)
+    with pytest.raises(pt.ParameterError, match="edges have a triangle on one side only"):
+        write_stl(tmp_path / "torn.stl", solid[200:])
+
+
+def test_dxf_of_a_track(tmp_path: Path) -> None:
+    """The unrolled track comes back to its height after one turn; lengths are in millimetres."""
+    curves = developed(TABLE_1.outer)
+    text = write_dxf(tmp_path / "track.dxf", curves, closed=False).read_text(encoding="ascii").split("\n")
+    assert text[-2] == "EOF"
+    assert text.count("POLYLINE") == 2
+    assert text.count("VERTEX") == 2 * 721
+    x = [float(text[i + 4]) for i, word in enumerate(text) if word == "VERTEX"]
+    assert max(x) == pytest.approx(np.pi * 85, abs=0.01)
+    for points in curves.values():
+        assert points[0, 1] == pytest.approx(points[-1, 1], abs=1e-12)
