@@ -266,7 +266,7 @@ PAPER = Paper(
         Picture("load-sharing", f"Share of the rollers on both cams; {DATA}.", lambda: drawn(CAMS, "load_sharing")),
         Picture(
             "efficiency",
-            f"Efficiency of the relative motion and locking coefficient, friction assumed; {DATA}.",
+            f"Efficiency of the relative motion, friction assumed; {DATA}.",
             lambda: drawn(CAMS, "efficiency"),
         ),
     ),

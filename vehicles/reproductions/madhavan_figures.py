@@ -36,6 +36,10 @@ def _curves(ax: Axes, x: Array, lines: Mapping[str, Array], xlabel: str, ylabel:
         ax.legend(fontsize=8)
 
 
+PRESTRESS = 200.0
+"""Axial force [N] of couplers that are fitted a little too long, by which the figures show what statics leaves open."""
+
+
 def _over_alpha(ax: Axes, lines: Mapping[str, Array], ylabel: str) -> None:
     _curves(ax, np.degrees(CYCLE), lines, ALPHA_TEXT, ylabel)
     ax.set_xticks(np.arange(0, 361, 90))
@@ -69,6 +73,11 @@ def coupling_forces() -> Figure:
     _over_alpha(axes[0], {"Y": shaken.force[:, 1]}, "force  [N]")
     _over_alpha(axes[1], {"Y": shaken.moment[:, 1]}, "moment  [N.m]")
     _over_alpha(axes[2], {"by the convention of equal axial forces": found.C_force[:, 0]}, "force  [N]")
+    ends = [found.with_prestress(N).C_force[:, 0] for N in (-PRESTRESS, PRESTRESS)]
+    said = f"indeterminate: couplers fitted under ±{PRESTRESS:g} N"
+    axes[2].fill_between(np.degrees(CYCLE), *ends, color="C0", alpha=0.2, label=said)
+    axes[2].set_ylim(-1.2 * PRESTRESS / 2, 2 * PRESTRESS / 2)
+    axes[2].legend(fontsize=7, loc="upper center")
     _over_alpha(axes[3], {"": found.C_force[:, 2]}, "force  [N]")
     return figure
 

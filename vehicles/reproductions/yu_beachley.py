@@ -180,20 +180,34 @@ def curves() -> xr.Dataset:
     return xr.concat(found, xr.DataArray(list(TYPES), dims="type", name="type"), combine_attrs="drop_conflicts")
 
 
+def _inset(ax: Axes) -> Axes:
+    """Where the intervals at r = 1, too small for the curves' scale, are drawn."""
+    inset = ax.inset_axes((0.62, 0.1, 0.35, 0.26))
+    inset.set_title("interval at $r = 1$ about its middle", fontsize=8)
+    inset.set_xlabel("type", fontsize=8, labelpad=1)
+    inset.tick_params(labelsize=7)
+    inset.axhline(0, color="0.6", lw=0.6)
+    return inset
+
+
 def _over_r(name: str, label: str, limits: tuple[float, float]) -> Figure:
     import matplotlib.pyplot as plt
 
     figure, ax = plt.subplots(figsize=(7.5, 5), layout="constrained")
     found = curves()
     r = found.r.values
+    at_one = {number: points(layout, np.array([1.0])).isel(r=0) for number, layout in TYPES.items()}
+    inset = _inset(ax) if f"{name}_low" in at_one[1] else None
     for number, layout in TYPES.items():
         y = found[name].sel(type=number).values
         for part in (r < 0, (r > 0) & (r < 1), r > 1):
             text = f"{number}: {', '.join(layout)}" if r[part][0] > 1 else None
             ax.plot(r[part], y[part], color=f"C{number - 1}", label=text)
-        if f"{name}_low" in (point := points(layout, np.array([1.0])).isel(r=0)):
-            ends = [float(point[f"{name}_{end}"]) for end in ("low", "high")]
-            ax.plot([1, 1], ends, color=f"C{number - 1}", lw=4, alpha=0.5, solid_capstyle="butt")
+        if inset is not None:
+            low, high = sorted(float(at_one[number][f"{name}_{end}"]) for end in ("low", "high"))
+            ax.plot([1, 1], [low, high], color=f"C{number - 1}", lw=3, solid_capstyle="butt", zorder=4)
+            half = (high - low) / 2
+            inset.errorbar(number, 0, yerr=half, color=f"C{number - 1}", capsize=4, lw=2.5, capthick=1.5)
     ax.set(xlabel=r"overall ratio $r = N_3/N_1$  [1]", ylabel=label, xlim=(-2, 3), ylim=limits)
     ax.axhline(0, color="0.6", lw=0.6)
     ax.axvline(0, color="0.6", lw=0.6)

@@ -165,7 +165,7 @@ def contact_pressures(
 
 
 def centrodes(track: Track = TABLE_1.outer, ax: Axes | None = None) -> Axes:
-    """Fig. 9: where contact points A and B, the roller's axis and its instantaneous pole lie while one arc passes."""
+    """Fig. 9: where contact points A and B, the roller's axis and its instantaneous pole lie while one arc passes; grey: the roller."""
     ax, theta = _axes(ax), np.linspace(-1, 1, 201) * math.pi / track.n * (1 - 1e-9) - track.phase
     x, upper, lower = track.contacts(theta)
     y, zero = track.axis(theta), np.zeros_like(theta)
@@ -176,6 +176,8 @@ def centrodes(track: Track = TABLE_1.outer, ax: Axes | None = None) -> Axes:
         (x, y, "pole P"),
     ):
         ax.plot(xs * MM, ys * MM, label=label)
+    for height in (y[0], y[y.size // 2]):
+        ax.add_patch(Circle((0.0, height * MM), track.r * MM, facecolor="0.5", edgecolor="0.5", alpha=0.12))
     ax.set(xlabel="x against the groove [mm]", ylabel="y [mm]")
     ax.set_aspect("equal")
     ax.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))

@@ -123,7 +123,7 @@ def load_sharing(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 
     ax.plot(np.degrees(s), first + second, color="0.4", lw=0.8, label="sum of normal forces, T/R = 1")
     ax.set(xlabel="cam angle [°]", ylabel="share of the torque", title=f"Load sharing, {cycle.sharing}")
     ax.grid(alpha=0.25)
-    ax.legend(fontsize=8)
+    ax.legend(fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.18))
     return ax
 
 
