@@ -265,6 +265,11 @@ PAPER = Paper(
         Picture("figure-5", "Fig. 5: pressure angles over the cam's angle, {4, 5} and {4, 4}.", figure_5),
         Picture("load-sharing", f"Share of the rollers on both cams; {DATA}.", lambda: drawn(CAMS, "load_sharing")),
         Picture(
+            "pressures",
+            f"Hertz pressure over the cam's angle, 100 N.m on a side wheel, cams of 36 mm radius (assumed); {DATA}.",
+            lambda: drawn(CAMS, "contact_pressures"),
+        ),
+        Picture(
             "efficiency",
             f"Efficiency of the relative motion, friction assumed; {DATA}.",
             lambda: drawn(CAMS, "efficiency"),

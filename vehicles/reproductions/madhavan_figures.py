@@ -73,9 +73,9 @@ def coupling_forces() -> Figure:
     _over_alpha(axes[0], {"Y": shaken.force[:, 1]}, "force  [N]")
     _over_alpha(axes[1], {"Y": shaken.moment[:, 1]}, "moment  [N.m]")
     _over_alpha(axes[2], {"by the convention of equal axial forces": found.C_force[:, 0]}, "force  [N]")
-    ends = [found.with_prestress(N).C_force[:, 0] for N in (-PRESTRESS, PRESTRESS)]
+    low, high = (found.with_prestress(N).C_force[:, 0] for N in (-PRESTRESS, PRESTRESS))
     said = f"indeterminate: couplers fitted under ±{PRESTRESS:g} N"
-    axes[2].fill_between(np.degrees(CYCLE), *ends, color="C0", alpha=0.2, label=said)
+    axes[2].fill_between(np.degrees(CYCLE), low, high, color="C0", alpha=0.2, label=said)
     axes[2].set_ylim(-1.2 * PRESTRESS / 2, 2 * PRESTRESS / 2)
     axes[2].legend(fontsize=7, loc="upper center")
     _over_alpha(axes[3], {"": found.C_force[:, 2]}, "force  [N]")

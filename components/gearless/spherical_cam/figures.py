@@ -13,12 +13,13 @@ from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
-from powertrain.components.gearless.spherical_cam.body import cone_solid
+from powertrain.components.gearless.spherical_cam.body import CamBody, cone_solid
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
 from powertrain.components.gearless.spherical_cam.profile import Array, CamGeometry, SphericalCam, turned, unit
 
 CAM = SphericalCam(4, 5)
 CYCLE = Cycle(CAM)
+BODY = CamBody(CAM, inner=(0.020, 0.029), outer=(0.030, 0.036), bore=0.006)
 INNER, OUTER, LEFT, RIGHT = "tab:blue", "tab:orange", "tab:green", "tab:red"
 SIZES = (0.58, 0.78), (0.80, 1.0)
 """Between which radii the inner and the outer cam are drawn."""
@@ -138,6 +139,20 @@ def efficiency(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 2)
     ax.set(xlabel="cam angle [°]", ylabel=r"$\eta_0$ [1]", title=title)
     ax.grid(alpha=0.25)
     ax.legend(fontsize=8, title="cam turns", ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.18))
+    return ax
+
+
+def contact_pressures(body: CamBody = BODY, ax: Axes | None = None, *, torque: float = 100.0) -> Axes:
+    """Hertz's pressure on the inner and the outer cam over the cam's angle, for the torque of one side wheel [N.m]."""
+    ax, cycle = _axes(ax), Cycle(body.cam)
+    s = np.linspace(0.0, 4 * cycle.cam.half, 1441)
+    for values, color, name in zip(body.pressure(cycle, s, torque), (INNER, OUTER), ("inner", "outer"), strict=True):
+        ax.plot(np.degrees(s), values / 1e9, color=color, label=f"{name} cam")
+    ax.set(
+        xlabel="cam angle [°]", ylabel="greatest pressure [GPa]", title=f"Contact under {torque:g} N.m on a side wheel"
+    )
+    ax.grid(alpha=0.25)
+    ax.legend(fontsize=8, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.18))
     return ax
 
 

@@ -44,6 +44,12 @@ def test_of_a_cycle(draw: Callable[..., Axes], sharing: str) -> None:
     assert ((y >= -1e-12) & (y <= 1 + 1e-12)).all()
 
 
+def test_contact_pressures() -> None:
+    ax = drawn.contact_pressures(torque=50.0)
+    highest = max(float(np.max(np.asarray(line.get_ydata()))) for line in ax.lines)
+    assert highest == pytest.approx(drawn.BODY.greatest_pressure(drawn.CYCLE, 50.0) / 1e9, rel=1e-4)
+
+
 def test_minimum_of_the_drawn_pressure_angle() -> None:
     ax = drawn.pressure_angles(CAM)
     lowest = min(float(np.min(np.asarray(line.get_ydata()))) for line in ax.lines if line.get_color() == drawn.LEFT)
