@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from powertrain import ParameterError
 
 Array = NDArray[np.float64]
+LAMP = np.array([0.35, -0.75, 0.6]) / np.linalg.norm([0.35, -0.75, 0.6])
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -70,3 +71,11 @@ def shell(rings: Array) -> Array:
     c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
     lower, upper = np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)
     return np.concatenate([lower.reshape(-1, 3, 3), upper.reshape(-1, 3, 3)])
+
+
+def shaded(triangles: Array, colors: Array) -> Array:
+    """Colours (n, 3) of triangles in the light of a lamp over the spectator's shoulder."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    light = np.divide(normal @ LAMP, length, out=np.zeros_like(length), where=length > 0)
+    return np.asarray(np.clip(colors * (0.55 + 0.45 * light)[:, None], 0.0, 1.0))

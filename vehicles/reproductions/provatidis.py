@@ -344,6 +344,11 @@ PAPER = Paper(
             "Fig. 9: loci of contact points, roller axis and pole while one arc passes.",
             lambda: drawn(CAMS, "centrodes"),
         ),
+        Picture(
+            "figure-12",
+            "Figs. 10-12: both cam disks and the rollers between them, drawn apart; outer track blue, inner one orange.",
+            lambda: drawn(CAMS, "disks", (8, 7), "3d"),
+        ),
         Picture("figure-15", "Fig. 15: both tracks unrolled at nine phases; wedged rollers are red.", figure_15),
         Picture(
             "contact-angles",

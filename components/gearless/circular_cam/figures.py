@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
+from powertrain.components.gearless.circular_cam.body import cam_solids, roller_solid
 from powertrain.components.gearless.circular_cam.contact import track_contacts
 from powertrain.components.gearless.circular_cam.design import TABLE_1, TORQUE, CircularCams
 from powertrain.components.gearless.circular_cam.forces import forces
@@ -21,7 +25,8 @@ from powertrain.components.gearless.circular_cam.locking import (
     single_track_limit,
 )
 from powertrain.components.gearless.circular_cam.locking_law import Sharing
-from powertrain.components.gearless.circular_cam.track import Track
+from powertrain.components.gearless.circular_cam.track import Array, Track
+from powertrain.components.gearless.solids import shaded
 
 MM = 1e3
 UPPER, LOWER, WEDGED, IDLE = "tab:blue", "tab:orange", "tab:red", "0.75"
@@ -182,6 +187,40 @@ def centrodes(track: Track = TABLE_1.outer, ax: Axes | None = None) -> Axes:
     ax.set_aspect("equal")
     ax.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))
     return ax
+
+
+def disks(cams: CircularCams = TABLE_1, theta: float = 0.0, ax: Axes | None = None, *, apart: float = 0.03) -> Axes:
+    """Figs. 10-12: both cam disks and the rollers between them, in space; ``apart``: how far the cams are drawn off the rollers [m]."""
+    made = plt.figure(layout="constrained").add_subplot(projection="3d") if ax is None else ax
+    assert isinstance(made, Axes3D)
+    parts: list[tuple[Array, str]] = []
+    over = np.array([1.0, -1.0, -1.0])  # half a turn about x
+    off = np.array([0.0, 0.0, apart])
+    for solid, color in zip(cam_solids(cams), ("tab:blue", "tab:orange"), strict=True):
+        parts.append((_spun(solid, -theta) - off, color))
+        parts.append((_spun(solid * over, theta + 2 * math.pi / cams.outer.n) + off, color))
+    width = 0.9 * (cams.outer.D - cams.inner.D) / 2
+    for track, color in ((cams.outer, "tab:blue"), (cams.inner, "tab:orange")):
+        roller = roller_solid(track, width)
+        for k in range(track.n):
+            height = np.array([0.0, 0.0, float(track.axis(theta, k))])
+            parts.append((_spun(roller, 2 * math.pi * k / track.n) + height, color))
+    triangles = np.concatenate([part for part, _ in parts]) * MM
+    colors = np.concatenate([np.tile(0.3 + 0.7 * np.array(to_rgb(c)), (len(part), 1)) for part, c in parts])
+    faces = shaded(triangles, colors)
+    made.add_collection3d(Poly3DCollection(list(triangles), facecolors=faces, edgecolors="none", antialiased=False))
+    reach = 0.62 * cams.outer.D * MM
+    made.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach, reach))
+    made.set_box_aspect((1, 1, 1), zoom=1.15)  # pyright: ignore[reportArgumentType]
+    made.set_axis_off()
+    made.view_init(elev=22, azim=-55)
+    made.set_title(rf"$\theta$ = {math.degrees(theta):.1f}°")
+    return cast(Axes, made)
+
+
+def _spun(solid: Array, angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.asarray(solid @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def _rows(cams: CircularCams) -> list[tuple[Track, str, float]]:

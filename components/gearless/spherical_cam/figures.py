@@ -13,6 +13,7 @@ from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
+from powertrain.components.gearless.solids import shaded
 from powertrain.components.gearless.spherical_cam.body import CamBody, cone_solid
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
 from powertrain.components.gearless.spherical_cam.profile import Array, CamGeometry, SphericalCam, turned, unit
@@ -24,7 +25,6 @@ INNER, OUTER, LEFT, RIGHT = "tab:blue", "tab:orange", "tab:green", "tab:red"
 SIZES = (0.58, 0.78), (0.80, 1.0)
 """Between which radii the inner and the outer cam are drawn."""
 BORE = 0.14
-LAMP = unit(np.array([0.35, -0.75, 0.6]))
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -165,7 +165,7 @@ def mechanism(cam: SphericalCam = CAM, theta: float = 0.0, ax: Axes | None = Non
     solid = _solid_axes(ax)
     triangles, colors = mechanism_solids(cam, theta, exploded=exploded)
     solid.add_collection3d(
-        Poly3DCollection(list(triangles), facecolors=_shaded(triangles, colors), edgecolors="none", antialiased=False)
+        Poly3DCollection(list(triangles), facecolors=shaded(triangles, colors), edgecolors="none", antialiased=False)
     )
     reach = 1.0 + exploded
     for sign, name in ((1.0, "right"), (-1.0, "left")):
@@ -206,14 +206,6 @@ def _circle(cam: SphericalCam, points: int = 20) -> Array:
     turn = np.linspace(0, 2 * math.pi, points, endpoint=False)
     s, c = math.sin(cam.alpha_4), math.cos(cam.alpha_4)
     return np.stack([s * np.cos(turn), s * np.sin(turn), np.full(points, c)], -1)
-
-
-def _shaded(triangles: Array, colors: Array) -> Array:
-    """Colours in the light of a lamp over the spectator's shoulder."""
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    length = np.linalg.norm(normal, axis=1)
-    light = np.divide(normal @ LAMP, length, out=np.zeros_like(length), where=length > 0)
-    return np.asarray(np.clip(colors * (0.55 + 0.45 * light)[:, None], 0.0, 1.0))
 
 
 def _touches(cam: CamGeometry, psi: float, roller: int) -> bool:

@@ -91,3 +91,13 @@ def test_map_and_centrodes() -> None:
         (pole[:, 1] / 1e3 - TABLE_1.outer.R_m * np.cos(TABLE_1.outer.alpha_max)) / TABLE_1.outer.R_m
     ) ** 2
     np.testing.assert_allclose(ellipse, 1, rtol=1e-9)
+
+
+def test_disks_in_space() -> None:
+    """Four rings and a roller of either track in each groove, above and below the middle."""
+    from powertrain.components.gearless.circular_cam.figures import disks
+
+    ax = disks(theta=0.2, apart=0.04)
+    assert len(ax.collections) == 1
+    assert "11.5" in ax.get_title()
+    assert disks(ax=ax) is ax

@@ -10,6 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.gearless.circular_cam import TABLE_1
+from powertrain.components.gearless.circular_cam.body import cam_solids, roller_solid
 from powertrain.components.gearless.circular_cam.track import developed
 from powertrain.components.gearless.solids import open_edges, volume, write_dxf, write_stl
 from powertrain.components.gearless.spherical_cam import CamBody, SphericalCam
@@ -30,6 +31,24 @@ def test_cams_are_closed_bodies(body: CamBody, which: Literal["inner", "outer"])
     assert volume(solid) == pytest.approx(body._moments(low, high)[0], rel=5e-3)
     assert np.linalg.norm(solid, axis=-1).max() == pytest.approx(high)
     assert open_edges(body.roller_solid(which)) == 0
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.13, 0.6])
+def test_circular_cams_touch_their_rollers(theta: float) -> None:
+    """Closed rings; the lower cam at -theta, the upper one turned over, on by one arc and at theta: both at r from every roller's axis."""
+    n, width = TABLE_1.outer.n, (TABLE_1.outer.D - TABLE_1.inner.D) / 2
+    for track, solid in zip((TABLE_1.outer, TABLE_1.inner), cam_solids(TABLE_1, points=1441), strict=True):
+        assert open_edges(solid) == 0
+        assert volume(solid) > 0
+        assert open_edges(roller_solid(track, width)) == 0
+        for flip, turn in ((1.0, -theta), (-1.0, theta + 2 * np.pi / n)):
+            points = solid.reshape(-1, 3) * [1.0, flip, flip]
+            points = points[np.hypot(points[:, 0], points[:, 1]) > track.D / 2]
+            arc = (np.arctan2(points[:, 1], points[:, 0]) + turn) * track.D / 2
+            for k in range(n):
+                x = np.remainder(arc - np.pi * track.D * (k / n - 0.5), np.pi * track.D) - np.pi * track.D / 2
+                apart = np.hypot(x, points[:, 2] - track.axis(theta, k)).min()
+                assert apart == pytest.approx(track.r, abs=2e-5)
 
 
 def test_rollers_have_their_mass() -> None:
