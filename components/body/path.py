@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from powertrain import (
     Component,
@@ -25,6 +25,12 @@ from powertrain import (
 )
 from powertrain.components.body.body import G_N
 from powertrain.components.translational import Flange
+
+Array = NDArray[np.float64]
+EASED = 0.25
+"""Part of the way between two heights over which the slope changes, at either end."""
+HALVINGS = 60
+"""Halvings of the range of angles, -90 to 90 degrees: down to round-off."""
 
 
 class AxlePath(Component):
@@ -84,10 +90,12 @@ class RoadProfile(Component):
 
     @classmethod
     def from_heights(cls, s: ArrayLike, heights: ArrayLike) -> Self:
-        """A road by its heights [m] at places s [m] along it: the slope between two places holds in their middle, linear from there.
+        """A road through the given heights [m] at places s [m] along it, without crests or dips between them.
 
-        Before the first and after the last place the slope goes on. Errors: ParameterError for places that do not increase, or heights that
-        rise by more than the road is long.
+        dz/ds = sin(alpha) is continuous: between two places the slope is constant but for the first and the last ``EASED`` part of the way,
+        where it changes linearly with s. At a place it is the harmonic mean of the slopes of the straight lines on both sides, and zero
+        where these have opposite signs. Before the first and after the last place the slope goes on. Errors: ParameterError for places that
+        do not increase, or heights that rise by more than the road is long.
         """
         places, z = np.asarray(s, float).ravel(), np.asarray(heights, float).ravel()
         if places.size != z.size or places.size < 2:
@@ -100,6 +108,40 @@ class RoadProfile(Component):
             raise ParameterError(
                 f"the road cannot rise by {rises[i]:g} m from s = {places[i]:g} m to {places[i + 1]:g} m, over {steps[i]:g} m of its length"
             )
-        sines = rises / steps
-        middle, slopes = (places[:-1] + places[1:]) / 2, sines / np.sqrt(1 - sines**2)
-        return cls(profile=Map.curve(middle, slopes, x="s", x_unit="m", name="grade", outside="clip"))
+        at, slopes = _eased(places, rises / steps)
+        return cls(profile=Map.curve(at, slopes, x="s", x_unit="m", name="grade", outside="clip"))
+
+
+def _eased(places: Array, sines: Array) -> tuple[Array, Array]:
+    """Places [m] and slopes tan(alpha) of a polygon whose heights rise by the mean ``sines`` from one of ``places`` to the next."""
+    straight = sines / np.sqrt(1 - sines**2)
+    before, after = straight[:-1], straight[1:]
+    alike = before * after > 0
+    inner = np.where(alike, 2 * before * after / np.where(alike, before + after, 1), 0)
+    ends = np.concatenate([straight[:1], inner, straight[-1:]])
+    between = _plateau(ends[:-1], ends[1:], sines)
+    ease = EASED * np.diff(places)
+    rows = np.stack([places[:-1], places[:-1] + ease, places[1:] - ease], axis=1)
+    values = np.stack([ends[:-1], between, between], axis=1)
+    return np.append(rows.ravel(), places[-1]), np.append(values.ravel(), ends[-1])
+
+
+def _plateau(first: Array, last: Array, sines: Array) -> Array:
+    """The constant slope p between slopes at both ends that gives the mean sine.
+
+    A slope that changes linearly from q to p rises by the mean sine (p + q)/(root(1 + p^2) + root(1 + q^2)). The sum grows with p, so
+    that it is found by halving.
+    """
+
+    def rise(p: Array) -> Array:
+        def eased(q: Array) -> Array:
+            return np.asarray((p + q) / (np.sqrt(1 + p**2) + np.sqrt(1 + q**2)))
+
+        return EASED * (eased(first) + eased(last)) + (1 - 2 * EASED) * p / np.sqrt(1 + p**2)
+
+    low, high = np.full(sines.shape, -np.pi / 2), np.full(sines.shape, np.pi / 2)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        below = rise(np.tan(middle)) < sines
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return np.asarray(np.tan((low + high) / 2))

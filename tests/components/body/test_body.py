@@ -125,6 +125,35 @@ def test_road_profile_over_distance() -> None:
     assert height.max() == pytest.approx(20, abs=0.01)
 
 
+ROADS = {
+    "ramp": ([0, 1000, 1100, 2000], [0, 0, 10, 10]),
+    "steep": ([0, 50, 80, 200, 1000], [0, 20, 35, 0, 100]),
+    "straight": ([0, 100], [0, 8]),
+}
+
+
+@pytest.mark.parametrize("name", ROADS)
+def test_a_road_has_the_heights_it_was_made_from(name: str) -> None:
+    """The integral of sin(alpha) over the path is the height; it never leaves the range between two places."""
+    places, heights = (np.asarray(row, float) for row in ROADS[name])
+    profile = RoadProfile.from_heights(places, heights).profile
+    for s_0, s_1, z_0, z_1 in zip(places, places[1:], heights, heights[1:], strict=False):
+        nodes, weights = np.polynomial.legendre.leggauss(60)
+        height = [z_0]
+        for k in range(40):  # ten pieces to a quarter, where the slope has its corners
+            s = s_0 + (s_1 - s_0) * (k + (1 + nodes) / 2) / 40
+            height.append(height[-1] + (s_1 - s_0) / 80 * float(weights @ np.sin(np.arctan(profile(s)))))
+        assert height[-1] == pytest.approx(z_1, abs=1e-9)
+        assert min(height) > min(z_0, z_1) - 1e-9
+        assert max(height) < max(z_0, z_1) + 1e-9
+
+
+def test_a_car_on_a_ramp_climbs_its_height() -> None:
+    result = run(Hill(road=RoadProfile.from_heights(*ROADS["ramp"])), 80.0, {"body.v": 30.0}, max_step=0.5)
+    assert result["body.s"][-1] > 2000
+    assert result["body.chassis.height"][-1] == pytest.approx(10, abs=1e-6)
+
+
 def test_roads_that_are_none() -> None:
     crooked = pt.Map((pt.Axis("s", "m", [0, 1]), pt.Axis("t", "s", [0, 1])), np.zeros((2, 2)), "1")
     with pytest.raises(pt.ParameterError, match=r"road.profile takes one argument, the path s; this map takes s, t"):
