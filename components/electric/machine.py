@@ -26,8 +26,12 @@ from powertrain import (
 )
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
+from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.thermal import Lossy
+
+TURNING = 1.0
+"""Speed [rad/s] above which the sign of a torque says whether a machine drives or generates."""
 
 
 class ElectricMachine(Lossy):
@@ -39,8 +43,9 @@ class ElectricMachine(Lossy):
 
     Forward it drives where tau > 0; it generates where tau w < 0. ``loss_map`` [W] takes the place of the formula: over |w| [rad/s] and
     |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
-    it generates. The loss is drawn from the bus, also at rest and without torque. The torque comes without delay. The default numbers are
-    made up for a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
+    it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the bus, also at rest
+    and without torque. The torque comes without delay. The default numbers are made up for a machine of 50 kW. Errors: ParameterError for a
+    loss map with other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
@@ -83,8 +88,11 @@ class ElectricMachine(Lossy):
         if self.loss_map is None:
             return self.P_0 + self.copper * tau**2 + self.iron * ca.fabs(w) + self.windage * w**2
         if self.loss_map.axes[1].low < 0:
-            drives = tau * ca.fmin(ca.fmax(w, -1), 1)
-            return ca.fmax(self.loss_map(ca.fabs(w), drives), 0)
+            drives = ca.if_else(w >= 0, tau, -tau)
+            share = (1 + limited(ca.fabs(w) / TURNING)) / 2
+            torques = drives, self.loss_map.axes[1].clipped(-drives)
+            one, other = (ca.fmax(self.loss_map(ca.fabs(w), torque), 0) for torque in torques)
+            return share * one + (1 - share) * other
         return ca.fmax(self.loss_map(ca.fabs(w), ca.fabs(tau)), 0)
 
     def energy(self) -> Symbol:

@@ -89,6 +89,26 @@ def test_loss_from_a_map(low: float, w: float, demand: float, loss: float) -> No
     assert 250 * values["bus.i"] == pytest.approx(demand * w + loss)
 
 
+@pytest.mark.parametrize(("w", "loss"), [(0.0, 4050.0), (1e-6, 4050.0), (0.5, 4050.0), (-0.5, 4050.0), (3.0, 4050.0)])
+def test_a_signed_map_keeps_its_loss_of_torque_at_standstill(w: float, loss: float) -> None:
+    """50 W and 0.1 W/(N.m)^2 whatever the sign of the torque: holding 200 N.m at rest costs what it costs at any speed."""
+    tau = np.linspace(-200, 200, 41)
+    axes = pt.Axis("speed", "rad/s", [0, 1200], "clip"), pt.Axis("torque", "N.m", tau, "error")
+    machine = pt.replace(MACHINE, loss_map=pt.Map(axes, np.tile(50 + 0.1 * tau**2, (2, 1)), "W", "loss"))
+    for demand in (200.0, -200.0):
+        assert held(machine, w, demand)["lossPower"] == pytest.approx(loss)
+
+
+def test_a_signed_map_at_standstill_is_the_mean_of_driving_and_generating() -> None:
+    """At 20 N.m the map has 20 W driving and 60 W generating. Its torques end at -50 N.m; what is not asked for is not refused."""
+    axes = pt.Axis("speed", "rad/s", [0, 1200], "clip"), pt.Axis("torque", "N.m", [-50, 0, 200], "error")
+    table = pt.Map(axes, [[150, 0, 200]] * 2, "W", "loss")
+    machine = pt.replace(MACHINE, loss_map=table)
+    for w, loss in (0, (20 + 60) / 2), (0.5, 0.75 * 20 + 0.25 * 60), (1, 20), (-0.5, 0.75 * 60 + 0.25 * 20), (-1, 60):
+        assert machine.losses(w, 20) == pytest.approx(loss)
+    assert held(machine, 5.0, 180.0)["lossPower"] == pytest.approx(180)
+
+
 def test_loss_maps_that_are_refused() -> None:
     good = loss_map(0)
     for wrong, said in (
