@@ -230,5 +230,6 @@ def _check_next_pair(inner: int, outer: int, planets: Pairs) -> None:
     if apart <= across + 4:
         raise ParameterError(
             f"an inner planet of {planets.inner} teeth touches the outer one of {planets.outer} teeth of the next of {planets.n} pairs: "
-            f"their axes are {apart / 2:.3g} modules apart, and their tips need more than {across / 2 + 2:g}; take fewer pairs or smaller planets"
+            f"their axes are {apart / 2:.3g} modules apart, and their tips need more than {across / 2 + 2:g}; "
+            "take fewer pairs or smaller planets"
         )

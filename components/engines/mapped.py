@@ -36,7 +36,8 @@ class MappedEngine(Engine):
     ``torque_map`` [N.m] is over speed [rad/s] and throttle [1] from 0 (motored, not above zero) to 1. ``fuel_map`` is over speed and
     torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its lowest
     torque the fuel goes on in the straight line through its two lowest torques at each speed (a Willans line). What holds
-    outside of a table its axes say: refused, or held at the edge and counted. ``gasoline`` and ``diesel`` have synthetic
+    outside of a table its axes say: refused, or held at the edge and counted. A specific consumption is held as such, so that beyond the
+    table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic
     tables, see ``synthetic``; ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
     """
 
@@ -109,9 +110,22 @@ class MappedEngine(Engine):
 
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         lowest = float(self.torque_map.values[:, 0].min())
-        rate = _rates(self.fuel_map, lowest)(w, firing - self._motoring(w))
+        torque = firing - self._motoring(w)
+        rate = _rates(self.fuel_map, lowest)(w, torque)
+        if self.fuel_map.unit in SPECIFIC:
+            rate *= _beyond(self.fuel_map.axes[0], w) * _beyond(
+                self.fuel_map.axes[1], ca.fmax(torque, self.fuel_map.axes[1].low)
+            )
         burning = limited(firing / self.cut_off)
         return burning * ca.fmax(rate, 0) * self.heating_value
+
+
+def _beyond(axis: Axis, value: Symbol) -> Symbol:
+    """A value over the edge of the axis that it has passed; 1 within the edges, and where the table goes on by itself."""
+    if axis.outside == "linear":
+        return Symbol(1.0)
+    above = ca.fmax(value / axis.high, 1)
+    return above * ca.fmin(value / axis.low, 1) if axis.low > 0 else above
 
 
 @lru_cache(maxsize=64)
