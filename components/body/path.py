@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Self
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -36,18 +37,20 @@ HALVINGS = 60
 class AxlePath(Component):
     """An axle in a bend: its two wheels run on circles whose radii differ by the track.
 
-    v_left = (1 - curvature track/2) v,  v_right = (1 + curvature track/2) v
-    axle.f + (1 - curvature track/2) left.f + (1 + curvature track/2) right.f = 0
+    v_left = (lead - curvature track/2) v,  v_right = (lead + curvature track/2) v,  lead = root(1 + (curvature ahead)^2)
+    axle.f v + left.f v_left + right.f v_right = 0
     left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = load/g curvature v^2 h/track
 
-    Positive curvature bends to the left. The forces follow from the power that goes through. ``h`` is the height at which the axle's part
-    of the mass is turned over: 0 shares the load equally. The side force of the
+    Positive curvature bends to the left; it is that of the path of the axle that is not steered, where v is the speed. An axle ``ahead`` of
+    it is steered and runs on a larger circle about the same centre; it is taken to turn as a whole. The forces follow from the power that
+    goes through. ``h`` is the height at which the axle's part of the mass is turned over: 0 shares the load equally. The side force of the
     bend takes nothing of the tyres' grip along the road. Wheels that do not slip follow a curvature that changes smoothly in time only.
     Source: B. Madhavan, M.S. thesis, University of Maryland 1996, App. A: with 88 rad/s in the middle, radius 7 m and track 1.4 m the
     wheels turn at 96.8 rad/s and 79.2 rad/s.
     """
 
     track: Parameter = parameter("m", "Distance of the wheels", default=1.5, above=0)
+    ahead: Parameter = parameter("m", "Distance ahead of the axle that is not steered", default=0.0, min=0)
     h: Parameter = parameter("m", "Height of the mass for the transfer of load in a bend", default=0.0, min=0)
     axle: Flange = port(Flange)
     left: Flange = port(Flange)
@@ -56,15 +59,16 @@ class AxlePath(Component):
     load: Input = signal_input("N", "Load on the axle", default=0.0)
     left_load: Output = signal_output("N", "Load on the left wheel")
     right_load: Output = signal_output("N", "Load on the right wheel")
-    v: Variable = variable("m/s", "Speed of the middle of the axle")
+    v: Variable = variable("m/s", "Speed of the middle of the axle that is not steered")
 
     def equations(self) -> Equations:
         """Kinematics of a rigid body on a circle, power, and moments about the road."""
-        lead = self.curvature.value * self.track / 2
+        lead, apart = ca.sqrt(1 + (self.curvature.value * self.ahead) ** 2), self.curvature.value * self.track / 2
+        left, right = lead - apart, lead + apart
         yield self.v == der(self.axle.s)
-        yield der(self.left.s) == (1 - lead) * self.v
-        yield der(self.right.s) == (1 + lead) * self.v
-        yield self.axle.f + (1 - lead) * self.left.f + (1 + lead) * self.right.f == 0
+        yield der(self.left.s) == left * self.v
+        yield der(self.right.s) == right * self.v
+        yield self.axle.f + left * self.left.f + right * self.right.f == 0
         transfer = self.load.value / G_N * self.curvature.value * self.v**2 * self.h / self.track
         yield self.left_load.value == self.load.value / 2 - transfer
         yield self.right_load.value == self.load.value / 2 + transfer

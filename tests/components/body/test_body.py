@@ -240,6 +240,17 @@ def test_path_keeps_power_while_the_bend_changes() -> None:
     np.testing.assert_allclose(result["path.left_load"], 2500 - transfer, rtol=1e-9)
 
 
+def test_a_steered_axle_runs_on_a_larger_circle() -> None:
+    """About the centre 6 m beside the rear axle, 2.7 m ahead of it: the middle on 6.58 m; the power that goes through is kept."""
+    path = AxlePath(track=1.5, ahead=2.7)
+    result = run(Turning(path=path, curvature=Sine(amplitude=0.0, f=1, offset=1 / 6)), 2.0, {"body.v": 5.0})
+    v = result["body.v"]
+    np.testing.assert_allclose(result["left.v"], (np.hypot(6, 2.7) - 0.75) / 6 * v, rtol=1e-9)
+    np.testing.assert_allclose(result["right.v"], (np.hypot(6, 2.7) + 0.75) / 6 * v, rtol=1e-9)
+    kinetic = 5 * v**2 + result["left.v"] ** 2 / 2 + result["right.v"] ** 2
+    np.testing.assert_allclose(kinetic - 30 * (result["right.s"] - result["right.s"][0]), kinetic[0], rtol=1e-8)
+
+
 def test_values_are_checked() -> None:
     with pytest.raises(pt.ParameterError, match=r"VehicleBody.front_share = 1.2 is outside its range \[0, 1\]"):
         VehicleBody(front_share=1.2)
