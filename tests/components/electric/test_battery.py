@@ -73,7 +73,8 @@ def test_short_pulses_cost_what_the_series_resistance_takes() -> None:
         def equations(self) -> pt.Equations:
             yield pt.connect(self.battery.bus, self.draw.bus)
 
-    lost = pt.energy_audit(pt.simulate(Pulsed(), 20)).components.loc["battery", "lost"]
+    table = pt.energy_audit(pt.simulate(Pulsed(), 20)).components
+    lost = float(table["lost"].loc["battery"])
     assert 0.5 * 0.15 * 100**2 * 20 < lost < 0.52 * 0.15 * 100**2 * 20
 
 
