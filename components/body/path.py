@@ -30,6 +30,8 @@ from powertrain.components.translational import Flange
 Array = NDArray[np.float64]
 EASED = 0.25
 """Part of the way between two heights over which the slope changes, at either end."""
+ROUND = 1e-12
+"""Slopes that differ by less are one."""
 HALVINGS = 60
 """Halvings of the range of angles, -90 to 90 degrees: down to round-off."""
 
@@ -113,6 +115,8 @@ class RoadProfile(Component):
                 f"the road cannot rise by {rises[i]:g} m from s = {places[i]:g} m to {places[i + 1]:g} m, over {steps[i]:g} m of its length"
             )
         at, slopes = _eased(places, rises / steps)
+        if np.ptp(slopes) < ROUND:
+            return cls(profile=Map.constant(float(slopes[0]), x="s", x_unit="m", name="grade"))
         return cls(profile=Map.curve(at, slopes, x="s", x_unit="m", name="grade", outside="clip"))
 
 

@@ -1,12 +1,13 @@
 from __future__ import annotations
 
+import casadi as ca
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 
 import powertrain as pt
-from powertrain.components.body import RoadProfile
+from powertrain.components.body import Body, RoadProfile
 from powertrain.components.cycles import DriveCycle
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.manual_car import ManualCar
@@ -95,6 +96,42 @@ def test_backward_climbs() -> None:
     assert back.fuel_rate[-1] == pytest.approx(rate, rel=2e-3)  # between the points of the map
     assert rate > 1.5 * backward(SplitPathCar(), cycle).fuel_rate[-1]
     assert back.fuel == pytest.approx(run.fuel, rel=0.02)
+
+
+def test_backward_over_a_crest() -> None:
+    """Up 5 % for 500 m and down again: the map is that of a level road, the weight is in the force."""
+    cycle = DriveCycle("crest", ((0.0, 20.0), (25.0, 20.0), (50.0, 20.0)))
+    crest = pt.replace(SplitPathCar(), road=RoadProfile.from_heights([0, 500, 1000], [0, 25, 0]))
+    force, level = backward(crest, cycle).force, backward(SplitPathCar(), cycle).force
+    assert force[0] - level[0] == pytest.approx(level[1] - force[1], rel=1e-9)
+    assert force[0] - level[0] > 600
+
+
+class CoastDownBody(Body):
+    """A body whose resistance is a measured polynomial in its speed."""
+
+    B: pt.Parameter = pt.parameter("N.s/m", "Resistance over speed", default=4.0)
+    C: pt.Parameter = pt.parameter("N.s2/m2", "Resistance over speed squared", default=0.4)
+    speed: pt.Variable = pt.variable("m/s", "Speed", start=0.0, prefer=True)
+
+    def equations(self) -> pt.Equations:
+        yield self.rear.s == self.front.s
+        yield self.speed == pt.der(self.front.s)
+        yield self.v.value == self.speed
+        yield self.s.value == self.front.s
+        slope = self.m * self.g * self.grade.value / ca.sqrt(1 + self.grade.value**2)
+        resistance = self.B * self.speed + self.C * self.speed * ca.fabs(self.speed)
+        yield self.m * pt.der(self.speed) == self.front.f + self.rear.f - resistance - slope
+        yield self.front_load.value == self.m * self.g * self.front_share
+        yield self.rear_load.value == self.m * self.g * (1 - self.front_share)
+
+
+def test_backward_asks_the_body_for_its_resistance() -> None:
+    """At 20 m/s another body takes 4 v + 0.4 v^2 = 240 N, whatever Cd and A the car's own had."""
+    cycle = DriveCycle("cruise", ((0.0, 20.0), (10.0, 20.0), (20.0, 21.0)))
+    run = backward(pt.replace(SplitPathCar(), body=CoastDownBody(m=1300)), cycle)
+    mass = 1300 + 4 / 0.3**2
+    np.testing.assert_allclose(run.force, [240, mass * 0.1 + 4 * 20.5 + 0.4 * 20.5**2], rtol=1e-9)
 
 
 @pytest.mark.parametrize(

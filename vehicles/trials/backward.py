@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
+from powertrain.component import children
+from powertrain.components.body import Body
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.translational import ConstantSpeed
 from powertrain.components.wheels import Wheel
 from powertrain.vehicles.trials.driveline import SLOWEST, driveline_map
 
@@ -38,10 +41,11 @@ class BackwardRun:
 def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset | None = None) -> BackwardRun:
     """The fuel of a cycle from a map of operating points, as if the vehicle passed from one to the next without transients.
 
-    force = (m + sum of J/radius^2 of the wheels) a + drag + m g sin(alpha),  fuel_rate = map(v, force)
+    force = (m + sum of J/radius^2 of the wheels) a + resistance(v) + m g sin(alpha),  fuel_rate = map(v, force)
     braked or in overrun: fuel_rate of accelerator 0
 
-    The map is ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
+    The resistance is the force that pulls the vehicle's own body along a level road at a constant speed. The map is
+    ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
     there are those of the lowest speed; where nothing is driven the engine idles. The engine's own inertia is left out.
     Errors: ParameterError for a map with points that have no steady state, and for a vehicle without a map (see ``on_rolling_road``).
     """
@@ -63,11 +67,28 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     return BackwardRun(cycle, rate, force, np.maximum(force - most, 0))
 
 
+class _Pulled(pt.Component):
+    """A body that is pulled over a level road at a given speed."""
+
+    body: Body
+    pull: ConstantSpeed = ConstantSpeed(v_fixed=1)
+
+    def equations(self) -> pt.Equations:
+        """Pulled in front; the axle at the rear pushes nothing."""
+        yield pt.connect(self.pull.flange, self.body.front)
+
+
 def _demand(vehicle: Any, v: Array, a: Array) -> Array:
-    body = vehicle.body
-    wheels = [getattr(vehicle, n) for n in vehicle._fields if isinstance(getattr(vehicle, n), Wheel)]
-    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in wheels)
-    return np.asarray(mass * a + float(body.Cd) * float(body.A) * float(body.rho) / 2 * v**2)
+    """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
+    mass = float(vehicle.body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))
+    speeds, rows = np.unique(v, return_inverse=True)
+    pulled = pt.steady(_Pulled(body=vehicle.body), {"pull.v_fixed": speeds}, outputs=["pull.flange.f"])
+    return np.asarray(mass * a - pulled["pull.flange.f"].values[rows])
+
+
+def _wheels(part: pt.Component) -> list[Wheel]:
+    inside = [wheel for _, child in children(part) if isinstance(child, pt.Component) for wheel in _wheels(child)]
+    return [part] if isinstance(part, Wheel) else inside
 
 
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
