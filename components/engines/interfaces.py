@@ -32,6 +32,8 @@ from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
 
+SMALL = 1e-3
+"""Least torque of combustion at full load [N.m]: an engine may have none at its idle speed."""
 UNDER_LOAD, POINTS = 1.35, 20
 """The least speed of an operating line over idle speed, and its points."""
 
@@ -47,7 +49,8 @@ class Engine(Component):
     is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and
     started = w/w_fire within 0..1;  starter = on (1 - started) tau_starter
     limited = (w_limit - w)/band_limit within 0..1: the rev limiter
-    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up
+    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and
+    begins with the throttle that idling takes
 
     With ``on`` = 0 the engine burns nothing and comes to rest by its drag, which then holds it; back at 1 the starter turns it.
     A boundary: it supplies the chemical power of its fuel and the starter's power; its loss is what the crank does not get of them.
@@ -118,6 +121,17 @@ class Engine(Component):
         yield self.power == self.tau * w
         yield self.fuel_rate == self._fuel_power(w, self.firing) / self.heating_value
         yield der(self.fuel) == self.fuel_rate
+
+    def initial(self) -> Equations:
+        """An engine that is switched on has found the throttle that keeps it at idle speed, and less above it, down to none.
+
+        A controller that does not act, with k_idle = 0, has found nothing.
+        """
+        drag = self._motoring(self.w_idle)
+        part = drag / ca.fmax(self._full_load(self.w_idle) + drag, SMALL)
+        idle = self._opening(self.w_idle, limited(part))
+        most = ca.fmin(idle, self.k_idle * self.w_idle)
+        yield self.x == limited(self.on.value) * limited(idle + self.k_idle * (self.w_idle - self.w), 0, most)
 
     def _started(self) -> Symbol:
         return limited(self.w / self.w_fire)

@@ -131,7 +131,8 @@ def command(
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
     run = drive_cycle(plant, progress=progress(), rtol=rtol)
-    ended = f"the run ended at {run.result.time[-1]:.4g} s. {run.message}"
+    early = run.result.time[-1] < run.cycle.times[-1]
+    ended = f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message
     if run.message and run.distance < WORTH_A_REPORT:
         raise click.ClickException(ended)
     click.echo(report(run))
