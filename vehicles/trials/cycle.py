@@ -23,6 +23,8 @@ RATE = 10
 """Samples per second."""
 STANDS = 1.0
 """Distance [m] up to which a vehicle stands."""
+LITTLE = 1.0
+"""Torque [N.m] by which a marginal efficiency is told, and from which an engine fires."""
 STALLED, LASTING = 1.0, 2.0
 """Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
 ON, ASKED = 0.5, 0.1
@@ -69,6 +71,19 @@ class CycleRun:
         return self._work() / (self.fuel * self._of("engine.heating_value")) if self.fuel > 0 else math.nan
 
     @cached_property
+    def marginal_efficiency(self) -> float:
+        """Efficiency of a little more torque at the same speed, on average over the work of the engine [1]; nan where it gave none."""
+        given = {name.removeprefix("engine."): v for name, v in self.parameters.items() if name.startswith("engine.")}
+        engine = pt.replace(self.plant.model.engine, given)
+        fires = (self.result["engine.firing"] > LITTLE) & (self._power() > 0)
+        w, tau = (self.result[f"engine.{name}"][fires] for name in ("w", "tau"))
+        if not w.size:
+            return math.nan
+        heat = (engine.fuel_flow(w, tau + LITTLE) - engine.fuel_flow(w, tau)) * float(engine.heating_value)
+        share = (np.gradient(self.result.time) * self._power())[fires]
+        return float(share.sum() / (share @ (heat / (LITTLE * w))))
+
+    @cached_property
     def band(self) -> tuple[Array, Array, Array]:
         """Times [s] of the whole cycle, and the lowest and the highest speed [m/s] that the regulation allows then."""
         t = self.cycle.times[0] + np.arange(round(self.cycle.duration * RATE) + 1) / RATE
@@ -112,9 +127,11 @@ class CycleRun:
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
 
     def _work(self) -> float:
-        """Work at the crank without the starter's [J]."""
-        torque = self.result["engine.firing"] - self.result["engine.drag"]
-        return float(np.trapezoid(np.maximum(torque * self.result["engine.w"], 0), self.result.time))
+        return float(np.trapezoid(np.maximum(self._power(), 0), self.result.time))
+
+    def _power(self) -> Array:
+        """Power at the crank without the starter's [W]."""
+        return np.asarray((self.result["engine.firing"] - self.result["engine.drag"]) * self.result["engine.w"])
 
     def _per_metre(self, amount: float) -> float:
         return amount / self.distance if abs(self.distance) > STANDS else math.nan
