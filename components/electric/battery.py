@@ -23,7 +23,7 @@ from powertrain import (
 )
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.limited import limited
-from powertrain.components.thermal import Lossy
+from powertrain.components.thermal import HeatPort, Lossy
 
 CELL = ((0.0, 3.0), (0.05, 3.35), (0.1, 3.47), (0.2, 3.56), (0.4, 3.64), (0.6, 3.78), (0.8, 3.95), (1.0, 4.15))
 """Open-circuit voltage [V] over state of charge of a lithium-ion cell that does not exist: made up."""
@@ -45,6 +45,9 @@ class _Battery(Lossy):
     i_charge: Parameter = parameter("A", "Largest current when it is charged", default=100.0, above=0)
     soc_min: Parameter = parameter("1", "State of charge at which discharge_power is zero", default=0.2, min=0, max=1)
     soc_max: Parameter = parameter("1", "State of charge at which charge_power is zero", default=0.9, min=0, max=1)
+    B: Parameter = parameter(
+        "K", "How steeply the resistance rises in the cold, some 2000 K for lithium-ion cells", default=0.0, min=0
+    )
     band: Parameter = parameter("1", "Range of the state of charge over which they fade", default=0.05, above=0)
     bus: DCTerminal = port(DCTerminal)
     state_of_charge: Output = signal_output("1", "State of charge")
@@ -52,6 +55,10 @@ class _Battery(Lossy):
     charge_power: Output = signal_output("W", "Power that it may take")
     soc: Variable = variable("1", "State of charge", start=0.6)
     i: Variable = variable("A", "Current, positive when it is charged")
+
+    def _cold(self) -> Symbol:
+        """Resistance at the temperature of the heat port over that at 293.15 K."""
+        return ca.exp(self.B * (1 / self.heat_port.T - 1 / HeatPort.reference))
 
     def _charge(self, R: Symbol) -> Equations:
         _checked_voltage(self.ocv, self._path)
@@ -75,10 +82,11 @@ class _Battery(Lossy):
 class Battery(_Battery):
     """A voltage that falls with the charge taken out, behind a resistance.
 
-    Q der(soc) = i,  bus.v = ocv(soc) + R i,  i = bus.i > 0 charges,  loss = R i^2
+    Q der(soc) = i,  bus.v = ocv(soc) + R cold i,  i = bus.i > 0 charges,  loss = R cold i^2
+    cold = exp(B (1/heat_port.T - 1/293.15 K))
     stored energy = Q times the integral of ocv from its lowest state of charge
-    discharge_power = v (ocv - v)/R faded below soc_min + band, v = max(ocv - R i_discharge, ocv/2)
-    charge_power = (ocv + R i_charge) i_charge faded above soc_max - band
+    discharge_power = v (ocv - v)/(R cold) faded below soc_min + band, v = max(ocv - R cold i_discharge, ocv/2)
+    charge_power = (ocv + R cold i_charge) i_charge faded above soc_max - band
 
     ``discharge_power`` and ``charge_power`` are signals for a control, which has to respect them. A current beyond i_discharge or
     i_charge is counted, or refused (``beyond``). What holds for a state of charge outside of ``ocv`` its axis says. No voltage
@@ -90,8 +98,8 @@ class Battery(_Battery):
 
     def equations(self) -> Equations:
         """A voltage behind a resistance."""
-        yield from self._charge(self.R)
-        yield self.bus.v == self._voltage() + self.R * self.i
+        yield from self._charge(self.R * self._cold())
+        yield self.bus.v == self._voltage() + self.R * self._cold() * self.i
 
     def energy(self) -> Symbol:
         """Charge times open-circuit voltage, summed up from the lowest state of charge."""
@@ -99,14 +107,14 @@ class Battery(_Battery):
 
     def loss(self) -> Symbol:
         """R i^2."""
-        return self.R * self.i**2
+        return self.R * self._cold() * self.i**2
 
 
 class PolarizedBattery(_Battery):
     """A battery whose voltage follows a change of current partly at once and partly with a delay: a resistance and an RC element in a row.
 
-    Q der(soc) = i,  bus.v = ocv(soc) + R_0 i + u,  T der(u) = R_1 i - u,  R_0 = ohmic R,  R_1 = (1 - ohmic) R
-    loss = R_0 i^2 + u^2/R_1,  stored energy as of ``Battery`` and T u^2/(2 R_1)
+    Q der(soc) = i,  bus.v = ocv(soc) + R_0 cold i + u,  T der(u) = R_1 i - u/cold,  R_0 = ohmic R,  R_1 = (1 - ohmic) R
+    loss = R_0 cold i^2 + u^2/(R_1 cold),  cold as of ``Battery``,  stored energy as of ``Battery`` and T u^2/(2 R_1)
 
     At constant current it is ``Battery``. What is lost in pulses is in between: those shorter than T see R_0 only. With ohmic = 0 the
     voltage is a state, and what draws power from the bus needs no solution of equations; but then short pulses cost too little.
@@ -119,9 +127,12 @@ class PolarizedBattery(_Battery):
 
     def equations(self) -> Equations:
         """A voltage that follows the current."""
-        yield from self._charge(self.R)
-        yield self.bus.v == self._voltage() + self.ohmic * self.R * self.i + self.u
-        yield self.T * der(self.u) == self._slow() * self.i - self.u
+        yield from self._charge(self.R * self._cold())
+        yield self.bus.v == self._voltage() + self._at_once() * self.i + self.u
+        yield self.T * der(self.u) == self._slow() * self.i - self.u / self._cold()
+
+    def _at_once(self) -> Symbol:
+        return self.ohmic * self.R * self._cold()
 
     def _slow(self) -> Symbol:
         return (1 - self.ohmic) * self.R
@@ -131,8 +142,8 @@ class PolarizedBattery(_Battery):
         return self._stored() + self.T * self.u**2 / (2 * self._slow())
 
     def loss(self) -> Symbol:
-        """R_0 i^2 and u^2/R_1."""
-        return self.ohmic * self.R * self.i**2 + self.u**2 / self._slow()
+        """What both resistances lose."""
+        return self._at_once() * self.i**2 + self.u**2 / (self._slow() * self._cold())
 
 
 def _checked_voltage(ocv: Map, path: str) -> None:

@@ -11,6 +11,7 @@ from scipy.integrate import quad
 
 import powertrain as pt
 from powertrain.components.electric import Battery, PolarizedBattery, cells_in_series
+from powertrain.components.thermal import HeatCapacitor
 
 FLAT = pt.Map.curve([0, 1], [200, 200], x="state of charge", unit="V", outside="clip")
 SLOPE = pt.Map.curve([0, 1], [180, 220], x="state of charge", unit="V", outside="linear")
@@ -61,6 +62,29 @@ def test_polarized_battery_settles_with_its_time(ohmic: float) -> None:
     lost = 0.2 * 50**2 * (ohmic * 10 + (1 - ohmic) * slow)
     assert audit.components.loc["battery", "lost"] == pytest.approx(lost, rel=1e-7)
     assert audit.closure < 1e-8
+
+
+@pytest.mark.parametrize(
+    "battery", [Battery(ocv=FLAT, R=0.2, B=2000), PolarizedBattery(ocv=FLAT, R=0.2, T=0.1, B=2000)]
+)
+def test_a_cold_battery_has_more_resistance(battery: Battery | PolarizedBattery) -> None:
+    """At -10 degC 2.18 times as much as at 20 degC; a battery that warms itself gets better, and its energy closes."""
+
+    class Cold(pt.Component):
+        battery: pt.Component
+        draw: Current = Current(i=50)
+        cells: HeatCapacitor = HeatCapacitor(C=2e3)
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.battery.bus, self.draw.bus)  # type: ignore[attr-defined]
+            yield pt.connect(self.battery.heat_port, self.cells.port)  # type: ignore[attr-defined]
+
+    result = pt.simulate(Cold(battery=battery), 60, starts={"cells.T": 263.15}, rtol=1e-9, atol=1e-11)
+    T, drop = result["cells.T"], 200 - result["battery.bus.v"]
+    late = result.time > 2
+    np.testing.assert_allclose(drop[late], 10 * np.exp(2000 * (1 / T[late] - 1 / 293.15)), rtol=5e-3)
+    assert T[-1] > 285
+    assert pt.energy_audit(result).closure < 1e-8
 
 
 def test_short_pulses_cost_what_the_series_resistance_takes() -> None:

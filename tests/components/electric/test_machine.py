@@ -138,6 +138,26 @@ def test_round_trip_through_a_flywheel() -> None:
     assert table.loc["machine", "lost"] == pytest.approx(loss, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("V", "w", "limit"), [(250, 500, 100), (120, 500, 80), (120, 950, 50e3 * 0.8 / 950 * 0.5), (120, 970, 0)]
+)
+def test_a_low_voltage_takes_power_and_top_speed(V: float, w: float, limit: float) -> None:
+    """50 kW and 1,200 rad/s from 150 V on; at 120 V 40 kW and 960 rad/s."""
+    machine = pt.replace(MACHINE, tau_max=200, P_max=50e3, w_max=1200, band=20, V_full=150)
+    assert machine.limit(w, V) == pytest.approx(limit)
+    rig = HeldMachine(machine=machine, drive=ConstantSpeed(w_fixed=w), source=VoltageSource(V=V))
+    result = pt.simulate(rig, 0.1, inputs={"demand": 1000.0})
+    assert result["machine.tau"][-1] == pytest.approx(limit)
+
+
+def test_a_warm_winding_loses_more() -> None:
+    """alpha = 0.0039: at 100 K above 20 degC 1.39 times the copper's loss, and no more of the rest."""
+    machine = pt.replace(MACHINE, alpha=0.0039)
+    cold, warm = machine.losses(300, 80), machine.losses(300, 80, 393.15)
+    assert warm - cold == pytest.approx(0.39 * 0.1 * 80**2)
+    assert cold == pytest.approx(MACHINE.losses(300, 80))
+
+
 def test_its_heat_can_be_collected() -> None:
     class Warm(pt.Component):
         machine: ElectricMachine = MACHINE
