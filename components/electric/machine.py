@@ -47,11 +47,11 @@ class ElectricMachine(Lossy):
     warm = 1 + alpha (heat_port.T - 293.15 K)
 
     Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full the field has to be weakened at a lower speed:
-    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] takes the place of the formula: over |w| [rad/s]
-    and |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
-    it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the bus, also at rest
-    and without torque. The torque comes without delay. The default numbers are made up for a machine of 50 kW. Errors: ParameterError for a
-    loss map with other axes or a negative loss.
+    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] takes the place of the formula: over |w|
+    [rad/s] and |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives,
+    negative where it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the
+    bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for a machine of 50 kW. Errors:
+    ParameterError for a loss map with other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
