@@ -38,6 +38,7 @@ ONE_SIDED = {
     "Chassis": "on a slope",
     "ElectricMachine": "drives where its signal says",
     "VehicleBody": "on a slope, in the wind",
+    "BandBrake": "energises itself forward",
 }
 
 

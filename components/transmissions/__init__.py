@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable
+from powertrain.components.transmissions.hydrodynamic import FluidCoupling, TorqueConverter
 from powertrain.components.transmissions.layout import (
     COMBINATIONS,
     TYPES,
@@ -20,11 +21,13 @@ __all__ = [
     "COMBINATIONS",
     "TYPES",
     "Coupling",
+    "FluidCoupling",
     "Layout",
     "ManualGearbox",
     "Shiftable",
     "SplitPathTransmission",
     "SwitchedSplitPathTransmission",
+    "TorqueConverter",
     "UnitRatio",
     "members",
     "overall_ratio",
