@@ -32,7 +32,40 @@ SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 
 
-class GearSchedule(Component):
+class Shifting(Component):
+    """Partial: what moves the lever, and clutch and throttle with it; the clutch closes with the speed of the engine."""
+
+    w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
+    w_closed: Parameter = parameter(
+        "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
+    )
+    accelerator: Input = signal_input("1", "Accelerator pedal")
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    w: Input = signal_input("rad/s", "Speed of the engine")
+    throttle: Output = signal_output("1", "Throttle of the engine")
+    clutch: Output = signal_output("1", "Pressure of the clutch")
+    lever: Output = signal_output("1", "Position of the gear lever")
+
+    def _pressed(self) -> Symbol:
+        return (self.w.value - self.w_open) / (self.w_closed - self.w_open)
+
+
+class FixedGear(Shifting):
+    """One gear that is always in: for measurements.
+
+    lever = gear,  throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
+    """
+
+    gear: Parameter = parameter("1", "Gear", default=1.0, min=1)
+
+    def equations(self) -> Equations:
+        """No memory."""
+        yield self.lever.value == self.gear
+        yield self.throttle.value == self.accelerator.value
+        yield self.clutch.value == self._pressed()
+
+
+class GearSchedule(Shifting):
     """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
 
       up from gear to gear + 1 where v > up (1 + eager accelerator)
@@ -58,16 +91,6 @@ class GearSchedule(Component):
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
     t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
     t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
-    w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
-    w_closed: Parameter = parameter(
-        "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
-    )
-    accelerator: Input = signal_input("1", "Accelerator pedal")
-    v: Input = signal_input("m/s", "Speed of the vehicle")
-    w: Input = signal_input("rad/s", "Speed of the engine")
-    throttle: Output = signal_output("1", "Throttle of the engine")
-    clutch: Output = signal_output("1", "Pressure of the clutch")
-    lever: Output = signal_output("1", "Position of the gear lever")
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
@@ -91,8 +114,7 @@ class GearSchedule(Component):
         yield when(ca.logic_and(kick, rested), reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
         yield from self._shift(t)
         yield self.throttle.value == self.hold * self.accelerator.value
-        pressed = (self.w.value - self.w_open) / (self.w_closed - self.w_open)
-        yield self.clutch.value == ca.fmin(pressed, self.hold)
+        yield self.clutch.value == ca.fmin(self._pressed(), self.hold)
 
     def _shift(self, t: Symbol) -> Equations:
         moved, closing = self.t_open + self.t_lever, self.t_open + self.t_lever + self.t_close

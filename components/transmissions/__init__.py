@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable
+from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.hydrodynamic import FluidCoupling, TorqueConverter
 from powertrain.components.transmissions.layout import (
     COMBINATIONS,
@@ -25,6 +25,7 @@ __all__ = [
     "Layout",
     "ManualGearbox",
     "Shiftable",
+    "SingleGear",
     "SplitPathTransmission",
     "SwitchedSplitPathTransmission",
     "TorqueConverter",

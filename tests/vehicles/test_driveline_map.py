@@ -137,10 +137,6 @@ def test_backward_asks_the_body_for_its_resistance() -> None:
 @pytest.mark.parametrize(
     ("vehicle", "said"),
     [
-        (
-            ManualCar(),
-            r"ManualCar has no map of operating points: schedule \(GearSchedule\) goes by what was before \(gear, ",
-        ),
         (FlywheelHybrid(), r"charge \(FlywheelCharge\)"),
         (PowerSplitHybrid(), r"control \(PowerSplitControl\)"),
     ],
@@ -149,6 +145,31 @@ def test_backward_asks_the_body_for_its_resistance() -> None:
 def test_a_vehicle_that_remembers_has_no_map(vehicle: pt.Component, said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         backward(vehicle, "wltc")
+
+
+def test_a_geared_car_has_no_map_of_its_own() -> None:
+    said = r"ManualCar has no map of operating points: schedule \(GearSchedule\) goes by what was before \(gear, "
+    with pytest.raises(pt.ParameterError, match=said):
+        on_rolling_road(ManualCar())
+
+
+def test_backward_of_a_geared_car() -> None:
+    """Over the first hill of the WLTC it takes the gears of the simulation and its fuel, but for shifts and transients."""
+    cycle = DriveCycle.named("wltc").part(0, 140)
+    run, back = drive_cycle(ManualCar(), cycle), backward(ManualCar(), cycle)
+    assert back.fuel == pytest.approx(run.fuel, rel=0.03)
+    assert back.missing.max() == 0
+    driven = np.interp(cycle.times[:-1] + 0.5, run.result.time, run.result["schedule.gear"])
+    assert np.mean(np.abs(driven - back.gears) < 0.6) > 0.93
+    assert {1, 2, 3} <= set(back.gears.tolist())
+
+
+def test_backward_finds_the_gear_of_a_cruise() -> None:
+    """At 20 m/s, in rows of a minute and more: fifth gear from 16.5 m/s (1 + accelerator) on, and the fuel of the simulation."""
+    cycle = DriveCycle("cruise", ((0.0, 0.0), (20.0, 20.0), (120.0, 20.0)))
+    run, back = drive_cycle(ManualCar(), cycle), backward(ManualCar(), cycle)
+    assert back.gears[-1] == run.result["schedule.gear"][-1]
+    assert back.fuel_rate[-1] == pytest.approx(run.result["engine.fuel_rate"][-1], rel=0.01)
 
 
 def test_backward_says_what_the_vehicle_lacks() -> None:

@@ -114,6 +114,7 @@ def command(
     from powertrain.vehicles.cli.options import configured, progress
     from powertrain.vehicles.cli.settings import free_or_error
     from powertrain.vehicles.trials import drive_cycle, on_rolling_road
+    from powertrain.vehicles.trials.gears import is_geared
 
     with_driver(vehicle, "who follows a cycle")
     model, paths = configured(vehicle, params, texts)
@@ -122,7 +123,7 @@ def command(
         with of_the_command_line():
             driven = _part(driven, *span)
     model = pt.replace(model, {"cycle.cycle": driven})
-    if backward or chart is not None:
+    if chart is not None or (backward and not is_geared(model)):
         with of_the_command_line():
             on_rolling_road(model)
     plant = pt.compile(model)

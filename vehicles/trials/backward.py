@@ -15,6 +15,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.translational import ConstantSpeed
 from powertrain.components.wheels import Wheel
 from powertrain.vehicles.trials.driveline import SLOWEST, driveline_map
+from powertrain.vehicles.trials.gears import gear_maps, gears_along, is_geared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,12 +26,16 @@ SPEEDS, ACCELERATORS = 46, 61
 
 @dataclass(frozen=True)
 class BackwardRun:
-    """Fuel flow [kg/s] and tractive force [N] in the middle of every row of a cycle; ``missing`` [N]: force that the vehicle lacks."""
+    """Fuel flow [kg/s] and tractive force [N] in the middle of every row of a cycle.
+
+    ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those that its schedule takes, 1 where it has none.
+    """
 
     cycle: DriveCycle
     fuel_rate: Array
     force: Array
     missing: Array
+    gears: NDArray[np.intp]
 
     @property
     def fuel(self) -> float:
@@ -47,24 +52,33 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     The resistance is the force that pulls the vehicle's own body along a level road at a constant speed. The map is
     ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
     there are those of the lowest speed; where nothing is driven the engine idles. The engine's own inertia is left out.
+    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear, and the gears are those that the schedule takes for
+    the cycle's speeds and the pedals that the forces take; shifts take no time and no fuel.
     Errors: ParameterError for a map with points that have no steady state, and for a vehicle without a map (see ``on_rolling_road``).
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
     v = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2
     a = np.diff(cycle.speeds) / np.diff(cycle.times)
-    if found is None:
-        top = 1.02 * cycle.top_speed
-        found = driveline_map(vehicle, np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS))
-    missing = int(found["force"].isnull().sum())
-    if missing:
-        raise pt.ParameterError(f"backward: {missing} points of the map have no steady state")
     force = _demand(vehicle, v, a) + _climb(vehicle, cycle)
-    rate, most = _look_up(found, np.maximum(v, float(found["speed"][0])), force)
+    top = 1.02 * cycle.top_speed
+    speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
+    if found is None and is_geared(vehicle):
+        maps = gear_maps(vehicle, speeds, accelerators)
+        gears = gears_along(vehicle, cycle.times, v, force, maps)
+    else:
+        maps = [driveline_map(vehicle, speeds, accelerators) if found is None else found]
+        gears = np.ones(v.size, np.intp)
+    if missing := sum(int(one["force"].isnull().sum()) for one in maps):
+        raise pt.ParameterError(f"backward: {missing} points of the map have no steady state")
+    slowest = float(maps[0]["speed"][0])
+    rate, most = np.empty_like(v), np.empty_like(v)
+    for k, one in enumerate(maps, 1):
+        rows = gears == k
+        rate[rows], most[rows] = _look_up(one, np.maximum(v[rows], slowest), force[rows])
     idle = _idle(vehicle)
-    launching = v < float(found["speed"][0])
-    rate = np.where(launching, np.where(force > 0, np.maximum(rate, idle), idle), rate)
-    return BackwardRun(cycle, rate, force, np.maximum(force - most, 0))
+    rate = np.where(v < slowest, np.where(force > 0, np.maximum(rate, idle), idle), rate)
+    return BackwardRun(cycle, rate, force, np.maximum(force - most, 0), gears)
 
 
 class _Pulled(pt.Component):
