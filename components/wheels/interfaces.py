@@ -25,7 +25,7 @@ class Wheel(Lossy):
     """Partial: a wheel between its hub and the road, with inertia and rolling resistance.
 
     J der(w) = hub.tau - radius f - tau_roll,  w = der(hub.phi),  v = der(road.s),  f = -road.f,  fn = load_nominal + load
-    w > 0: tau_roll = Cr radius fn;  w < 0: tau_roll = -Cr radius fn;  w = 0: |tau_roll| <= Cr radius fn
+    w > 0: tau_roll = limit;  w < 0: tau_roll = -limit;  w = 0: |tau_roll| <= limit,  limit = (Cr + Cr_2 (radius w)^2) radius fn
 
     ``road`` moves with the vehicle; f is what the road pushes the vehicle forward with.
     The load is what a body or an axle sends; a wheel without one stands under ``load_nominal``. The mass of the wheel counts in the body.
@@ -38,6 +38,7 @@ class Wheel(Lossy):
     radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0)
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=1.0, min=0)
     Cr: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
+    Cr_2: Parameter = parameter("s2/m2", "Rise of it with the speed squared", default=0.0, min=0)
     load_nominal: Parameter = parameter("N", "Load on the wheel without the signal", default=0.0, min=0)
     w: Variable = variable("rad/s", "Speed of the wheel")
     v: Variable = variable("m/s", "Speed over the road")
@@ -51,7 +52,7 @@ class Wheel(Lossy):
         yield self.f == -self.road.f
         yield self.fn == self.load_nominal + self.load.value
         yield self.J * der(self.w) == self.hub.tau - self.radius * self.f - self.tau_roll
-        limit = self.Cr * self.radius * self.fn
+        limit = (self.Cr + self.Cr_2 * (self.radius * self.w) ** 2) * self.radius * self.fn
         yield friction(self.w, self.tau_roll, -limit, limit, name="rolling")
         within(self.fn, 0, float("inf"), name="load of the wheel", unit="N")
         yield from self._dissipate()

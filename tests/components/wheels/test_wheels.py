@@ -30,6 +30,13 @@ def test_coasting_to_rest_by_rolling_resistance() -> None:
     np.testing.assert_allclose(result["front.lossPower"] + result["rear.lossPower"], 0.01 * 1500 * G * v, atol=1e-9)
 
 
+def test_rolling_resistance_rises_with_the_speed_squared() -> None:
+    """m v' = -m_w g (Cr + Cr_2 v^2): v = root(Cr/Cr_2) tan(arctan(v_0/root) - k t)."""
+    result = tight(plain(RigidWheel(Cr=0.01, Cr_2=4e-6)), 60.0, {"body.v": 40.0})
+    root, k = np.sqrt(0.01 / 4e-6), np.sqrt(0.01 * 4e-6) * 1500 * G / M
+    np.testing.assert_allclose(result["body.v"], root * np.tan(np.arctan(40 / root) - k * result.time), rtol=1e-7)
+
+
 @pytest.mark.parametrize(("grade", "rolls"), [(0.0099, False), (-0.0099, False), (0.0101, True), (-0.0101, True)])
 def test_rolling_resistance_holds_up_to_its_coefficient(grade: float, rolls: bool) -> None:
     result = tight(plain(RigidWheel(), grade=Constant(k=grade)), 5.0)
