@@ -72,7 +72,7 @@ class MagicFormulaWheel(SlippingWheel):
         B = stiffness / (self.pCx1 * peak)
         angle = self.pCx1 * ca.atan(shape(B * self.kappa_c, self.pEx1))
         limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
-        yield from self._slip(self.c, x / (B * part * peak), limit)
+        yield from self._slip(self.c, x / (B * part * peak), limit / load, load)
         sliding = ca.fabs(self.v_creep + self.v_slide)
         rolling = ca.fmax(ca.fabs(self.v), SLOW - sliding)
         yield self.sigma_c * der(self.kappa_c) == sliding - rolling * self.kappa_c
