@@ -85,7 +85,7 @@ class GearSchedule(Shifting):
 
     speeds: tuple[tuple[float, float], ...] = SPEEDS
     eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
-    kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.9, min=0, max=1)
+    kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.8, min=0, max=1)
     patience: Parameter = parameter("s", "Time in which it does not shift up from a kick-down", default=10.0, min=0)
     dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
