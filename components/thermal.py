@@ -27,6 +27,19 @@ from powertrain import (
     variable,
 )
 
+__all__ = [
+    "Convection",
+    "FixedHeatFlow",
+    "FixedTemperature",
+    "HeatCapacitor",
+    "HeatPort",
+    "Lossy",
+    "PrescribedHeatFlow",
+    "PrescribedTemperature",
+    "TemperatureSensor",
+    "ThermalConductor",
+]
+
 
 class HeatPort(Connector):
     """A place with a temperature T, and the heat flow Q_flow into the component.

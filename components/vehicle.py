@@ -23,6 +23,12 @@ from powertrain.components.rotational import Flange as Shaft
 from powertrain.components.rotational import IdealRollingWheel, Inertia
 from powertrain.components.translational import AirDrag, Flange, Mass, OneFlangeAndSupport, RollingResistance, Speed
 
+__all__ = [
+    "G_N",
+    "GradeForce",
+    "Vehicle",
+]
+
 G_N = 9.80665
 """Standard gravity [m/s2]."""
 

@@ -38,6 +38,7 @@ ONE_SIDED = {
     "Chassis": "on a slope",
     "ElectricMachine": "drives where its signal says",
     "VehicleBody": "on a slope, in the wind",
+    "BandBrake": "energises itself forward",
 }
 
 
@@ -168,3 +169,13 @@ def test_mirrored_drive_gives_mirrored_motion(kind: type[pt.Component]) -> None:
     for name in speeds:
         forward, backward = (run.at(times, name) for run in runs)
         np.testing.assert_allclose(backward, -forward, atol=1e-6 * (1.0 + np.abs(forward).max()))
+
+
+def test_every_package_says_what_it_exports() -> None:
+    """And has it."""
+    for module in pkgutil.iter_modules(library.__path__, "powertrain.components."):
+        found = importlib.import_module(module.name)
+        if hasattr(found, "__path__") or any(kind.__module__ == module.name for kind in ALL):
+            assert found.__all__, module.name
+            for name in found.__all__:
+                assert hasattr(found, name) or importlib.import_module(f"{module.name}.{name}"), name

@@ -14,7 +14,8 @@ class FourWheelDriveCar(Component):
     """A two-axle 4x4 of 1,700 kg: engine, clutch, one gear, centre differential, and two driven axles with a differential each.
 
     ``centre`` takes any ``Differential``: its left side drives the front axle, its right side the rear axle. Each wheel has its own
-    ground: ``front_axle.left.mu`` and so on. Both axles follow the same curvature: that the front runs on a larger circle is left out.
+    ground: ``front_axle.left.mu`` and so on. The curvature is that of the rear axle's path; the steered front wheels run on larger
+    circles, so that the centre differential works in every bend.
     The parts stand from the road up to the engine: at the start the road turns the wheels, and they turn the rest.
     """
 
@@ -54,6 +55,7 @@ class FourWheelDriveCar(Component):
         yield connect(self.engaged, self.clutch.f_normalized)
         yield connect(self.brake, self.front_axle.brake, self.rear_axle.brake)
         yield connect(self.curvature, self.front_axle.curvature, self.rear_axle.curvature)
+        yield self.front_axle.path.ahead == self.body.wheelbase
         yield connect(self.grade, self.body.grade)
         yield connect(self.wind, self.body.wind)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from powertrain import Component, Equations, connect
 from powertrain.components.body import Body, RoadProfile, VehicleBody
-from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, GearSchedule, Pedals
+from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, GearSchedule, Pedals, Shifting
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear
 from powertrain.components.engines import Engine, WillansEngine
@@ -26,7 +26,7 @@ class ManualCar(Component):
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1300 / 6000)
-    schedule: GearSchedule = GearSchedule()
+    schedule: Shifting = GearSchedule()
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))

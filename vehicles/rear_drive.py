@@ -72,6 +72,7 @@ class RearDriveCar(Component):
             yield connect(brake.flange_b, wheel.hub)
             yield connect(wheel.road, getattr(self.path, side))
             yield connect(wheel.load, getattr(self.path, f"{side}_load"))
+        yield connect(self.path.side, self.left.side, self.right.side)
         yield connect(self.path.axle, self.body.rear)
         yield connect(self.body.rear_load, self.path.load)
         yield connect(self.curvature, self.path.curvature)

@@ -46,6 +46,7 @@ class DrivenAxle(Component):
             yield connect(brake.flange_b, wheel.hub)
             yield connect(wheel.road, getattr(self.path, side))
             yield connect(wheel.load, getattr(self.path, f"{side}_load"))
+        yield connect(self.path.side, self.left.side, self.right.side)
         yield connect(self.path.axle, self.axle)
         yield connect(self.load, self.path.load)
         yield connect(self.curvature, self.path.curvature)

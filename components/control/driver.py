@@ -6,18 +6,24 @@ import casadi as ca
 
 from powertrain import Equations, Parameter, Variable, der, parameter, switch, variable
 from powertrain.components.control.interfaces import Pedals
+from powertrain.components.limited import limited
 
 STILL = 0.05
 """A cycle that asks for less, in m/s and in m/s2, stands."""
+
+BEYOND = 0.1
+"""Demand beyond the stop of a pedal over which the integral comes to a halt."""
 
 
 class Driver(Pedals):
     """Follows a speed with the pedals: a proportional-integral controller that knows the acceleration to come.
 
-    u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) + (held - u)/T_t,  held = u within [-1, 1]
+    u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) share,  held = u within [-1, 1]
+    v < v_ref: share = (1.1 - u)/0.1 within 0..1;  v > v_ref: share = (1.1 + u)/0.1 within 0..1
     accelerator = max(pedal, 0),  brake = max(-pedal, 0),  pedal = held, but min(-|held|, -hold) while v_ref and a_ref are below 0.05
 
-    While a pedal is at its stop the integral x follows it (anti-windup by back-calculation). k_a is the part of the pedal that the
+    While a pedal is at its stop the integral x waits (anti-windup by conditional integration), so that the foot lifts when the speed is
+    nearly there, and not before. k_a is the part of the pedal that the
     vehicle needs for 1 m/s2, so about mass over greatest force. Where the cycle stands, the foot is on the brake, and presses it harder
     if the vehicle rolls, forward or backward. ``v_ref`` and ``a_ref`` are what ``CycleSpeed`` gives.
     """
@@ -25,7 +31,6 @@ class Driver(Pedals):
     k_p: Parameter = parameter("s/m", "Pedal for a speed that is 1 m/s too low", default=0.5, min=0)
     k_i: Parameter = parameter("1/m", "Rate of the pedal for a speed that is 1 m/s too low", default=0.1, min=0)
     k_a: Parameter = parameter("s2/m", "Pedal for an acceleration of 1 m/s2", default=0.3, min=0)
-    T_t: Parameter = parameter("s", "Time in which the integral follows a pedal at its stop", default=1.0, above=0)
     hold: Parameter = parameter("1", "Least brake pedal while the vehicle shall stand", default=0.1, min=0, max=1)
     error: Variable = variable("m/s", "How much the vehicle is too slow")
     u: Variable = variable("1", "Demand before the stops of the pedals")
@@ -37,7 +42,9 @@ class Driver(Pedals):
         yield self.u == self.k_a * self.a_ref.value + self.k_p * self.error + self.x
         low = switch(self.u < -1, -1.0, self.u, continuous=True)
         held = switch(self.u > 1, 1.0, low, continuous=True)
-        yield der(self.x) == self.k_i * self.error + (held - self.u) / self.T_t
+        slow, fast = ca.fmax(self.error, 0), ca.fmin(self.error, 0)
+        room = [limited((1 + BEYOND + sign * self.u) / BEYOND) for sign in (-1, 1)]
+        yield der(self.x) == self.k_i * (slow * room[0] + fast * room[1])
         standing = ca.logic_and(self.v_ref.value < STILL, self.a_ref.value < STILL)
         pedal = switch(standing, ca.fmin(-ca.fabs(held), -self.hold), held)
         driving = pedal > 0

@@ -32,26 +32,9 @@ SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 
 
-class GearSchedule(Component):
-    """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
+class Shifting(Component):
+    """Partial: what moves the lever, and clutch and throttle with it; the clutch closes with the speed of the engine."""
 
-      up from gear to gear + 1 where v > up (1 + eager accelerator),  down to gear where v < down (1 + eager accelerator)
-      t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
-      ..+ t_close: hold rises to 1
-    throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
-
-    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
-    up, and the difference is the hysteresis. A pressed accelerator shifts up later and down earlier. Between two shifts at
-    least ``dwell`` passes. With the engine's speed the clutch closes as a centrifugal one does: below w_open it is open, so that the
-    vehicle starts and stops in first gear. Errors: ParameterError for speeds without hysteresis or not in order.
-    """
-
-    speeds: tuple[tuple[float, float], ...] = SPEEDS
-    eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
-    dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
-    t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
-    t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
-    t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
     w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
     w_closed: Parameter = parameter(
         "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
@@ -62,27 +45,76 @@ class GearSchedule(Component):
     throttle: Output = signal_output("1", "Throttle of the engine")
     clutch: Output = signal_output("1", "Pressure of the clutch")
     lever: Output = signal_output("1", "Position of the gear lever")
+
+    def _pressed(self) -> Symbol:
+        return (self.w.value - self.w_open) / (self.w_closed - self.w_open)
+
+
+class FixedGear(Shifting):
+    """One gear that is always in: for measurements.
+
+    lever = gear,  throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
+    """
+
+    gear: Parameter = parameter("1", "Gear", default=1.0, min=1)
+
+    def equations(self) -> Equations:
+        """No memory."""
+        yield self.lever.value == self.gear
+        yield self.throttle.value == self.accelerator.value
+        yield self.clutch.value == self._pressed()
+
+
+class GearSchedule(Shifting):
+    """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
+
+      up from gear to gear + 1 where v > up (1 + eager accelerator)
+      down to gear where v < min(down (1 + eager accelerator), (up + down)/2)
+      kick-down to gear where accelerator > kick and v < down (1 + eager accelerator)
+      t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
+      ..+ t_close: hold rises to 1
+    throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
+
+    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
+    up, and the difference is the hysteresis. A pressed accelerator shifts up later and, up to the middle between both speeds, down earlier,
+    so that no movement of the pedal alone shifts up and down again. A kick-down goes further; for the time ``patience`` after it only
+    v > up (1 + eager) shifts up. Between two shifts at least ``dwell`` passes. With the engine's speed the clutch closes as a centrifugal
+    one does: below w_open it is open, so that the vehicle starts and stops in first gear. Errors: ParameterError for speeds without
+    hysteresis or not in order.
+    """
+
+    speeds: tuple[tuple[float, float], ...] = SPEEDS
+    eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
+    kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.8, min=0, max=1)
+    patience: Parameter = parameter("s", "Time in which it does not shift up from a kick-down", default=10.0, min=0)
+    dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
+    t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
+    t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
+    t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
+    kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
     hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
 
     def equations(self) -> Equations:
         """When to shift, and the course of a shift."""
         self._check()
-        t, v, eager = time - self.began, self.v.value, 1 + self.eager * self.accelerator.value
+        t, v, pedal = time - self.began, self.v.value, self.accelerator.value
         rested = ca.logic_and(t > self.dwell, time > SOON)
-        up, down = (
-            self._at_gear([row[0] for row in self.speeds], 1),
-            self._at_gear([row[1] for row in self.speeds], 2),
-        )
-        marks = reinit(self.before, self.gear), reinit(self.began, time)
-        yield when(ca.logic_and(v > up * eager, rested), reinit(self.gear, self.gear + 1), *marks)
-        yield when(ca.logic_and(v < down * eager, rested), reinit(self.gear, self.gear - 1), *marks)
+        up = self._at_gear([row[0] for row in self.speeds], 1)
+        down = self._at_gear([row[1] for row in self.speeds], 2)
+        middle = self._at_gear([sum(row) / 2 for row in self.speeds], 2)
+        eager, marks = 1 + self.eager * pedal, (reinit(self.before, self.gear), reinit(self.began, time))
+        calm = ca.logic_or(time > self.kicked + self.patience, v > up * (1 + self.eager))
+        higher, lower = ca.logic_and(v > up * eager, calm), v < ca.fmin(down * eager, middle)
+        kick = ca.logic_and(ca.logic_and(pedal > self.kick, v < down * eager), ca.logic_not(lower))
+        yield when(ca.logic_and(higher, rested), reinit(self.gear, self.gear + 1), *marks)
+        yield when(ca.logic_and(lower, rested), reinit(self.gear, self.gear - 1), *marks)
+        yield when(ca.logic_and(kick, rested), reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
         yield from self._shift(t)
         yield self.throttle.value == self.hold * self.accelerator.value
-        pressed = (self.w.value - self.w_open) / (self.w_closed - self.w_open)
-        yield self.clutch.value == ca.fmin(pressed, self.hold)
+        yield self.clutch.value == ca.fmin(self._pressed(), self.hold)
 
     def _shift(self, t: Symbol) -> Equations:
         moved, closing = self.t_open + self.t_lever, self.t_open + self.t_lever + self.t_close

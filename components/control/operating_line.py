@@ -15,20 +15,25 @@ from powertrain import (
     signal_output,
     switch,
 )
+from powertrain.components.limited import limited
 
 SMALL = 1.0
 """Torque [N.m] that an engine has at least: beyond its limit it has none, and the throttle is open."""
+PRESSED = 0.05
+"""Accelerator from which combustion makes up for all of the engine's drag."""
 
 
 class OperatingLineControl(Component):
     """Gives the engine the speed at which it makes the demanded power with the least fuel, and the torque that is left to make.
 
-    power = accelerator F_max (v + v_0),  throttle = power/(w tau_open),  ratio = w_out/w_best
-    clutch = (w - w_open)/(w_closed - w_open)
+    power = accelerator F_max (v + v_0),  throttle = (power/w + tau_drag pressed)/(tau_open + tau_drag),  ratio = w_out/w_best
+    pressed = accelerator/0.05 within 0..1,  clutch = (w - w_open)/(w_closed - w_open)
 
     What the engine can do its vehicle says: ``w_best`` is the speed of least fuel for the ``power`` that goes out
-    (``engine.operating_line()`` is a map for it), ``tau_open`` the torque with an open throttle. The throttle's part of it is left between
-    the line and overrun. v_0 is what makes an accelerator ask for power at standstill. The ratio is
+    (``engine.operating_line()`` is a map for it), ``tau_open`` the torque with an open throttle, ``tau_drag`` what turns it without fuel.
+    Combustion makes up for the drag, so that the power is what the crank gives. ``throttle`` is the part of the largest torque of
+    combustion; where that is not in proportion to the throttle, ``engine.opening`` has the throttle for it. With the accelerator released
+    the throttle is closed and the engine brakes. v_0 is what makes an accelerator ask for power at standstill. The ratio is
     the speed at the transmission's output over that at its input, held within [ratio_min, ratio_max]. The start clutch closes with
     the engine's speed as a centrifugal one does: where it is not positive, it is open.
     """
@@ -47,16 +52,18 @@ class OperatingLineControl(Component):
     w_out: Input = signal_input("rad/s", "Speed at the output of the transmission")
     w_best: Input = signal_input("rad/s", "Speed of the engine with the least fuel for the power")
     tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
+    tau_drag: Input = signal_input("N.m", "Torque that turns the engine without fuel", default=0.0)
     power: Output = signal_output("W", "Demanded power")
-    throttle: Output = signal_output("1", "Throttle of the engine")
+    throttle: Output = signal_output("1", "Part of the engine's largest torque of combustion")
     ratio: Output = signal_output("1", "Demanded ratio of the transmission")
     clutch: Output = signal_output("1", "Pressure of the start clutch")
 
     def equations(self) -> Equations:
         """Power, and what torque and ratio follow."""
         yield self.power.value == self.accelerator.value * self.F_max * (self.v.value + self.v_0)
-        most = ca.fmax(self.tau_open.value, SMALL) * ca.fmax(self.w.value, self.w_open)
-        yield self.throttle.value == self.power.value / most
+        torque, drag = self.power.value / ca.fmax(self.w.value, self.w_open), ca.fmax(self.tau_drag.value, 0)
+        pressed = limited(self.accelerator.value / PRESSED)
+        yield self.throttle.value == (torque + drag * pressed) / (ca.fmax(self.tau_open.value, SMALL) + drag)
         wanted = self.w_out.value / self.w_best.value
         low = switch(wanted < self.ratio_min, self.ratio_min, wanted, continuous=True)
         yield self.ratio.value == switch(wanted > self.ratio_max, self.ratio_max, low, continuous=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import casadi as ca
+
 from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
 from powertrain.components.cvu.interfaces import VariableUnit
 
@@ -11,20 +13,24 @@ class HydrostaticUnit(VariableUnit):
 
     D_a = V D_b;  C der(p) = D_a w_a - D_b w_b - leakage p                         (p: pressure difference; oil and hoses give way)
     T_a = V D_b p + d_a w_a + tau_a,   T_b = -D_b p + d_b w_b + tau_b
-    w_a > 0: tau_a = mue D_b |V p|,  w_a < 0: tau_a = -mue D_b |V p|,  w_a = 0: between them;  tau_b the same with D_b |p| and w_b
+    w_a > 0: tau_a = mue D_full |p|,  w_a < 0: tau_a = -mue D_full |p|,  w_a = 0: between them;  tau_b the same with D_b and w_b
+    D_full = V_full D_b
 
     Volumetric loss by leakage (its speed ratio falls under load), mechanical losses viscous and by dry friction in proportion to the
-    pressure: W. E. Wilson's three coefficients (Positive-Displacement Pumps and Fluid Motors, 1950). Lost: leakage p^2 + d_a w_a^2 +
+    pressure: W. E. Wilson's three coefficients (Positive-Displacement Pumps and Fluid Motors, 1950). The dry friction is that of the full
+    displacement, however little of it is used: pistons and valve plate are under pressure all the same, so that a pump of small
+    displacement is inefficient. A ratio beyond V_full counts as full displacement. Lost: leakage p^2 + d_a w_a^2 +
     d_b w_b^2 + tau_a w_a + tau_b w_b; stored: C p^2/2.
     """
 
     D_b: Parameter = parameter("m3/rad", "Displacement of the motor", default=8e-6, above=0)
+    V_full: Parameter = parameter("1", "Ratio at which the pump has its full displacement", default=1.0, above=0)
     leakage: Parameter = parameter("m3/(s.Pa)", "Leakage flow over pressure", default=1e-12, min=0)
     C: Parameter = parameter("m3/Pa", "Compliance of oil and hoses", default=5e-13, above=0)
     d_a: Parameter = parameter("N.m.s/rad", "Viscous friction of the pump", default=0.0, min=0)
     d_b: Parameter = parameter("N.m.s/rad", "Viscous friction of the motor", default=0.0, min=0)
     mue: Parameter = parameter(
-        "1", "Dry friction torque over displacement times pressure", default=0.0, min=0, max=0.99
+        "1", "Dry friction torque over full displacement times pressure", default=0.0, min=0, max=0.99
     )
     p: Variable = variable("Pa", "Pressure difference, positive where the pump drives forward", start=0.0)
     tau_a: Variable = variable("N.m", "Dry friction torque of the pump")
@@ -39,9 +45,8 @@ class HydrostaticUnit(VariableUnit):
         yield self.C * der(self.p) == self.D_b * (V * self.w_a - self.w_b) - self.leakage * self.p
         yield self.flange_a.tau == V * self.D_b * self.p + self.d_a * self.w_a + self.tau_a
         yield self.flange_b.tau == -self.D_b * self.p + self.d_b * self.w_b + self.tau_b
-        pump, motor = self.mue * self.D_b * V * self.p, self.mue * self.D_b * self.p
-        pump = switch(pump >= 0, pump, -pump, continuous=True)
-        motor = switch(motor >= 0, motor, -motor, continuous=True)
+        motor = self.mue * self.D_b * switch(self.p >= 0, self.p, -self.p, continuous=True)
+        pump = motor * ca.fmax(self.V_full, ca.fabs(V))
         yield friction(self.w_a, self.tau_a, -pump, pump, name="mode_a")
         yield friction(self.w_b, self.tau_b, -motor, motor, name="mode_b")
         yield from self._dissipate()

@@ -197,3 +197,39 @@ def _check_pairs(a: Central, b: Central, planets: Pairs) -> None:
         )
     _check_neighbours(a, planets.inner, planets.n)
     _check_neighbours(b, planets.outer, planets.n)
+    _check_clearance(a, b, planets)
+    _check_next_pair(inner, outer, planets)
+
+
+def _check_clearance(a: Central, b: Central, planets: Pairs) -> None:
+    """Inner planets clear the tips of the ring, outer ones those of the sun; tips reach one module beyond the pitch circle."""
+    if a.teeth + 2 * planets.inner + 2 >= b.teeth - 2:
+        raise ParameterError(
+            f"inner planets of {planets.inner} teeth reach into {b}: over the module, {a.teeth} + 2 {planets.inner} + 2 across their tips "
+            f"must be less than {b.teeth} - 2 across the tips of the ring; take inner planets of {_most(b.teeth - a.teeth)} teeth at most"
+        )
+    if b.teeth - 2 * planets.outer - 2 <= a.teeth + 2:
+        raise ParameterError(
+            f"outer planets of {planets.outer} teeth reach into {a}: over the module, {b.teeth} - 2 {planets.outer} - 2 between their tips "
+            f"must be more than {a.teeth} + 2 across the tips of the sun; take outer planets of {_most(b.teeth - a.teeth)} teeth at most"
+        )
+
+
+def _most(gap: int) -> int:
+    """The largest planet that meshes with one of two central wheels and clears the other."""
+    return (gap - 5) // 2
+
+
+def _check_next_pair(inner: int, outer: int, planets: Pairs) -> None:
+    """The tips of an inner planet stay clear of those of the next pair's outer one; ``inner`` and ``outer`` are twice the axes' radii."""
+    if planets.n == 1:
+        return
+    across = planets.inner + planets.outer
+    within = math.acos((inner**2 + outer**2 - across**2) / (2 * inner * outer))
+    apart = math.sqrt(inner**2 + outer**2 - 2 * inner * outer * math.cos(2 * math.pi / planets.n - within))
+    if apart <= across + 4:
+        raise ParameterError(
+            f"an inner planet of {planets.inner} teeth touches the outer one of {planets.outer} teeth of the next of {planets.n} pairs: "
+            f"their axes are {apart / 2:.3g} modules apart, and their tips need more than {across / 2 + 2:g}; "
+            "take fewer pairs or smaller planets"
+        )

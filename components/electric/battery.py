@@ -22,7 +22,8 @@ from powertrain import (
     within,
 )
 from powertrain.components.electric.interfaces import DCTerminal
-from powertrain.components.thermal import Lossy
+from powertrain.components.limited import limited
+from powertrain.components.thermal import HeatPort, Lossy
 
 CELL = ((0.0, 3.0), (0.05, 3.35), (0.1, 3.47), (0.2, 3.56), (0.4, 3.64), (0.6, 3.78), (0.8, 3.95), (1.0, 4.15))
 """Open-circuit voltage [V] over state of charge of a lithium-ion cell that does not exist: made up."""
@@ -44,6 +45,9 @@ class _Battery(Lossy):
     i_charge: Parameter = parameter("A", "Largest current when it is charged", default=100.0, above=0)
     soc_min: Parameter = parameter("1", "State of charge at which discharge_power is zero", default=0.2, min=0, max=1)
     soc_max: Parameter = parameter("1", "State of charge at which charge_power is zero", default=0.9, min=0, max=1)
+    B: Parameter = parameter(
+        "K", "How steeply the resistance rises in the cold, some 2000 K for lithium-ion cells", default=0.0, min=0
+    )
     band: Parameter = parameter("1", "Range of the state of charge over which they fade", default=0.05, above=0)
     bus: DCTerminal = port(DCTerminal)
     state_of_charge: Output = signal_output("1", "State of charge")
@@ -52,6 +56,10 @@ class _Battery(Lossy):
     soc: Variable = variable("1", "State of charge", start=0.6)
     i: Variable = variable("A", "Current, positive when it is charged")
 
+    def _cold(self) -> Symbol:
+        """Resistance at the temperature of the heat port over that at 293.15 K."""
+        return ca.exp(self.B * (1 / self.heat_port.T - 1 / HeatPort.reference))
+
     def _charge(self, R: Symbol) -> Equations:
         _checked_voltage(self.ocv, self._path)
         yield self.i == self.bus.i
@@ -59,8 +67,8 @@ class _Battery(Lossy):
         yield self.state_of_charge.value == self.soc
         U, low, high = self._voltage(), self.soc - self.soc_min, self.soc_max - self.soc
         lowest = ca.fmax(U - R * self.i_discharge, U / 2)
-        yield self.discharge_power.value == lowest * (U - lowest) / R * _held(low / self.band)
-        yield self.charge_power.value == (U + R * self.i_charge) * self.i_charge * _held(high / self.band)
+        yield self.discharge_power.value == lowest * (U - lowest) / R * limited(low / self.band)
+        yield self.charge_power.value == (U + R * self.i_charge) * self.i_charge * limited(high / self.band)
         within(self.i, -self.i_discharge, self.i_charge, name="current of the battery", unit="A", action=self.beyond)
         yield from self._dissipate()
 
@@ -74,23 +82,24 @@ class _Battery(Lossy):
 class Battery(_Battery):
     """A voltage that falls with the charge taken out, behind a resistance.
 
-    Q der(soc) = i,  bus.v = ocv(soc) + R i,  i = bus.i > 0 charges,  loss = R i^2
+    Q der(soc) = i,  bus.v = ocv(soc) + R cold i,  i = bus.i > 0 charges,  loss = R cold i^2
+    cold = exp(B (1/heat_port.T - 1/293.15 K))
     stored energy = Q times the integral of ocv from its lowest state of charge
-    discharge_power = v (ocv - v)/R faded below soc_min + band, v = max(ocv - R i_discharge, ocv/2)
-    charge_power = (ocv + R i_charge) i_charge faded above soc_max - band
+    discharge_power = v (ocv - v)/(R cold) faded below soc_min + band, v = max(ocv - R cold i_discharge, ocv/2)
+    charge_power = (ocv + R cold i_charge) i_charge faded above soc_max - band
 
     ``discharge_power`` and ``charge_power`` are signals for a control, which has to respect them. A current beyond i_discharge or
     i_charge is counted, or refused (``beyond``). What holds for a state of charge outside of ``ocv`` its axis says. No voltage
     belongs to more power than ocv^2/(4 R): the simulation ends there. Machines that draw power make the voltage implicit; where that
-    costs too much time take ``PolarizedBattery``. Errors: ParameterError for an ocv that is not linear or not positive.
+    costs too much time take ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
     """
 
     R: Parameter = parameter("Ohm", "Internal resistance", default=0.15, above=0)
 
     def equations(self) -> Equations:
         """A voltage behind a resistance."""
-        yield from self._charge(self.R)
-        yield self.bus.v == self._voltage() + self.R * self.i
+        yield from self._charge(self.R * self._cold())
+        yield self.bus.v == self._voltage() + self.R * self._cold() * self.i
 
     def energy(self) -> Symbol:
         """Charge times open-circuit voltage, summed up from the lowest state of charge."""
@@ -98,38 +107,43 @@ class Battery(_Battery):
 
     def loss(self) -> Symbol:
         """R i^2."""
-        return self.R * self.i**2
+        return self.R * self._cold() * self.i**2
 
 
 class PolarizedBattery(_Battery):
-    """A battery whose voltage follows a change of current with a delay, as a resistor with a capacitor beside it makes it.
+    """A battery whose voltage follows a change of current partly at once and partly with a delay: a resistance and an RC element in a row.
 
-    Q der(soc) = i,  bus.v = ocv(soc) + u,  T der(u) = R i - u,  loss = u^2/R,  stored energy as of ``Battery`` and T u^2/(2 R)
+    Q der(soc) = i,  bus.v = ocv(soc) + R_0 cold i + u,  T der(u) = R_1 i - u/cold,  R_0 = ohmic R,  R_1 = (1 - ohmic) R
+    loss = R_0 cold i^2 + u^2/(R_1 cold),  cold as of ``Battery``,  stored energy as of ``Battery`` and T u^2/(2 R_1)
 
-    At constant current it is ``Battery``. The voltage is a state: what draws power from the bus needs no solution of equations.
+    At constant current it is ``Battery``. What is lost in pulses is in between: those shorter than T see R_0 only. With ohmic = 0 the
+    voltage is a state, and what draws power from the bus needs no solution of equations; but then short pulses cost too little.
     """
 
     R: Parameter = parameter("Ohm", "Resistance at constant current", default=0.15, above=0)
+    ohmic: Parameter = parameter("1", "Part of it that acts at once", default=0.5, min=0, max=0.99)
     T: Parameter = parameter("s", "Time in which the voltage follows the current", default=1.0, above=0)
-    u: Variable = variable("V", "Voltage over the resistance", start=0.0)
+    u: Variable = variable("V", "Voltage over the RC element", start=0.0)
 
     def equations(self) -> Equations:
         """A voltage that follows the current."""
-        yield from self._charge(self.R)
-        yield self.bus.v == self._voltage() + self.u
-        yield self.T * der(self.u) == self.R * self.i - self.u
+        yield from self._charge(self.R * self._cold())
+        yield self.bus.v == self._voltage() + self._at_once() * self.i + self.u
+        yield self.T * der(self.u) == self._slow() * self.i - self.u / self._cold()
+
+    def _at_once(self) -> Symbol:
+        return self.ohmic * self.R * self._cold()
+
+    def _slow(self) -> Symbol:
+        return (1 - self.ohmic) * self.R
 
     def energy(self) -> Symbol:
         """Charge times open-circuit voltage, and what the capacitor holds."""
-        return self._stored() + self.T * self.u**2 / (2 * self.R)
+        return self._stored() + self.T * self.u**2 / (2 * self._slow())
 
     def loss(self) -> Symbol:
-        """u^2/R."""
-        return self.u**2 / self.R
-
-
-def _held(value: Symbol) -> Symbol:
-    return ca.fmin(ca.fmax(value, 0), 1)
+        """What both resistances lose."""
+        return self._at_once() * self.i**2 + self.u**2 / (self._slow() * self._cold())
 
 
 def _checked_voltage(ocv: Map, path: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import casadi as ca
@@ -26,21 +27,31 @@ from powertrain import (
 )
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
+from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
-from powertrain.components.thermal import Lossy
+from powertrain.components.thermal import HeatPort, Lossy
+
+TURNING = 1.0
+"""Speed [rad/s] above which the sign of a torque says whether a machine drives or generates."""
+
+LEAST = 1e-3
+"""Voltage [V] below which none counts as given."""
 
 
 class ElectricMachine(Lossy):
     """A motor and generator whose torque follows a demand as far as its limits let it.
 
     J der(w) = tau + shaft.tau,  bus.v bus.i = tau w + lossPower,  w = der(shaft.phi)
-    tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max/|w|) fade,  fade = (w_max - |w|)/band within 0..1
-    lossPower = P_0 + copper tau^2 + iron |w| + windage w^2,  or loss_map
+    tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max supply/|w|) fade,  fade = (w_max supply - |w|)/band within 0..1
+    supply = bus.v/V_full within 0..1,  lossPower = P_0 + copper warm tau^2 + iron |w| + windage w^2,  or loss_map
+    warm = 1 + alpha (heat_port.T - 293.15 K)
 
-    Forward it drives where tau > 0; it generates where tau w < 0. ``loss_map`` [W] takes the place of the formula: over |w| [rad/s] and
-    |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
-    it generates. The loss is drawn from the bus, also at rest and without torque. The torque comes without delay. The default numbers are
-    made up for a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
+    Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full the field has to be weakened at a lower speed:
+    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] takes the place of the formula: over |w|
+    [rad/s] and |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives,
+    negative where it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the
+    bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for a machine of 50 kW. Errors:
+    ParameterError for a loss map with other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
@@ -53,6 +64,8 @@ class ElectricMachine(Lossy):
     P_max: Parameter = parameter("W", "Largest power at the shaft", default=50e3, above=0)
     w_max: Parameter = parameter("rad/s", "Speed from which there is no torque", default=1200.0, above=0)
     band: Parameter = parameter("rad/s", "Range of speed below it in which the torque fades", default=20.0, above=0)
+    V_full: Parameter = parameter("V", "Voltage of the bus from which P_max and w_max hold", default=0.0, min=0)
+    alpha: Parameter = parameter("1/K", "Rise of the winding's resistance, 0.0039 for copper", default=0.0, min=0)
     P_0: Parameter = parameter("W", "Loss at rest without torque", default=50.0, min=0)
     copper: Parameter = parameter("W/(N2.m2)", "Loss over torque squared", default=0.1, min=0)
     iron: Parameter = parameter("W.s/rad", "Loss over speed", default=1.0, min=0)
@@ -65,7 +78,7 @@ class ElectricMachine(Lossy):
         """A limited torque, and the balance of power."""
         if self.loss_map is not None:
             _checked_loss(self.loss_map, self._path)
-        limit = self._limit(self.w)
+        limit = self._limit(self.w, self._supply(self.bus.v))
         yield self.w == der(self.shaft.phi)
         yield self.speed.value == self.w
         yield self.tau == ca.fmin(ca.fmax(self.torque_demand.value, -limit), limit)
@@ -74,17 +87,24 @@ class ElectricMachine(Lossy):
         yield self.bus.v * self.bus.i == self.power + self.lossPower
         yield from self._dissipate()
 
-    def _limit(self, w: Symbol) -> Symbol:
-        speed = ca.fabs(w)
-        constant_power = self.P_max / ca.fmax(speed, self.P_max / self.tau_max)
-        return constant_power * ca.fmin(ca.fmax((self.w_max - speed) / self.band, 0), 1)
+    def _supply(self, v: Symbol) -> Symbol:
+        return limited(v / ca.fmax(self.V_full, LEAST))
 
-    def _loss(self, w: Symbol, tau: Symbol) -> Symbol:
+    def _limit(self, w: Symbol, supply: Symbol) -> Symbol:
+        speed, power = ca.fabs(w), self.P_max * supply
+        constant_power = power / ca.fmax(speed, power / self.tau_max)
+        return constant_power * limited((self.w_max * supply - speed) / self.band)
+
+    def _loss(self, w: Symbol, tau: Symbol, T: Symbol) -> Symbol:
         if self.loss_map is None:
-            return self.P_0 + self.copper * tau**2 + self.iron * ca.fabs(w) + self.windage * w**2
+            copper = self.copper * (1 + self.alpha * (T - HeatPort.reference))
+            return self.P_0 + copper * tau**2 + self.iron * ca.fabs(w) + self.windage * w**2
         if self.loss_map.axes[1].low < 0:
-            drives = tau * ca.fmin(ca.fmax(w, -1), 1)
-            return ca.fmax(self.loss_map(ca.fabs(w), drives), 0)
+            drives = ca.if_else(w >= 0, tau, -tau)
+            share = (1 + limited(ca.fabs(w) / TURNING)) / 2
+            torques = drives, self.loss_map.axes[1].clipped(-drives)
+            one, other = (ca.fmax(self.loss_map(ca.fabs(w), torque), 0) for torque in torques)
+            return share * one + (1 - share) * other
         return ca.fmax(self.loss_map(ca.fabs(w), ca.fabs(tau)), 0)
 
     def energy(self) -> Symbol:
@@ -93,15 +113,15 @@ class ElectricMachine(Lossy):
 
     def loss(self) -> Symbol:
         """By formula or map."""
-        return self._loss(self.w, self.tau)
+        return self._loss(self.w, self.tau, self.heat_port.T)
 
-    def limit(self, w: ArrayLike) -> Any:
-        """The largest torque [N.m] at speeds w [rad/s]."""
-        return numbers(self._limit, w)
+    def limit(self, w: ArrayLike, v: ArrayLike = math.inf) -> Any:
+        """The largest torque [N.m] at speeds w [rad/s] and voltages v [V] of the bus."""
+        return numbers(self._limit, w, numbers(self._supply, v))
 
-    def losses(self, w: ArrayLike, tau: ArrayLike) -> Any:
-        """The loss [W] at speeds w [rad/s] and torques tau [N.m]."""
-        return numbers(self._loss, w, tau)
+    def losses(self, w: ArrayLike, tau: ArrayLike, T: ArrayLike = HeatPort.reference) -> Any:
+        """The loss [W] at speeds w [rad/s], torques tau [N.m] and temperatures T [K]."""
+        return numbers(self._loss, w, tau, T)
 
     def efficiency(self, w: ArrayLike, tau: ArrayLike) -> Any:
         """Power out over power in: at the shaft where it drives, at the bus where it generates (0 where the loss takes all)."""

@@ -27,12 +27,14 @@ from powertrain import (
     signal_output,
     variable,
 )
-from powertrain.components.engines.operation import best_fuel_line
+from powertrain.components.engines.operation import sparse_fuel_line
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
 
-UNDER_LOAD, POINTS = 1.35, 12
+SMALL = 1e-3
+"""Least torque of combustion at full load [N.m]: an engine may have none at its idle speed."""
+UNDER_LOAD, POINTS = 1.35, 20
 """The least speed of an operating line over idle speed, and its points."""
 
 
@@ -47,7 +49,8 @@ class Engine(Component):
     is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and
     started = w/w_fire within 0..1;  starter = on (1 - started) tau_starter
     limited = (w_limit - w)/band_limit within 0..1: the rev limiter
-    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up
+    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and
+    begins with the throttle that idling takes
 
     With ``on`` = 0 the engine burns nothing and comes to rest by its drag, which then holds it; back at 1 the starter turns it.
     A boundary: it supplies the chemical power of its fuel and the starter's power; its loss is what the crank does not get of them.
@@ -92,6 +95,10 @@ class Engine(Component):
         """Torque of combustion with throttle u."""
         return u * (self._full_load(w) + self._motoring(w))
 
+    def _opening(self, w: Symbol, part: Symbol) -> Symbol:
+        """Throttle for a part of the torque of combustion at full load, both within 0..1: what ``_firing`` says the other way round."""
+        return part
+
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         """Chemical power of the fuel for a torque of combustion."""
         raise self._lacks("_fuel_power(w, firing)")
@@ -115,6 +122,17 @@ class Engine(Component):
         yield self.fuel_rate == self._fuel_power(w, self.firing) / self.heating_value
         yield der(self.fuel) == self.fuel_rate
 
+    def initial(self) -> Equations:
+        """An engine that is switched on has found the throttle that keeps it at idle speed, and less above it, down to none.
+
+        A controller that does not act, with k_idle = 0, has found nothing.
+        """
+        drag = self._motoring(self.w_idle)
+        part = drag / ca.fmax(self._full_load(self.w_idle) + drag, SMALL)
+        idle = self._opening(self.w_idle, limited(part))
+        most = ca.fmin(idle, self.k_idle * self.w_idle)
+        yield self.x == limited(self.on.value) * limited(idle + self.k_idle * (self.w_idle - self.w), 0, most)
+
     def _started(self) -> Symbol:
         return limited(self.w / self.w_fire)
 
@@ -133,13 +151,17 @@ class Engine(Component):
         """Torque [N.m] with an open throttle at speeds w [rad/s], numbers or an expression."""
         return numbers(self._full_load, w)
 
-    def motoring(self, w: ArrayLike) -> Any:
-        """Torque [N.m] >= 0 that turns the engine without fuel at speeds w [rad/s]."""
+    def motoring(self, w: ArrayLike | Symbol) -> Any:
+        """Torque [N.m] >= 0 that turns the engine without fuel at speeds w [rad/s], numbers or an expression."""
         return numbers(self._motoring, w)
 
     def torque(self, w: ArrayLike, u: ArrayLike) -> Any:
         """Torque [N.m] at speeds w [rad/s] with throttles u [1] within 0..1, without idle controller and limiter."""
         return numbers(lambda w, u: self._firing(w, u) - self._motoring(w), w, u)
+
+    def opening(self, w: ArrayLike | Symbol, part: ArrayLike | Symbol) -> Any:
+        """Throttle [1] for a part [1] of the torque of combustion at full load, at speeds w [rad/s]; numbers or an expression."""
+        return numbers(self._opening, w, part)
 
     def fuel_flow(self, w: ArrayLike, tau: ArrayLike) -> Any:
         """Fuel flow [kg/s] at steady operating points: speeds w [rad/s], torques tau [N.m] (below the motoring line: none)."""
@@ -157,8 +179,9 @@ class Engine(Component):
     def operating_line(self, share: float = 1.0) -> Map:
         """The speed [rad/s] of least fuel over power [W], with torques up to ``share`` of full load, for a control to follow.
 
-        ``best_fuel_line`` from somewhat above idle speed on. In a model's text those values count that the engine has when the model is
-        built: another value for a run does not move the line, as a control unit keeps its tables.
+        ``sparse_fuel_line`` from somewhat above idle speed on: between its points it takes at most 0.3 % more than the least fuel. In a
+        model's text those values count that the engine has when the model is built: another value for a run does not move the line, as a
+        control unit keeps its tables.
         """
         engine = replace(self)
-        return best_fuel_line(engine, w_min=UNDER_LOAD * float(engine.w_idle), share=share, points=POINTS).speeds()
+        return sparse_fuel_line(engine, share, w_min=UNDER_LOAD * float(engine.w_idle), points=POINTS).speeds()

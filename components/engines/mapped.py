@@ -11,6 +11,7 @@ from typing import Any, Literal, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter
 from powertrain.components.engines.interfaces import Engine
@@ -19,6 +20,9 @@ from powertrain.components.limited import limited
 SPEEDS = {"rad/s": 1.0, "rpm": math.pi / 30}
 RATES = {"kg/s": 1.0, "g/s": 1e-3}
 SPECIFIC = {"kg/J": 1.0, "g/kWh": 1 / 3.6e9}
+THROTTLES, PARTS = 401, 41
+"""Throttles at which a torque is looked at, and points of the table from torque back to throttle."""
+Array = NDArray[np.float64]
 ROUND = 1e-9
 """How far a table's edges may be from where they have to be."""
 
@@ -32,7 +36,8 @@ class MappedEngine(Engine):
     ``torque_map`` [N.m] is over speed [rad/s] and throttle [1] from 0 (motored, not above zero) to 1. ``fuel_map`` is over speed and
     torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its lowest
     torque the fuel goes on in the straight line through its two lowest torques at each speed (a Willans line). What holds
-    outside of a table its axes say: refused, or held at the edge and counted. ``gasoline`` and ``diesel`` have synthetic
+    outside of a table its axes say: refused, or held at the edge and counted. A specific consumption is held as such, so that beyond the
+    table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic
     tables, see ``synthetic``; ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
     """
 
@@ -99,11 +104,28 @@ class MappedEngine(Engine):
     def _firing(self, w: Symbol, u: Symbol) -> Symbol:
         return self.torque_map(w, u) + self._motoring(w)
 
+    def _opening(self, w: Symbol, part: Symbol) -> Symbol:
+        table = _openings(self.torque_map)
+        return table(table.axes[0].clipped(w), limited(part))
+
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         lowest = float(self.torque_map.values[:, 0].min())
-        rate = _rates(self.fuel_map, lowest)(w, firing - self._motoring(w))
+        torque = firing - self._motoring(w)
+        rate = _rates(self.fuel_map, lowest)(w, torque)
+        if self.fuel_map.unit in SPECIFIC:
+            rate *= _beyond(self.fuel_map.axes[0], w) * _beyond(
+                self.fuel_map.axes[1], ca.fmax(torque, self.fuel_map.axes[1].low)
+            )
         burning = limited(firing / self.cut_off)
         return burning * ca.fmax(rate, 0) * self.heating_value
+
+
+def _beyond(axis: Axis, value: Symbol) -> Symbol:
+    """A value over the edge of the axis that it has passed; 1 within the edges, and where the table goes on by itself."""
+    if axis.outside == "linear":
+        return Symbol(1.0)
+    above = ca.fmax(value / axis.high, 1)
+    return above * ca.fmin(value / axis.low, 1) if axis.low > 0 else above
 
 
 @lru_cache(maxsize=64)
@@ -113,6 +135,24 @@ def _along_speed(table: Map, k: int) -> Map:
     return Map(
         (Axis(axis.name, axis.unit, axis.points, "linear"),), table.values[:, k], "N.m", table.name, table.method
     )
+
+
+@lru_cache(maxsize=64)
+def _openings(table: Map) -> Map:
+    """The throttle over speed and part of the torque of combustion at full load; where several give it, the least."""
+    axis, throttles, parts = table.axes[0], np.linspace(0, 1, THROTTLES), np.linspace(0, 1, PARTS)
+    torque = np.asarray(table(np.array(axis.points)[:, None], throttles))
+    share = (torque - torque[:, :1]) / (torque[:, -1:] - torque[:, :1])
+    rising = np.maximum.accumulate(share, axis=1)
+    rows = [np.interp(parts, *_strictly(row, throttles)) for row in rising]
+    axes = Axis(axis.name, axis.unit, axis.points, "clip"), Axis("part", "1", parts, "clip")
+    return Map(axes, rows, "1", "throttle")
+
+
+def _strictly(shares: Array, throttles: Array) -> tuple[Array, Array]:
+    """The points at which the share is larger than at all before."""
+    first = np.concatenate([[True], np.diff(shares) > 0])
+    return shares[first], throttles[first]
 
 
 @lru_cache(maxsize=64)

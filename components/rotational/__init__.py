@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from powertrain.components.rotational.adaptors import AngleToTorqueAdaptor, TorqueToAngleAdaptor
 from powertrain.components.rotational.backlash import ElastoBacklash, ElastoBacklash2
+from powertrain.components.rotational.band_brake import BandBrake
 from powertrain.components.rotational.bearing_friction import BearingFriction
 from powertrain.components.rotational.brake import Brake
 from powertrain.components.rotational.clutch import Clutch, OneWayClutch
 from powertrain.components.rotational.disc import Disc
+from powertrain.components.rotational.dog_clutch import DogClutch
 from powertrain.components.rotational.eddy_current import EddyCurrentTorque
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.freewheel import Freewheel
@@ -43,6 +45,7 @@ from powertrain.components.rotational.sensors import (
     TorqueSensor,
 )
 from powertrain.components.rotational.spring import Damper, Spring, SpringDamper
+from powertrain.components.rotational.thread import RackAndPinion, Screw, WormGear
 from powertrain.components.rotational.torques import (
     ConstantTorque,
     InverseSpeedDependentTorque,
@@ -53,12 +56,14 @@ from powertrain.components.rotational.torques import (
     Torque2,
     TorqueStep,
 )
+from powertrain.components.rotational.universal_joint import UniversalJoint
 
 __all__ = [
     "AccSensor",
     "Accelerate",
     "AngleSensor",
     "AngleToTorqueAdaptor",
+    "BandBrake",
     "BearingFriction",
     "Brake",
     "Clutch",
@@ -68,6 +73,7 @@ __all__ = [
     "ConstantTorque",
     "Damper",
     "Disc",
+    "DogClutch",
     "EddyCurrentTorque",
     "ElastoBacklash",
     "ElastoBacklash2",
@@ -92,9 +98,11 @@ __all__ = [
     "Position",
     "PowerSensor",
     "QuadraticSpeedDependentTorque",
+    "RackAndPinion",
     "RelAccSensor",
     "RelAngleSensor",
     "RelSpeedSensor",
+    "Screw",
     "SignTorque",
     "Speed",
     "SpeedSensor",
@@ -107,4 +115,6 @@ __all__ = [
     "TorqueToAngleAdaptor",
     "TwoFlanges",
     "TwoFlangesAndSupport",
+    "UniversalJoint",
+    "WormGear",
 ]

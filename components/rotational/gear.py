@@ -24,7 +24,7 @@ from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupp
 EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
 
 
-class _LossyPair(TwoFlangesAndSupport, Lossy):
+class LossyPair(TwoFlangesAndSupport, Lossy):
     """Partial: a gear pair that loses the torque tauLoss, counted at flange_a."""
 
     ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
@@ -46,7 +46,7 @@ class _LossyPair(TwoFlangesAndSupport, Lossy):
         return self.tauLoss * self.w_a
 
 
-class Gear(_LossyPair):
+class Gear(LossyPair):
     """A gear pair of constant efficiency, whichever side drives.
 
     phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss),  output power = efficiency input power:
@@ -69,7 +69,7 @@ class Gear(_LossyPair):
         yield from self._dissipate()
 
 
-class LossyGear(_LossyPair):
+class LossyGear(LossyPair):
     """A gear pair with mesh efficiencies and bearing friction that depend on speed and on the side that drives.
 
     phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss)

@@ -7,7 +7,7 @@ from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.translational.interfaces import Flange as LinearFlange
 
 
-class _RotationToTranslation(Component):
+class RotationToTranslation(Component):
     """Partial: a shaft and a rod, each with its support."""
 
     flangeR: Flange = port(Flange)
@@ -20,7 +20,7 @@ class _RotationToTranslation(Component):
         yield self.flangeT.f + self.supportT.f == 0
 
 
-class IdealRollingWheel(_RotationToTranslation):
+class IdealRollingWheel(RotationToTranslation):
     """A wheel that rolls without slip, without inertia and mass.
 
     radius (flangeR.phi - supportR.phi) = flangeT.s - supportT.s,  radius flangeT.f + flangeR.tau = 0
@@ -35,7 +35,7 @@ class IdealRollingWheel(_RotationToTranslation):
         yield self.radius * self.flangeT.f + self.flangeR.tau == 0
 
 
-class IdealGearR2T(_RotationToTranslation):
+class IdealGearR2T(RotationToTranslation):
     """A rack and pinion (or a screw) without inertia, mass and loss.
 
     flangeR.phi - supportR.phi = ratio (flangeT.s - supportT.s),  ratio flangeR.tau + flangeT.f = 0

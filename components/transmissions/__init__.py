@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable
+from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
+from powertrain.components.transmissions.hydrodynamic import FluidCoupling, TorqueConverter
 from powertrain.components.transmissions.layout import (
     COMBINATIONS,
     TYPES,
@@ -20,11 +21,14 @@ __all__ = [
     "COMBINATIONS",
     "TYPES",
     "Coupling",
+    "FluidCoupling",
     "Layout",
     "ManualGearbox",
     "Shiftable",
+    "SingleGear",
     "SplitPathTransmission",
     "SwitchedSplitPathTransmission",
+    "TorqueConverter",
     "UnitRatio",
     "members",
     "overall_ratio",

@@ -23,6 +23,25 @@ class Shiftable(TwoFlanges):
     lever: Input = signal_input("1", "Position of the lever: k presses gear k, k + 1/2 is neutral")
 
 
+class SingleGear(Shiftable):
+    """A gearbox of which one gear is in for good, wherever the lever is: for measurements, and for vehicles that have one gear.
+
+    w_a = ratio w_b, with the inertia of both shafts and the drag of the oil at the input shaft.
+    """
+
+    gear: IdealGear = IdealGear(ratio=1)
+    input: Inertia = Inertia(J=0.01)
+    churning: ChurningLoss = ChurningLoss(d=0.003)
+    output: Inertia = Inertia(J=0.01)
+
+    def equations(self) -> Equations:
+        """Two shafts and a pair of wheels."""
+        yield connect(self.flange_a, self.input.flange_a)
+        yield connect(self.input.flange_b, self.churning.flange, self.gear.flange_a)
+        yield connect(self.gear.flange_b, self.output.flange_a)
+        yield connect(self.output.flange_b, self.flange_b)
+
+
 class ManualGearbox(Shiftable):
     """A gearbox of n gear pairs in constant mesh, each of which its own synchroniser joins with the output shaft.
 
@@ -45,6 +64,10 @@ class ManualGearbox(Shiftable):
     def of_ratios(cls, *ratios: float, synchroniser: Clutch = SYNCHRONISER) -> Self:
         """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first."""
         return cls(gears=tuple(IdealGear(ratio=r) for r in ratios), synchronisers=(synchroniser,) * len(ratios))
+
+    def in_gear(self, k: int) -> SingleGear:
+        """What is left of it with gear k in for good, without the other gears and the synchronisers."""
+        return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
 
     def equations(self) -> Equations:
         """Every gear between the two shafts, through its synchroniser."""

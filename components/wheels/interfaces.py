@@ -25,16 +25,19 @@ class Wheel(Lossy):
     """Partial: a wheel between its hub and the road, with inertia and rolling resistance.
 
     J der(w) = hub.tau - radius f - tau_roll,  w = der(hub.phi),  v = der(road.s),  f = -road.f,  fn = load_nominal + load
-    w > 0: tau_roll = Cr radius fn;  w < 0: tau_roll = -Cr radius fn;  w = 0: |tau_roll| <= Cr radius fn
+    w > 0: tau_roll = limit;  w < 0: tau_roll = -limit;  w = 0: |tau_roll| <= limit,  limit = (Cr + Cr_2 (radius w)^2) radius fn
 
+    ``Cr_2`` [s2/m2] is the rise of the coefficient with the speed squared, some 1e-6 to 5e-6 for car tyres.
     ``road`` moves with the vehicle; f is what the road pushes the vehicle forward with.
     The load is what a body or an axle sends; a wheel without one stands under ``load_nominal``. The mass of the wheel counts in the body.
     A load below zero ends the simulation: no wheel is followed in the air.
     """
 
+    Cr_2: float = 0.0
     hub: Hub = port(Hub)
     road: Road = port(Road)
     load: Input = signal_input("N", "Load on the wheel beside load_nominal", default=0.0)
+    side: Input = signal_input("1", "Side force over load, which takes of the grip of tyres that slip", default=0.0)
     radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0)
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=1.0, min=0)
     Cr: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
@@ -51,7 +54,8 @@ class Wheel(Lossy):
         yield self.f == -self.road.f
         yield self.fn == self.load_nominal + self.load.value
         yield self.J * der(self.w) == self.hub.tau - self.radius * self.f - self.tau_roll
-        limit = self.Cr * self.radius * self.fn
+        rising = self.Cr_2 * (self.radius * self.w) ** 2 if self.Cr_2 else 0.0
+        limit = (self.Cr + rising) * self.radius * self.fn
         yield friction(self.w, self.tau_roll, -limit, limit, name="rolling")
         within(self.fn, 0, float("inf"), name="load of the wheel", unit="N")
         yield from self._dissipate()

@@ -7,7 +7,7 @@ import math
 import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
-from powertrain.components.wheels.slip import SlippingWheel
+from powertrain.components.wheels.slip import SLOW, SlippingWheel
 
 NEWTON_STEPS = 8
 """Steps from below towards the root of a concave function: enough for 1e-8 in the range of pEx1 and pCx1."""
@@ -36,7 +36,9 @@ class MagicFormulaWheel(SlippingWheel):
 
     Up to the peak the tyre creeps with the slip that the formula's rising branch gives for its force: v_creep = |v| kappa(f). It slides
     where f reaches the limit of friction, the formula at the slip kappa_c, no less than its peak:
-    sigma_c der(kappa_c) = |v_creep + v_slide| - |v| kappa_c
+    sigma_c der(kappa_c) = v_c - max(|v|, v_low - v_c) kappa_c,  v_c = |v_creep + v_slide|,  v_low = 3 m/s
+    So kappa_c goes to v_c/|v|, the formula's slip, but where the wheel neither rolls nor slides faster than walking pace to less: friction
+    falls with the speed of sliding, and a locked wheel that comes to rest regains its full grip.
     The tyre's spring c makes the force follow slip over the relaxation length K/c. The load follows the wheel's in the time T:
     T der(Fz) = fn - Fz. Deflection is stored energy, c u^2/2; the secant of the rising branch is taken at the spring's force, so
     that no loss is negative in transients; the load does no work. C <= 2 keeps the force from turning round at large slip.
@@ -70,8 +72,10 @@ class MagicFormulaWheel(SlippingWheel):
         B = stiffness / (self.pCx1 * peak)
         angle = self.pCx1 * ca.atan(shape(B * self.kappa_c, self.pEx1))
         limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
-        yield from self._slip(self.c, x / (B * part * peak), limit)
-        yield self.sigma_c * der(self.kappa_c) == ca.fabs(self.v_creep + self.v_slide) - ca.fabs(self.v) * self.kappa_c
+        yield from self._slip(self.c, x / (B * part * peak), limit / load, load)
+        sliding = ca.fabs(self.v_creep + self.v_slide)
+        rolling = ca.fmax(ca.fabs(self.v), SLOW - sliding)
+        yield self.sigma_c * der(self.kappa_c) == sliding - rolling * self.kappa_c
         yield self.T * der(self.Fz) == self.fn - self.Fz
 
     def initial(self) -> Equations:

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, variable
 from powertrain.components.wheels.interfaces import Wheel
+
+SLOW = 3.0
+"""Speed v_low [m/s] below which a tyre stands rather than rolls: about walking pace."""
+
+LEFT = 1e-3
+"""Part of the grip that is left along the road where the side force would take all of it."""
+ROUND = 1e-15
+"""Grip of a road that has none."""
 
 
 class SlippingWheel(Wheel):
@@ -15,37 +25,45 @@ class SlippingWheel(Wheel):
     u: the tyre is a spring with a damper beside it;  v_creep = |v| f (slip per force): rubber that is under load leaves the contact
     and unloaded rubber enters it;  v_slide: what is above the limit of friction slides
 
-    Nothing is divided by the speed. At standstill nothing creeps: the tyre is a spring that holds the vehicle, on a slope too.
+    The limit of friction is load root(grip^2 - side^2), after Kamm's circle, with the side force over the load.
+    Nothing is divided by the speed. At standstill nothing creeps: the tyre is a spring that holds the vehicle, on a slope too. The
+    creep that damps it while it rolls is missing then; towards standstill the damping grows by d_low (Pacejka, section 8.6):
+    damping = d + d_low (1 + cos(pi |v|/v_low))/2 for |v| < v_low = 3 m/s,  else damping = d
     The loss is the damper's, the tension of the rubber that leaves the contact, and friction; each of them is positive by itself.
     """
 
     mu: Parameter = parameter("1", "Factor on the friction coefficient", default=1.0, min=0)
     d: Parameter = parameter("N.s/m", "Damping of the tyre along the road", default=1000.0, above=0)
+    d_low: Parameter = parameter("N.s/m", "What is added to it at standstill", default=1e4, min=0)
     u: Variable = variable("m", "Deflection of the tyre along the road", start=0.0)
     v_slip: Variable = variable("m/s", "Slip speed, radius w - v", start=0.0)
     v_creep: Variable = variable("m/s", "Part of the slip speed that rubber takes through the contact")
     v_slide: Variable = variable("m/s", "Part of the slip speed above the limit of friction")
 
-    def _slip(self, stiffness: Symbol, slip_per_force: Symbol, limit: Symbol) -> Equations:
+    def _slip(self, stiffness: Symbol, slip_per_force: Symbol, grip: Symbol, load: Symbol) -> Equations:
         yield from self._roll()
         yield self.v_slip == self.radius * self.w - self.v
         yield der(self.u) == self.v_slip - self.v_creep - self.v_slide
-        yield self.f == stiffness * self.u + self.d * der(self.u)
+        yield self.f == stiffness * self.u + self._damping() * der(self.u)
         yield self.v_creep == ca.fabs(self.v) * self.f * slip_per_force
+        limit = load * ca.sqrt(ca.fmax(grip**2 - self.side.value**2, (LEFT * grip) ** 2 + ROUND**2))
         yield friction(self.v_slide, self.f, -limit, limit, name="sliding")
 
     def _loss(self) -> Symbol:
         stretching = self.v_slip - self.v_creep - self.v_slide
-        return self.tau_roll * self.w + self.d * stretching**2 + self.f * (self.v_creep + self.v_slide)
+        return self.tau_roll * self.w + self._damping() * stretching**2 + self.f * (self.v_creep + self.v_slide)
+
+    def _damping(self) -> Symbol:
+        return self.d + self.d_low * (1 + ca.cos(math.pi * ca.fmin(ca.fabs(self.v) / SLOW, 1))) / 2
 
 
 class SlipWheel(SlippingWheel):
     """A wheel whose force is in proportion to slip up to the limit of friction, and follows over a relaxation length.
 
-    steady: f = C v_slip/|v|, at most mu fn;  else the deflection u relaxes over the path sigma (1 + d |v|/C):
-    f = C/sigma u + d der(u),  der(u) = v_slip - |v| f/C - v_slide
-    v_slide > 0: f = mu fn;  v_slide < 0: f = -mu fn;  v_slide = 0: |f| <= mu fn
-    stored energy = C/sigma u^2/2,  loss = |v| f^2/C + f v_slide + d der(u)^2 + tau_roll w
+    steady: f = C v_slip/|v|, at most limit;  else the deflection u relaxes over the path sigma (1 + d |v|/C):
+    f = C/sigma u + damping der(u),  der(u) = v_slip - |v| f/C - v_slide
+    v_slide > 0: f = limit;  v_slide < 0: f = -limit;  v_slide = 0: |f| <= limit,  limit = fn root(mu^2 - side^2)
+    stored energy = C/sigma u^2/2,  loss = |v| f^2/C + f v_slide + damping der(u)^2 + tau_roll w
 
     With C to infinity at a fixed sigma it rolls as a rigid wheel does, up to the limit of friction.
     Source of the relaxation: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 7 (sigma der(u) + |v| u = sigma v_slip).
@@ -56,7 +74,7 @@ class SlipWheel(SlippingWheel):
 
     def equations(self) -> Equations:
         """Creep in proportion to the force."""
-        yield from self._slip(self.C / self.sigma, 1 / self.C, self.mu * self.fn)
+        yield from self._slip(self.C / self.sigma, 1 / self.C, self.mu, self.fn)
 
     def energy(self) -> Symbol:
         """Kinetic energy and the tyre's deflection."""

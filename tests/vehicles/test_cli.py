@@ -415,7 +415,10 @@ def test_run_calculates_backward(short: str) -> None:
     assert float(said[-1].rstrip("%")) == pytest.approx(
         100 * (float(said[1]) / float(forward) - 1), abs=0.1
     )  # four digits
-    assert "has no map of operating points: schedule" in refused("run", "ManualCar", "--cycle", short, "--backward")
+    assert "Backward" in done("run", "ManualCar", "--cycle", short, "--backward")
+    assert "has no map of operating points: control" in refused(
+        "run", "PowerSplitHybrid", "--cycle", short, "--backward"
+    )
     assert "has no map of operating points: schedule" in refused("map", "ManualCar", code=1)
 
 

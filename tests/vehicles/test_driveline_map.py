@@ -1,12 +1,13 @@
 from __future__ import annotations
 
+import casadi as ca
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 
 import powertrain as pt
-from powertrain.components.body import RoadProfile
+from powertrain.components.body import Body, RoadProfile
 from powertrain.components.cycles import DriveCycle
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.manual_car import ManualCar
@@ -97,13 +98,45 @@ def test_backward_climbs() -> None:
     assert back.fuel == pytest.approx(run.fuel, rel=0.02)
 
 
+def test_backward_over_a_crest() -> None:
+    """Up 5 % for 500 m and down again: the map is that of a level road, the weight is in the force."""
+    cycle = DriveCycle("crest", ((0.0, 20.0), (25.0, 20.0), (50.0, 20.0)))
+    crest = pt.replace(SplitPathCar(), road=RoadProfile.from_heights([0, 500, 1000], [0, 25, 0]))
+    force, level = backward(crest, cycle).force, backward(SplitPathCar(), cycle).force
+    assert force[0] - level[0] == pytest.approx(level[1] - force[1], rel=1e-9)
+    assert force[0] - level[0] > 600
+
+
+class CoastDownBody(Body):
+    """A body whose resistance is a measured polynomial in its speed."""
+
+    B: pt.Parameter = pt.parameter("N.s/m", "Resistance over speed", default=4.0)
+    C: pt.Parameter = pt.parameter("N.s2/m2", "Resistance over speed squared", default=0.4)
+    speed: pt.Variable = pt.variable("m/s", "Speed", start=0.0, prefer=True)
+
+    def equations(self) -> pt.Equations:
+        yield self.rear.s == self.front.s
+        yield self.speed == pt.der(self.front.s)
+        yield self.v.value == self.speed
+        yield self.s.value == self.front.s
+        slope = self.m * self.g * self.grade.value / ca.sqrt(1 + self.grade.value**2)
+        resistance = self.B * self.speed + self.C * self.speed * ca.fabs(self.speed)
+        yield self.m * pt.der(self.speed) == self.front.f + self.rear.f - resistance - slope
+        yield self.front_load.value == self.m * self.g * self.front_share
+        yield self.rear_load.value == self.m * self.g * (1 - self.front_share)
+
+
+def test_backward_asks_the_body_for_its_resistance() -> None:
+    """At 20 m/s another body takes 4 v + 0.4 v^2 = 240 N, whatever Cd and A the car's own had."""
+    cycle = DriveCycle("cruise", ((0.0, 20.0), (10.0, 20.0), (20.0, 21.0)))
+    run = backward(pt.replace(SplitPathCar(), body=CoastDownBody(m=1300)), cycle)
+    mass = 1300 + 4 / 0.3**2
+    np.testing.assert_allclose(run.force, [240, mass * 0.1 + 4 * 20.5 + 0.4 * 20.5**2], rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("vehicle", "said"),
     [
-        (
-            ManualCar(),
-            r"ManualCar has no map of operating points: schedule \(GearSchedule\) goes by what was before \(gear, ",
-        ),
         (FlywheelHybrid(), r"charge \(FlywheelCharge\)"),
         (PowerSplitHybrid(), r"control \(PowerSplitControl\)"),
     ],
@@ -112,6 +145,31 @@ def test_backward_climbs() -> None:
 def test_a_vehicle_that_remembers_has_no_map(vehicle: pt.Component, said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         backward(vehicle, "wltc")
+
+
+def test_a_geared_car_has_no_map_of_its_own() -> None:
+    said = r"ManualCar has no map of operating points: schedule \(GearSchedule\) goes by what was before \(gear, "
+    with pytest.raises(pt.ParameterError, match=said):
+        on_rolling_road(ManualCar())
+
+
+def test_backward_of_a_geared_car() -> None:
+    """Over the first hill of the WLTC it takes the gears of the simulation and its fuel, but for shifts and transients."""
+    cycle = DriveCycle.named("wltc").part(0, 140)
+    run, back = drive_cycle(ManualCar(), cycle), backward(ManualCar(), cycle)
+    assert back.fuel == pytest.approx(run.fuel, rel=0.03)
+    assert back.missing.max() == 0
+    driven = np.interp(cycle.times[:-1] + 0.5, run.result.time, run.result["schedule.gear"])
+    assert np.mean(np.abs(driven - back.gears) < 0.6) > 0.93
+    assert {1, 2, 3} <= set(back.gears.tolist())
+
+
+def test_backward_finds_the_gear_of_a_cruise() -> None:
+    """At 20 m/s, in rows of a minute and more: fifth gear from 16.5 m/s (1 + accelerator) on, and the fuel of the simulation."""
+    cycle = DriveCycle("cruise", ((0.0, 0.0), (20.0, 20.0), (120.0, 20.0)))
+    run, back = drive_cycle(ManualCar(), cycle), backward(ManualCar(), cycle)
+    assert back.gears[-1] == run.result["schedule.gear"][-1]
+    assert back.fuel_rate[-1] == pytest.approx(run.result["engine.fuel_rate"][-1], rel=0.01)
 
 
 def test_backward_says_what_the_vehicle_lacks() -> None:

@@ -67,18 +67,21 @@ def test_engine_runs_on_its_own_line(vehicle: type[pt.Component], number: int) -
         speeds = np.linspace(1.35 * float(engine.w_idle), float(engine.w_limit - engine.band_limit), 400)
         possible = power[k] / speeds <= share * engine.full_load(speeds)
         least = engine.fuel_flow(speeds, power[k] / speeds)[possible].min()
-        assert engine.fuel_flow(w[k], power[k] / w[k]) == pytest.approx(least, rel=0.02)  # twelve points of a line
+        assert engine.fuel_flow(w[k], power[k] / w[k]) == pytest.approx(least, rel=0.004)
 
 
 @pytest.mark.parametrize("number", [0, 2], ids=lambda n: type(ENGINES[n]).__name__)
 def test_split_path_engine_gives_what_is_asked(number: int) -> None:
-    """With a torque linear in the throttle u: power/w less the part 1 - u of the drag, so all of it in overrun."""
+    """Power/w where the accelerator is clearly pressed; released, the drag brakes."""
     result, engine = driven("SplitPathCar", number).result, ENGINES[number]
-    w, u = result["engine.w"], result["engine.throttle"]
-    pulls = (w > 100) & (u < 1) & (u > 0)
-    assert pulls.sum() > 300
+    w, u, pedal = result["engine.w"], result["engine.throttle"], result["control.accelerator"]
     short = result["control.power"] / w - result["engine.tau"]
-    np.testing.assert_allclose(short[pulls], ((1 - u) * engine.motoring(w))[pulls], atol=1e-6)
+    pulls = (w > 100) & (u < 1) & (pedal > 0.05)
+    assert pulls.sum() > 200
+    np.testing.assert_allclose(short[pulls], 0, atol=1e-6)
+    released = (w > 100) & (pedal == 0)
+    assert released.sum() > 50
+    np.testing.assert_allclose(short[released], engine.motoring(w)[released], atol=1e-6)
 
 
 def test_an_engine_without_laws_is_told() -> None:

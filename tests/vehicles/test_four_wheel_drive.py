@@ -76,3 +76,12 @@ def test_comes_to_rest_on_a_slope(name: str) -> None:
     result = drive(name, stop=8.0, inputs={"brake": 0.5, "engaged": 0.0, "grade": 0.1})
     assert np.abs(result["body.v"][result.time > 7]).max() < 1e-3
     assert pt.energy_audit(result).closure < 1e-6
+
+
+def test_the_centre_differential_works_in_a_bend() -> None:
+    """6 m beside the rear axle the front axle's middle runs on 6.58 m: its cage turns 1.097 times as fast."""
+    result = drive("bevel", stop=2.0, v=3.0, inputs={"curvature": 1 / 6, "throttle": 0.02})
+    assert result["body.v"][-1] > 1
+    ratio = result["front_axle.cage.w"][-1] / result["rear_axle.cage.w"][-1]
+    assert ratio == pytest.approx(np.hypot(6, 2.7) / 6, rel=2e-3)
+    assert np.abs(result["centre.mesh.w_rel"]).min() > 1

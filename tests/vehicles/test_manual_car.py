@@ -57,3 +57,27 @@ def test_cycles(name: str) -> None:
     _balanced(run)
     assert run.time_outside == 0
     assert 4.5 < run.litres_per_100km < 7
+
+
+def test_an_engine_that_stalls_is_told() -> None:
+    """Without idle controller and starter it runs down in the first seconds; the car stands."""
+    car = pt.replace(ManualCar(), {"engine.k_idle": 0.0, "engine.tau_starter": 0.0})
+    run = drive_cycle(car, DriveCycle.named("wltc").part(0, 20))
+    assert run.message.startswith("the vehicle drove 0 m of the 30 m of wltc 0-20 s: its engine stands from t = 0.6")
+    assert "engine.tau_starter" in run.message
+    assert run.result.time[-1] == 20
+
+
+def test_a_car_that_does_not_move_is_told_and_its_starter_is_no_efficiency() -> None:
+    """An engine that has hardly more than its drag is turned by its starter for ever: that is no work of its fuel."""
+    engine = WillansEngine(tau_0=70, tau_max=75, tau_low=3, P_max=20e3)
+    run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 30))
+    assert "of wltc 0-30 s: it stands" in run.message
+    assert np.isnan(run.efficiency) or run.efficiency < 0.4
+
+
+def test_idling_begins_at_idle_speed() -> None:
+    """The idle controller has found its throttle before the drive begins."""
+    for engine in (WillansEngine(), WillansEngine(tau_0=50), MappedEngine.gasoline()):
+        run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 10))
+        assert np.abs(run.result["engine.w"] - 85).max() < 0.1

@@ -114,6 +114,18 @@ def test_recovers_what_the_battery_takes() -> None:
     assert _last(control(accelerator=0.15, discharge_power=5000.0), "tau_2") == pytest.approx([40])
 
 
+def test_consumption_corrected_for_the_charge_hardly_depends_on_where_it_began() -> None:
+    """A kilogram of fuel more leaves what the marginal efficiency of 0.4 and the way through machine and battery make of it."""
+    plant = pt.compile(pt.replace(PowerSplitHybrid(), {"cycle.cycle": DriveCycle.named("wltc").part(0, 589)}))
+    low, high = (drive_cycle(plant, starts={"battery.soc": soc}) for soc in (0.57, 0.63))
+    gained = [float(run.audit.components["stored"].loc["battery"]) for run in (low, high)]
+    path = (gained[0] - gained[1]) / (low.fuel - high.fuel) / 43e6 / low.marginal_efficiency
+    assert low.marginal_efficiency == pytest.approx(0.4)
+    assert 0.8 < path < 0.92
+    assert charge_corrected(low, path=path) == pytest.approx(charge_corrected(high, path=path), rel=1e-3)
+    assert low.litres_per_100km > 1.1 * high.litres_per_100km
+
+
 @pytest.mark.slow
 def test_charge_is_sustained_over_the_wltc() -> None:
     """From wherever it starts, the charge ends at the same state; started there, the consumption needs no correction."""

@@ -114,6 +114,7 @@ def command(
     from powertrain.vehicles.cli.options import configured, progress
     from powertrain.vehicles.cli.settings import free_or_error
     from powertrain.vehicles.trials import drive_cycle, on_rolling_road
+    from powertrain.vehicles.trials.gears import is_geared
 
     with_driver(vehicle, "who follows a cycle")
     model, paths = configured(vehicle, params, texts)
@@ -122,7 +123,7 @@ def command(
         with of_the_command_line():
             driven = _part(driven, *span)
     model = pt.replace(model, {"cycle.cycle": driven})
-    if backward or chart is not None:
+    if chart is not None or (backward and not is_geared(model)):
         with of_the_command_line():
             on_rolling_road(model)
     plant = pt.compile(model)
@@ -131,7 +132,8 @@ def command(
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
     run = drive_cycle(plant, progress=progress(), rtol=rtol)
-    ended = f"the run ended at {run.result.time[-1]:.4g} s. {run.message}"
+    early = run.result.time[-1] < run.cycle.times[-1]
+    ended = f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message
     if run.message and run.distance < WORTH_A_REPORT:
         raise click.ClickException(ended)
     click.echo(report(run))

@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
+from powertrain.component import children
+from powertrain.components.body import Body
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.translational import ConstantSpeed
 from powertrain.components.wheels import Wheel
 from powertrain.vehicles.trials.driveline import SLOWEST, driveline_map
+from powertrain.vehicles.trials.gears import gear_maps, gears_along, is_geared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,12 +26,16 @@ SPEEDS, ACCELERATORS = 46, 61
 
 @dataclass(frozen=True)
 class BackwardRun:
-    """Fuel flow [kg/s] and tractive force [N] in the middle of every row of a cycle; ``missing`` [N]: force that the vehicle lacks."""
+    """Fuel flow [kg/s] and tractive force [N] in the middle of every row of a cycle.
+
+    ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those that its schedule takes, 1 where it has none.
+    """
 
     cycle: DriveCycle
     fuel_rate: Array
     force: Array
     missing: Array
+    gears: NDArray[np.intp]
 
     @property
     def fuel(self) -> float:
@@ -38,36 +46,63 @@ class BackwardRun:
 def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset | None = None) -> BackwardRun:
     """The fuel of a cycle from a map of operating points, as if the vehicle passed from one to the next without transients.
 
-    force = (m + sum of J/radius^2 of the wheels) a + drag + m g sin(alpha),  fuel_rate = map(v, force)
+    force = (m + sum of J/radius^2 of the wheels) a + resistance(v) + m g sin(alpha),  fuel_rate = map(v, force)
     braked or in overrun: fuel_rate of accelerator 0
 
-    The map is ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
+    The resistance is the force that pulls the vehicle's own body along a level road at a constant speed. The map is
+    ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
     there are those of the lowest speed; where nothing is driven the engine idles. The engine's own inertia is left out.
+    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear, and the gears are those that the schedule takes for
+    the cycle's speeds and the pedals that the forces take; shifts take no time and no fuel.
     Errors: ParameterError for a map with points that have no steady state, and for a vehicle without a map (see ``on_rolling_road``).
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
     v = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2
     a = np.diff(cycle.speeds) / np.diff(cycle.times)
-    if found is None:
-        top = 1.02 * cycle.top_speed
-        found = driveline_map(vehicle, np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS))
-    missing = int(found["force"].isnull().sum())
-    if missing:
-        raise pt.ParameterError(f"backward: {missing} points of the map have no steady state")
     force = _demand(vehicle, v, a) + _climb(vehicle, cycle)
-    rate, most = _look_up(found, np.maximum(v, float(found["speed"][0])), force)
+    top = 1.02 * cycle.top_speed
+    speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
+    if found is None and is_geared(vehicle):
+        maps = gear_maps(vehicle, speeds, accelerators)
+        gears = gears_along(vehicle, cycle.times, v, force, maps)
+    else:
+        maps = [driveline_map(vehicle, speeds, accelerators) if found is None else found]
+        gears = np.ones(v.size, np.intp)
+    if missing := sum(int(one["force"].isnull().sum()) for one in maps):
+        raise pt.ParameterError(f"backward: {missing} points of the map have no steady state")
+    slowest = float(maps[0]["speed"][0])
+    rate, most = np.empty_like(v), np.empty_like(v)
+    for k, one in enumerate(maps, 1):
+        rows = gears == k
+        rate[rows], most[rows] = _look_up(one, np.maximum(v[rows], slowest), force[rows])
     idle = _idle(vehicle)
-    launching = v < float(found["speed"][0])
-    rate = np.where(launching, np.where(force > 0, np.maximum(rate, idle), idle), rate)
-    return BackwardRun(cycle, rate, force, np.maximum(force - most, 0))
+    rate = np.where(v < slowest, np.where(force > 0, np.maximum(rate, idle), idle), rate)
+    return BackwardRun(cycle, rate, force, np.maximum(force - most, 0), gears)
+
+
+class _Pulled(pt.Component):
+    """A body that is pulled over a level road at a given speed."""
+
+    body: Body
+    pull: ConstantSpeed = ConstantSpeed(v_fixed=1)
+
+    def equations(self) -> pt.Equations:
+        """Pulled in front; the axle at the rear pushes nothing."""
+        yield pt.connect(self.pull.flange, self.body.front)
 
 
 def _demand(vehicle: Any, v: Array, a: Array) -> Array:
-    body = vehicle.body
-    wheels = [getattr(vehicle, n) for n in vehicle._fields if isinstance(getattr(vehicle, n), Wheel)]
-    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in wheels)
-    return np.asarray(mass * a + float(body.Cd) * float(body.A) * float(body.rho) / 2 * v**2)
+    """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
+    mass = float(vehicle.body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))
+    speeds, rows = np.unique(v, return_inverse=True)
+    pulled = pt.steady(_Pulled(body=vehicle.body), {"pull.v_fixed": speeds}, outputs=["pull.flange.f"])
+    return np.asarray(mass * a - pulled["pull.flange.f"].values[rows])
+
+
+def _wheels(part: pt.Component) -> list[Wheel]:
+    inside = [wheel for _, child in children(part) if isinstance(child, pt.Component) for wheel in _wheels(child)]
+    return [part] if isinstance(part, Wheel) else inside
 
 
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:

@@ -23,12 +23,18 @@ RATE = 10
 """Samples per second."""
 STANDS = 1.0
 """Distance [m] up to which a vehicle stands."""
+LITTLE = 1.0
+"""Torque [N.m] by which a marginal efficiency is told, and from which an engine fires."""
+STALLED, LASTING = 1.0, 2.0
+"""Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
+ON, ASKED = 0.5, 0.1
+"""Switch from which an engine shall run; part of a cycle's distance that must be more than ``STANDS`` for a vehicle to be missed."""
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class CycleRun:
-    """A vehicle that drove a cycle; ``message`` says why it ended early, if it did.
+    """A vehicle that drove a cycle; ``message`` says why it ended early or stood, if it did.
 
     The vehicle has the parts ``cycle``, ``engine`` and ``body``. ``table`` is what is usually asked.
     """
@@ -61,8 +67,21 @@ class CycleRun:
 
     @property
     def efficiency(self) -> float:
-        """Mean efficiency of the engine: what it gave at its crank over the heat of its fuel [1]; nan where none was burnt."""
+        """Mean efficiency of the engine: work of its combustion at the crank over the heat of its fuel [1]; nan where none was burnt."""
         return self._work() / (self.fuel * self._of("engine.heating_value")) if self.fuel > 0 else math.nan
+
+    @cached_property
+    def marginal_efficiency(self) -> float:
+        """Efficiency of a little more torque at the same speed, on average over the work of the engine [1]; nan where it gave none."""
+        given = {name.removeprefix("engine."): v for name, v in self.parameters.items() if name.startswith("engine.")}
+        engine = pt.replace(self.plant.model.engine, given)
+        fires = (self.result["engine.firing"] > LITTLE) & (self._power() > 0)
+        w, tau = (self.result[f"engine.{name}"][fires] for name in ("w", "tau"))
+        if not w.size:
+            return math.nan
+        heat = (engine.fuel_flow(w, tau + LITTLE) - engine.fuel_flow(w, tau)) * float(engine.heating_value)
+        share = (np.gradient(self.result.time) * self._power())[fires]
+        return float(share.sum() / (share @ (heat / (LITTLE * w))))
 
     @cached_property
     def band(self) -> tuple[Array, Array, Array]:
@@ -108,8 +127,11 @@ class CycleRun:
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
 
     def _work(self) -> float:
-        power = np.maximum(self.result["engine.power"], 0)
-        return float(np.trapezoid(power, self.result.time))
+        return float(np.trapezoid(np.maximum(self._power(), 0), self.result.time))
+
+    def _power(self) -> Array:
+        """Power at the crank without the starter's [W]."""
+        return np.asarray((self.result["engine.firing"] - self.result["engine.drag"]) * self.result["engine.w"])
 
     def _per_metre(self, amount: float) -> float:
         return amount / self.distance if abs(self.distance) > STANDS else math.nan
@@ -129,7 +151,8 @@ def drive_cycle(
     """Let a vehicle drive a cycle (``None``: the one it has; a name: one of the legislated).
 
     ``options`` go to ``pt.simulate``. A cycle that the vehicle cannot follow is driven as well as it goes; where the simulation ends
-    early, what was driven is kept and ``message`` says why. Errors: those of building the model, and ParameterError for wrong names.
+    early, what was driven is kept and ``message`` says why; it also tells of an engine that stalled for good and of a vehicle that stood.
+    Errors: those of building the model, and ParameterError for wrong names.
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
@@ -152,4 +175,20 @@ def drive_cycle(
         if not isinstance(error.result, pt.Result) or error.result.time.size < 2:
             raise
         result, message = error.result, str(error)
-    return CycleRun(driven, plant, result, given, message)
+    return CycleRun(driven, plant, result, given, message or _standing(driven, result))
+
+
+def _standing(cycle: DriveCycle, result: pt.Result[Any]) -> str:
+    """What to say of a vehicle whose engine stalled for good, or which did not move though it was asked to; else nothing."""
+    distance = abs(float(result["body.s"][-1] - result["body.s"][0]))
+    driven = f"the vehicle drove {distance:.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
+    runs = np.flatnonzero((result["engine.w"] > STALLED) | (result["engine.on"] < ON))
+    last = float(result.time[runs[-1] if runs.size else 0])
+    if result.time[-1] - last > LASTING:
+        return (
+            f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Look at what loads the crank (clutch, "
+            "accessories), at engine.tau_starter, which has to overcome that at rest, and at the idle controller"
+        )
+    if distance < STANDS < ASKED * cycle.distance:
+        return f"{driven}: it stands. Look at what its wheels are given and what holds them"
+    return ""

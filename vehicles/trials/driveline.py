@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 import powertrain as pt
 from powertrain.component import children
-from powertrain.components.body import RollingRoad
+from powertrain.components.body import RoadProfile, RollingRoad
 from powertrain.components.control import SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
 
@@ -22,7 +22,7 @@ SLOWEST = 2 / 3.6
 
 
 def on_rolling_road(vehicle: pt.Component) -> pt.Component:
-    """The vehicle with its body on a rolling road, its pedals set, and its actuators where they want to be.
+    """The vehicle with its body on a level rolling road, its pedals set, and its actuators where they want to be.
 
     Errors: ParameterError for a vehicle with a part that remembers, such as the gear that is in.
     """
@@ -32,7 +32,8 @@ def on_rolling_road(vehicle: pt.Component) -> pt.Component:
         for name in vehicle._fields
         if isinstance(part := getattr(vehicle, name), Actuator)
     }
-    return pt.replace(vehicle, body=RollingRoad(m=_mass(vehicle)), driver=SetPedals(), **at_rest)
+    level = {name: RoadProfile() for name in vehicle._fields if isinstance(getattr(vehicle, name), RoadProfile)}
+    return pt.replace(vehicle, body=RollingRoad(m=_mass(vehicle)), driver=SetPedals(), **at_rest, **level)
 
 
 def _refuse_memory(vehicle: pt.Component, whole: pt.Component, path: str = "") -> None:

@@ -125,6 +125,35 @@ def test_road_profile_over_distance() -> None:
     assert height.max() == pytest.approx(20, abs=0.01)
 
 
+ROADS = {
+    "ramp": ([0, 1000, 1100, 2000], [0, 0, 10, 10]),
+    "steep": ([0, 50, 80, 200, 1000], [0, 20, 35, 0, 100]),
+    "straight": ([0, 100], [0, 8]),
+}
+
+
+@pytest.mark.parametrize("name", ROADS)
+def test_a_road_has_the_heights_it_was_made_from(name: str) -> None:
+    """The integral of sin(alpha) over the path is the height; it never leaves the range between two places."""
+    places, heights = (np.asarray(row, float) for row in ROADS[name])
+    profile = RoadProfile.from_heights(places, heights).profile
+    for s_0, s_1, z_0, z_1 in zip(places, places[1:], heights, heights[1:], strict=False):
+        nodes, weights = np.polynomial.legendre.leggauss(60)
+        height = [z_0]
+        for k in range(40):  # ten pieces to a quarter, where the slope has its corners
+            s = s_0 + (s_1 - s_0) * (k + (1 + nodes) / 2) / 40
+            height.append(height[-1] + (s_1 - s_0) / 80 * float(weights @ np.sin(np.arctan(profile(s)))))
+        assert height[-1] == pytest.approx(z_1, abs=1e-9)
+        assert min(height) > min(z_0, z_1) - 1e-9
+        assert max(height) < max(z_0, z_1) + 1e-9
+
+
+def test_a_car_on_a_ramp_climbs_its_height() -> None:
+    result = run(Hill(road=RoadProfile.from_heights(*ROADS["ramp"])), 80.0, {"body.v": 30.0}, max_step=0.5)
+    assert result["body.s"][-1] > 2000
+    assert result["body.chassis.height"][-1] == pytest.approx(10, abs=1e-6)
+
+
 def test_roads_that_are_none() -> None:
     crooked = pt.Map((pt.Axis("s", "m", [0, 1]), pt.Axis("t", "s", [0, 1])), np.zeros((2, 2)), "1")
     with pytest.raises(pt.ParameterError, match=r"road.profile takes one argument, the path s; this map takes s, t"):
@@ -209,6 +238,32 @@ def test_path_keeps_power_while_the_bend_changes() -> None:
     transfer = 5000 / G * curvature * v**2 * 0.4 / 1.6
     np.testing.assert_allclose(result["path.right_load"], 2500 + transfer, rtol=1e-9)
     np.testing.assert_allclose(result["path.left_load"], 2500 - transfer, rtol=1e-9)
+
+
+def test_a_steered_axle_runs_on_a_larger_circle() -> None:
+    """About the centre 6 m beside the rear axle, 2.7 m ahead of it: the middle on 6.58 m; the power that goes through is kept."""
+    path = AxlePath(track=1.5, ahead=2.7)
+    result = run(Turning(path=path, curvature=Sine(amplitude=0.0, f=1, offset=1 / 6)), 2.0, {"body.v": 5.0})
+    v = result["body.v"]
+    np.testing.assert_allclose(result["left.v"], (np.hypot(6, 2.7) - 0.75) / 6 * v, rtol=1e-9)
+    np.testing.assert_allclose(result["right.v"], (np.hypot(6, 2.7) + 0.75) / 6 * v, rtol=1e-9)
+    kinetic = 5 * v**2 + result["left.v"] ** 2 / 2 + result["right.v"] ** 2
+    np.testing.assert_allclose(kinetic - 30 * (result["right.s"] - result["right.s"][0]), kinetic[0], rtol=1e-8)
+
+
+def test_a_side_force_drags() -> None:
+    """30 N, counted on the outer wheel, round a bend of 8 m under 200 N: load side^2 slip_angle takes them in the end."""
+    path = AxlePath(track=1.6, slip_angle=0.1)
+    model = Turning(path=path, curvature=Sine(amplitude=0.0, f=1, offset=1 / 8), load=Constant(k=200))
+    result = run(model, 100.0, {"body.v": 5.0})
+    v = result["body.v"][-1]
+    drag = 0.1 * 200 * (v**2 / 8 / G) ** 2
+    assert drag == pytest.approx(30 * 1.1, rel=1e-3)
+    assert result["path.side"][-1] == pytest.approx(v**2 / 8 / G)
+    assert result["path.lossPower"][-1] == pytest.approx(drag * v, rel=1e-9)
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-7
+    assert not audit.hidden
 
 
 def test_values_are_checked() -> None:

@@ -13,7 +13,7 @@ class Pushed(pt.Component):
     """A mass of 1,000 kg that both pedals push with at most 3,000 N."""
 
     cycle: CycleSpeed
-    driver: Driver = Driver(k_p=1.0, k_i=0.2, k_a=1 / 3, T_t=0.5, hold=0)
+    driver: Driver = Driver(k_p=1.0, k_i=0.2, k_a=1 / 3, hold=0)
     force: Force = Force()
     mass: Mass = Mass(m=1000)
     sensor: SpeedSensor = SpeedSensor()
@@ -53,6 +53,20 @@ def test_pedal_at_its_stop_does_not_wind_up() -> None:
     assert result["mass.v"][1000] == pytest.approx(30, abs=0.1)
     assert result["mass.v"].max() < 40.5
     assert result["mass.v"][-1] == pytest.approx(40, abs=1e-3)  # slowest root -0.22 1/s
+
+
+@pytest.mark.parametrize(("start", "goal", "pedal"), [(5.0, 25.0, "accelerator"), (25.0, 5.0, "brake")])
+def test_foot_stays_down_until_the_speed_is_nearly_there(start: float, goal: float, pedal: str) -> None:
+    """20 m/s at 3 m/s2 take 6.7 s; with k_p = 0.5 the foot lifts over the last 2 m/s."""
+    car = pt.replace(pushed((0, goal), (60, goal)), driver=Driver(hold=0))
+    result = pt.simulate(car, stop=60, points=6001, starts={"mass.v": start})
+    t, v = result.time, result["mass.v"]
+    direction = np.sign(goal - start)
+    flat_out = t[np.argmax(result[f"driver.{pedal}"] < 1)]
+    assert flat_out == pytest.approx(18 / 3, abs=0.1)
+    assert t[np.argmax(direction * (v - goal) > -1)] < 8.0
+    assert (direction * (v - goal)).max() < 0.5
+    assert v[-1] == pytest.approx(goal, abs=0.05)
 
 
 def test_mirrored_ramp_gives_the_other_pedal() -> None:

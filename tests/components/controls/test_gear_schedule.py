@@ -56,6 +56,40 @@ def test_accelerator_shifts_later_and_dwell_is_kept() -> None:
     assert second - first == pytest.approx(2.0, abs=1e-6)
 
 
+def moving(v: float, low: float, high: float, period: float = 5.0) -> Scheduled:
+    """A constant speed with a pedal that goes to and fro."""
+    corners = [(k * period / 2, high if k % 2 else low) for k in range(int(120 / period))]
+    schedule = GearSchedule(speeds=SPEEDS)
+    return Scheduled(v=TimeTable(table=((0.0, v),)), u=TimeTable(table=tuple(corners)), schedule=schedule)
+
+
+@pytest.mark.parametrize("v", [5.0, 7.5, 9.0, 11.0])
+def test_a_moving_pedal_does_not_hunt(v: float) -> None:
+    """At a constant speed it shifts up as far as that takes, once, and never down."""
+    result = pt.simulate(moving(v, 0.0, 0.79), stop=60, max_step=0.2)
+    gears = result["schedule.gear"]
+    assert np.all(np.diff(gears) >= 0)
+    assert gears[-1] == (2 if v < 8 else 3)
+
+
+def test_a_kick_down_is_kept_for_a_while() -> None:
+    """At 9 m/s third gear goes down to second with a full pedal (6 m/s times 2), and up again 10 s later, not at once."""
+    u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0), (11.0, 1.0), (11.0, 0.0)))
+    car = Scheduled(v=TimeTable(table=((0.0, 9.0),)), u=u, schedule=GearSchedule(speeds=SPEEDS))
+    result = pt.simulate(car, stop=25, max_step=0.2)
+    np.testing.assert_allclose(result.at([9.0, 10.5, 19.9, 20.1], "schedule.gear"), [3, 2, 2, 3])
+    hunting = _shifts(pt.simulate(moving(9.0, 0.0, 1.0), stop=100, max_step=0.2))
+    assert len(hunting) <= 2 + 2 * 100 / 10
+
+
+def test_a_kick_down_ends_where_the_full_pedal_shifts_up() -> None:
+    """2 m/s2 from 9 m/s: second gear is kept to 16 m/s, then third follows although 10 s are not over."""
+    v = TimeTable(table=((0.0, 9.0), (10.0, 9.0), (15.0, 19.0)))
+    u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)))
+    result = pt.simulate(Scheduled(v=v, u=u, schedule=GearSchedule(speeds=SPEEDS)), stop=15, max_step=0.2)
+    assert _shifts(result)[-1] == pytest.approx(13.5, abs=1e-6)
+
+
 def _shifts(result: pt.Result[Scheduled]) -> list[float]:
     return [float(t) for t in result.time[np.flatnonzero(np.diff(result["schedule.gear"]))]]
 

@@ -166,14 +166,18 @@ def test_friction_drives_creep_under_load(unit: VariableUnit, limit: str) -> Non
     assert overloaded["parts[0].w_b"][-1] < 0
 
 
-def test_hydrostatic_unit_by_wilsons_losses() -> None:
-    V, w_a, load, D, leak, d, mue = 0.7, 150.0, -40.0, 8e-6, 2e-12, 0.02, 0.04
-    unit = HydrostaticUnit(D_b=D, leakage=leak, d_a=d, d_b=d, mue=mue)
+@pytest.mark.parametrize(
+    ("V", "V_full", "counted"), [(0.7, 1.0, 1.0), (0.1, 1.0, 1.0), (0.7, 2.0, 2.0), (1.3, 1.0, 1.3)]
+)
+def test_hydrostatic_unit_by_wilsons_losses(V: float, V_full: float, counted: float) -> None:
+    """The dry friction of the pump is that of its full displacement, also where it displaces little."""
+    w_a, load, D, leak, d, mue = 150.0, -40.0, 8e-6, 2e-12, 0.02, 0.04
+    unit = HydrostaticUnit(D_b=D, V_full=V_full, leakage=leak, d_a=d, d_b=d, mue=mue)
     result = prescribed(unit, V, w_a, load, stop=20.0, J=0.01)
     p, w_b = result["parts[0].p"][-1], result["parts[0].w_b"][-1]
     assert D * (V * w_a - w_b) == pytest.approx(leak * p, rel=1e-5)
     assert -load == pytest.approx(D * p * (1 - mue) - d * w_b, rel=1e-6)
-    assert result["parts[0].flange_a.tau"][-1] == pytest.approx(V * D * p * (1 + mue) + d * w_a, rel=1e-6)
+    assert result["parts[0].flange_a.tau"][-1] == pytest.approx(D * p * (V + mue * counted) + d * w_a, rel=1e-6)
 
 
 def test_electric_variator_keeps_ratio_and_link() -> None:

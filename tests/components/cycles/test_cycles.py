@@ -28,6 +28,25 @@ def test_legislated_cycles(name: str) -> None:
     assert cycle.speeds[0] == cycle.speeds[-1] == 0
 
 
+# UN Regulation No. 83, Annex 4a, Tables A4a/1 and 2: the time [s] at which an operation ends, and the speed [km/h] then.
+URBAN = "11 0 15 15 23 15 25 10 28 0 49 0 54 15 56 15 61 32 85 32 93 10 96 0 117 0 122 15 124 15 133 35 135 35 143 50 155 50 163 35 176 35"
+URBAN_END = "178 32 185 10 188 0 195 0"
+EXTRA = "20 0 25 15 27 15 36 35 38 35 46 50 48 50 61 70 111 70 119 50 188 50 201 70 251 70"
+EXTRA_END = "286 100 316 100 336 120 346 120 362 80 370 50 380 0 400 0"
+
+
+def test_operations_of_the_nedc() -> None:
+    """Four urban cycles of 195 s, each beginning with 11 s at idle, and the extra-urban cycle."""
+    cycle = DriveCycle.named("nedc")
+    urban = np.array(f"{URBAN} {URBAN_END}".split(), float).reshape(-1, 2)
+    extra = np.array(f"{EXTRA} {EXTRA_END}".split(), float).reshape(-1, 2)
+    parts = [*(urban + np.array([195 * k, 0]) for k in range(4)), extra + np.array([780, 0])]
+    for t, v in np.vstack(parts):
+        assert cycle.speeds[cycle.times == t] * 3.6 == pytest.approx(v, abs=0.01), t
+    corners = np.vstack([[0, 0], *parts])
+    np.testing.assert_allclose(cycle.speeds * 3.6, np.interp(cycle.times, *corners.T), atol=0.6)
+
+
 def test_checksum_of_the_wltc() -> None:
     assert round(float(DriveCycle.named("wltc").speeds.sum()) * 3.6, 1) == 83758.6
 

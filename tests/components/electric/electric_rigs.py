@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 import powertrain as pt
 from powertrain.components.electric import (
     AccessoryLoad,
@@ -23,6 +25,17 @@ class Current(pt.Component):
 
     def equations(self) -> pt.Equations:
         yield self.bus.i == self.i
+
+
+class Pulses(pt.Component):
+    """Draws 100 A and gives them back, 0.1 s each."""
+
+    boundary = True
+    bus: DCTerminal = pt.port(DCTerminal)
+
+    def equations(self) -> pt.Equations:
+        times = np.repeat(np.arange(0, 20.05, 0.1), 2)[1:]
+        yield self.bus.i == pt.schedule(times, np.resize([100.0, 100.0, -100.0, -100.0], times.size))
 
 
 class Discharge(pt.Component):

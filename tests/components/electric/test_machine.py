@@ -89,6 +89,26 @@ def test_loss_from_a_map(low: float, w: float, demand: float, loss: float) -> No
     assert 250 * values["bus.i"] == pytest.approx(demand * w + loss)
 
 
+@pytest.mark.parametrize(("w", "loss"), [(0.0, 4050.0), (1e-6, 4050.0), (0.5, 4050.0), (-0.5, 4050.0), (3.0, 4050.0)])
+def test_a_signed_map_keeps_its_loss_of_torque_at_standstill(w: float, loss: float) -> None:
+    """50 W and 0.1 W/(N.m)^2 whatever the sign of the torque: holding 200 N.m at rest costs what it costs at any speed."""
+    tau = np.linspace(-200, 200, 41)
+    axes = pt.Axis("speed", "rad/s", [0, 1200], "clip"), pt.Axis("torque", "N.m", tau, "error")
+    machine = pt.replace(MACHINE, loss_map=pt.Map(axes, np.tile(50 + 0.1 * tau**2, (2, 1)), "W", "loss"))
+    for demand in (200.0, -200.0):
+        assert held(machine, w, demand)["lossPower"] == pytest.approx(loss)
+
+
+def test_a_signed_map_at_standstill_is_the_mean_of_driving_and_generating() -> None:
+    """At 20 N.m the map has 20 W driving and 60 W generating. Its torques end at -50 N.m; what is not asked for is not refused."""
+    axes = pt.Axis("speed", "rad/s", [0, 1200], "clip"), pt.Axis("torque", "N.m", [-50, 0, 200], "error")
+    table = pt.Map(axes, [[150, 0, 200]] * 2, "W", "loss")
+    machine = pt.replace(MACHINE, loss_map=table)
+    for w, loss in (0, (20 + 60) / 2), (0.5, 0.75 * 20 + 0.25 * 60), (1, 20), (-0.5, 0.75 * 60 + 0.25 * 20), (-1, 60):
+        assert machine.losses(w, 20) == pytest.approx(loss)
+    assert held(machine, 5.0, 180.0)["lossPower"] == pytest.approx(180)
+
+
 def test_loss_maps_that_are_refused() -> None:
     good = loss_map(0)
     for wrong, said in (
@@ -116,6 +136,26 @@ def test_round_trip_through_a_flywheel() -> None:
     w = 60 * times / 2.03
     loss = 2 * np.trapezoid(50 + 0.1 * 3600 + w + 1e-3 * w**2, times)
     assert table.loc["machine", "lost"] == pytest.approx(loss, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("V", "w", "limit"), [(250, 500, 100), (120, 500, 80), (120, 950, 50e3 * 0.8 / 950 * 0.5), (120, 970, 0)]
+)
+def test_a_low_voltage_takes_power_and_top_speed(V: float, w: float, limit: float) -> None:
+    """50 kW and 1,200 rad/s from 150 V on; at 120 V 40 kW and 960 rad/s."""
+    machine = pt.replace(MACHINE, tau_max=200, P_max=50e3, w_max=1200, band=20, V_full=150)
+    assert machine.limit(w, V) == pytest.approx(limit)
+    rig = HeldMachine(machine=machine, drive=ConstantSpeed(w_fixed=w), source=VoltageSource(V=V))
+    result = pt.simulate(rig, 0.1, inputs={"demand": 1000.0})
+    assert result["machine.tau"][-1] == pytest.approx(limit)
+
+
+def test_a_warm_winding_loses_more() -> None:
+    """alpha = 0.0039: at 100 K above 20 degC 1.39 times the copper's loss, and no more of the rest."""
+    machine = pt.replace(MACHINE, alpha=0.0039)
+    cold, warm = machine.losses(300, 80), machine.losses(300, 80, 393.15)
+    assert warm - cold == pytest.approx(0.39 * 0.1 * 80**2)
+    assert cold == pytest.approx(MACHINE.losses(300, 80))
 
 
 def test_its_heat_can_be_collected() -> None:

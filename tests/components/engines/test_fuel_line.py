@@ -44,6 +44,28 @@ def test_line_as_a_map_for_a_control() -> None:
     assert speeds(1e6) == pytest.approx(line.speed[-1])
 
 
+@pytest.mark.parametrize(
+    "engine", [*ENGINES, MappedEngine.gasoline(method="linear")], ids=lambda e: f"{type(e).__name__}"
+)
+@pytest.mark.parametrize("share", [1.0, 0.85])
+def test_a_control_on_the_operating_line_takes_hardly_more_than_the_least_fuel(engine: Engine, share: float) -> None:
+    """Also between the points of its map, and towards the largest power, where the speed rises ever more steeply."""
+    slowest = 1.35 * float(engine.w_idle)
+    top = best_fuel_line(engine, w_min=slowest, share=share, points=2).power[-1]
+    best = best_fuel_line(engine, top * np.sin(np.linspace(0, np.pi / 2, 301)), w_min=slowest, share=share)
+    w = np.asarray(engine.operating_line(share)(best.power))
+    assert np.all(engine.fuel_flow(w, best.power / w) < 1.003 * best.fuel_rate)
+    assert np.all(best.power / w < 1.003 * share * engine.full_load(w))
+
+
+@pytest.mark.parametrize("engine", ENGINES, ids=lambda e: f"{type(e).__name__}")
+def test_opening_is_the_throttle_for_a_part_of_the_combustion(engine: Engine) -> None:
+    w, part = np.linspace(90, 450, 13)[:, None], np.linspace(0, 1, 23)
+    firing = engine.torque(w, engine.opening(w, part)) + engine.motoring(w)
+    full = engine.full_load(w) + engine.motoring(w)
+    np.testing.assert_allclose(firing / full, np.broadcast_to(part, firing.shape), atol=0.01)
+
+
 @pytest.mark.parametrize("engine", ENGINES, ids=lambda e: f"{type(e).__name__}")
 def test_throttle_for_a_torque(engine: Engine) -> None:
     """Between the points of the table the torque is met within 1 % of the largest; beyond its ends the throttle is shut or open."""

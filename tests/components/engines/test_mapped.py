@@ -115,6 +115,27 @@ def test_fuel_is_never_negative(tmp_path: Path) -> None:
     assert engine.fuel_flow(200.0, [0, 4, 5, 30]) == pytest.approx([0, 0, 0, 0.025], abs=1e-12)
 
 
+@pytest.mark.parametrize("speed", ["rpm", "rad/s"])
+def test_a_specific_consumption_is_held_beyond_its_table(tmp_path: Path, speed: str) -> None:
+    """300 rad/s and 110 N.m are the last points of the table; 1.5 times the speed, 1.2 times the torque, the same g/kWh."""
+    torque, fuel = written(tmp_path, speed=speed, fuel="g/kWh")
+    engine = MappedEngine.from_csv(torque, fuel)
+    for tau in (10.0, 50.0, 110.0):
+        assert engine.bsfc(450.0, tau) == pytest.approx(engine.bsfc(300.0, tau), rel=1e-9)
+    assert engine.bsfc(200.0, 132.0) == pytest.approx(engine.bsfc(200.0, 110.0), rel=1e-9)
+    assert engine.bsfc(450.0, 132.0) == pytest.approx(engine.bsfc(300.0, 110.0), rel=1e-9)
+    assert engine.bsfc(450.0, 5.0) == pytest.approx(engine.bsfc(300.0, 5.0), rel=1e-9)  # on the Willans line
+
+
+def test_a_specific_consumption_is_held_below_its_speeds() -> None:
+    engine = MappedEngine.gasoline()
+    speeds, torques = [100.0, 300.0], [10.0, 100.0]
+    axes = pt.Axis("speed", "rad/s", speeds, "clip"), pt.Axis("torque", "N.m", torques, "clip")
+    engine = pt.replace(engine, fuel_map=pt.Map(axes, [[400, 300], [350, 250]], "g/kWh", "fuel"))
+    assert engine.bsfc(80.0, 100.0) * 3.6e9 == pytest.approx(300)
+    assert engine.bsfc(450.0, 100.0) * 3.6e9 == pytest.approx(250)
+
+
 def test_edges_hold_beyond_the_speeds() -> None:
     for engine, formula in ENGINES.values():
         top = max(formula.speeds)

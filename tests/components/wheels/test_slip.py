@@ -116,6 +116,32 @@ def test_locked_brake_stops_by_friction() -> None:
     assert late - early == pytest.approx(-0.6 * rear * 9.80665, rel=1e-5)
 
 
+class Cornering(pt.Component):
+    """A wheel on a drum with a side force."""
+
+    drum: Drum
+    side: Constant
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.side.y, self.drum.wheel.side)
+
+
+@pytest.mark.parametrize("wheel", [SlipWheel(mu=0.5), MagicFormulaWheel(mu=0.5)], ids=["linear", "magic"])
+def test_a_side_force_takes_of_the_grip(wheel: Wheel) -> None:
+    """Kamm's circle: 0.6 of the grip to the side leave 0.8 of it along the road; more than all of it leaves next to nothing."""
+    drum = Drum(
+        wheel=wheel,
+        turning=rot.ConstantSpeed(w_fixed=3 / 0.3),
+        rolling=tr.ConstantSpeed(v_fixed=0),
+        load=Constant(k=4000),
+    )
+    whole = tight(Cornering(drum=drum, side=Constant(k=0)), 20.0)["drum.wheel.f"][-1]
+    grip = whole / 4000
+    for side, left in ((0.6, 0.8), (-0.6, 0.8), (1.2, 1e-3)):
+        result = tight(Cornering(drum=drum, side=Constant(k=side * grip)), 20.0)
+        assert result["drum.wheel.f"][-1] == pytest.approx(left * whole, rel=1e-5)
+
+
 def test_a_smooth_road_gives_nothing() -> None:
     result = tight(plain(SlipWheel(mu=0.0, Cr=0), torque=Constant(k=50)), 1.0)
     assert result["body.v"][-1] == pytest.approx(0, abs=1e-12)

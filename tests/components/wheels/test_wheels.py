@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from wheel_rigs import SLIPPING, WHEELS, plain, tight
@@ -11,7 +13,7 @@ from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Constant, Ramp, Sine
 from powertrain.components.body import VehicleBody
-from powertrain.components.wheels import RigidWheel, SlipWheel, WheelBrake
+from powertrain.components.wheels import MagicFormulaWheel, RigidWheel, SlipWheel, WheelBrake
 
 G = 9.80665
 M = 1500 + 2 / 0.3**2
@@ -26,6 +28,13 @@ def test_coasting_to_rest_by_rolling_resistance() -> None:
     np.testing.assert_allclose(v, np.maximum(1 - a * result.time, 0), atol=1e-9)
     assert v[-1] == 0
     np.testing.assert_allclose(result["front.lossPower"] + result["rear.lossPower"], 0.01 * 1500 * G * v, atol=1e-9)
+
+
+def test_rolling_resistance_rises_with_the_speed_squared() -> None:
+    """m v' = -m_w g (Cr + Cr_2 v^2): v = root(Cr/Cr_2) tan(arctan(v_0/root) - k t)."""
+    result = tight(plain(RigidWheel(Cr=0.01, Cr_2=4e-6)), 60.0, {"body.v": 40.0})
+    root, k = np.sqrt(0.01 / 4e-6), np.sqrt(0.01 * 4e-6) * 1500 * G / M
+    np.testing.assert_allclose(result["body.v"], root * np.tan(np.arctan(40 / root) - k * result.time), rtol=1e-7)
 
 
 @pytest.mark.parametrize(("grade", "rolls"), [(0.0099, False), (-0.0099, False), (0.0101, True), (-0.0101, True)])
@@ -49,6 +58,37 @@ def test_brake_holds_on_a_slope(name: str, grade: float) -> None:
     if name != "rigid":
         stiffness = {"linear": 6e4 / 0.3, "magic": 2.5e5}[name]
         assert result["rear.u"][-1] * stiffness == pytest.approx(result["rear.f"][-1], rel=1e-8)
+
+
+@pytest.mark.parametrize("grade", [0.25, 0.34, -0.34])
+def test_locked_wheels_regain_their_grip_at_rest(grade: float) -> None:
+    """On a road of mu = 0.4 a locked wheel slides at 0.21 of its load; at rest it holds almost 0.4."""
+    model = plain(MagicFormulaWheel(mu=0.4), demand=Constant(k=1.0), grade=Constant(k=grade), locked_front=True)
+    result = tight(model, 20.0, {"body.v": float(np.sign(grade)) * 10.0})
+    sliding = result["rear.f"] / result["rear.fn"]
+    assert abs(sliding[np.argmin(np.abs(result.time - 0.5))]) == pytest.approx(0.22, abs=0.01)
+    assert abs(result["body.v"][-1]) < 1e-9
+    pull = 1500 * G * grade / np.sqrt(1 + grade**2)
+    assert result["front.f"][-1] + result["rear.f"][-1] == pytest.approx(pull, rel=1e-8)
+
+
+def test_a_road_too_steep_for_its_grip_lets_locked_wheels_slide() -> None:
+    model = plain(MagicFormulaWheel(mu=0.4), demand=Constant(k=1.0), grade=Constant(k=0.42), locked_front=True)
+    result = tight(model, 6.0, {"body.v": 3.0})
+    assert result["body.v"][-1] < -5
+
+
+@pytest.mark.parametrize("name", SLIPPING)
+def test_a_car_that_stops_rocks_once_or_twice(name: str) -> None:
+    """Its tyres' springs swing a car with locked rear wheels less than a tenth as far every time."""
+    result = tight(plain(WHEELS[name], demand=Constant(k=0.5)), 8.0, {"body.v": 3.0}, times=np.linspace(0, 8, 8001))
+    v = result["body.v"]
+    stopped = int(np.argmax(v <= 0))
+    crossings = stopped + np.flatnonzero(np.diff(np.sign(v[stopped:])) != 0)
+    swings = [np.abs(v[i:j]).max() for i, j in pairwise(crossings) if np.abs(v[i:j]).max() > 1e-4]
+    assert max(swings) < 0.3
+    assert all(b < 0.5 * a for a, b in pairwise(swings))
+    assert np.abs(v[result.time > result.time[stopped] + 1.5]).max() < 1e-2
 
 
 @pytest.mark.parametrize("name", WHEELS)

@@ -37,6 +37,7 @@ class Plain(pt.Component):
     front: Wheel
     rear: Wheel
     brake: WheelBrake = WheelBrake()
+    front_brake: WheelBrake = WheelBrake(tau_max=0)
     demand: Constant = Constant(k=0)
     grade: Constant = Constant(k=0)
     wind: Constant = Constant(k=0)
@@ -44,9 +45,9 @@ class Plain(pt.Component):
 
     def equations(self) -> pt.Equations:
         yield pt.connect(self.torque.y, self.drive.tau)
-        yield pt.connect(self.drive.flange, self.front.hub)
+        yield pt.connect(self.drive.flange, self.front.hub, self.front_brake.flange_a)
         yield pt.connect(self.brake.flange_a, self.rear.hub)
-        yield pt.connect(self.demand.y, self.brake.demand)
+        yield pt.connect(self.demand.y, self.brake.demand, self.front_brake.demand)
         yield pt.connect(self.front.road, self.body.front)
         yield pt.connect(self.rear.road, self.body.rear)
         yield pt.connect(self.body.front_load, self.front.load)
@@ -55,8 +56,10 @@ class Plain(pt.Component):
         yield pt.connect(self.wind.y, self.body.wind)
 
 
-def plain(wheel: Wheel, **changes: Any) -> Plain:
-    """The same wheel at the front and at the rear."""
+def plain(wheel: Wheel, *, locked_front: bool = False, **changes: Any) -> Plain:
+    """The same wheel at the front and at the rear, with a brake at the front too where it shall lock."""
+    if locked_front:
+        changes = {"front_brake": WheelBrake(), **changes}
     return Plain(front=wheel, rear=wheel, **changes)
 
 

@@ -39,6 +39,12 @@ class _Source(Component):
     y: Output = signal_output("1", "Signal")
 
 
+class Filter(_Source):
+    """Partial: a signal y made of a signal u."""
+
+    u: Input = signal_input("1", "Signal")
+
+
 class _StartingSource(_Source):
     """Partial: a signal that is ``offset`` before ``startTime``."""
 

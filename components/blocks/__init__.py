@@ -1,0 +1,55 @@
+"""Signals: sources over time, arithmetic, tables, limits and controllers between outputs and inputs.
+
+Names and laws are those of Modelica.Blocks 4.0.0, where it has them.
+"""
+
+from __future__ import annotations
+
+from powertrain.components.blocks.basic import (
+    Add,
+    Constant,
+    Cosine,
+    Exponentials,
+    Feedback,
+    FirstOrder,
+    Gain,
+    Integrator,
+    Product,
+    Pulse,
+    Ramp,
+    Sine,
+    Step,
+    TimeTable,
+    Trapezoid,
+)
+from powertrain.components.blocks.controllers import LimPID, SampledPI
+from powertrain.components.blocks.motion import KinematicPTP
+from powertrain.components.blocks.shaping import AllPass, Delay, Hysteresis, Limiter
+from powertrain.components.blocks.tables import CombiTable1D, CombiTable2D
+
+__all__ = [
+    "Add",
+    "AllPass",
+    "CombiTable1D",
+    "CombiTable2D",
+    "Constant",
+    "Cosine",
+    "Delay",
+    "Exponentials",
+    "Feedback",
+    "FirstOrder",
+    "Gain",
+    "Hysteresis",
+    "Integrator",
+    "KinematicPTP",
+    "LimPID",
+    "Limiter",
+    "Product",
+    "Pulse",
+    "Ramp",
+    "SampledPI",
+    "Sine",
+    "Step",
+    "TimeTable",
+    "Trapezoid",
+]

@@ -1,0 +1,93 @@
+"""Signals that are held within limits, switched with hysteresis, or delayed."""
+
+from __future__ import annotations
+
+from powertrain import (
+    Discrete,
+    Equations,
+    Output,
+    Parameter,
+    connect,
+    der,
+    discrete,
+    parameter,
+    reinit,
+    signal_output,
+    switch,
+    when,
+)
+from powertrain.components.blocks.basic import Filter
+
+
+class Limiter(Filter):
+    """A signal within limits: y = u where uMin <= u <= uMax, else the limit that it has passed."""
+
+    uMax: Parameter = parameter("1", "Upper limit")
+    uMin: Parameter = parameter("1", "Lower limit")
+
+    def equations(self) -> Equations:
+        """Three pieces."""
+        u = self.u.value
+        low = switch(u < self.uMin, self.uMin, u, continuous=True)
+        yield self.y.value == switch(u > self.uMax, self.uMax, low, continuous=True)
+
+
+class Hysteresis(Filter):
+    """A switch: y becomes 1 where u rises above uHigh, and 0 where it falls below uLow; between them it stays as it was.
+
+    At the start y = 1 for u > uHigh, 0 for u < uLow, and y_start between them.
+    """
+
+    uLow: Parameter = parameter("1", "Value below which y is 0")
+    uHigh: Parameter = parameter("1", "Value above which y is 1")
+    y_start: Parameter = parameter("1", "y at the start between the two, 0 or 1", default=0.0, min=0, max=1)
+    held: Discrete = discrete("1", "What u was last: 1 above uHigh, -1 below uLow, 0 neither yet")
+
+    def equations(self) -> Equations:
+        """A memory, which an input outside of the band does not need."""
+        u = self.u.value
+        above, below = u > self.uHigh, u < self.uLow
+        yield when(above, reinit(self.held, 1))
+        yield when(below, reinit(self.held, -1))
+        kept = switch(self.held > 0.5, 1.0, switch(self.held < -0.5, 0.0, self.y_start))
+        yield self.y.value == switch(above, 1.0, switch(below, 0.0, kept))
+
+
+class AllPass(Filter):
+    """A lag that lets every frequency through undamped: Padé's first approximation of a delay.
+
+    delayTime/2 der(x) + x = u,  y = 2 x - u;  it starts as if u had been constant before.
+    """
+
+    delayTime: Parameter = parameter("s", "Time by which slow signals are late", above=0)
+    x: Output = signal_output("1", "Signal after a first-order lag")
+
+    def equations(self) -> Equations:
+        """A lag, and what it is too slow by counted twice."""
+        yield self.delayTime / 2 * der(self.x.value) + self.x.value == self.u.value
+        yield self.y.value == 2 * self.x.value - self.u.value
+
+    def initial(self) -> Equations:
+        """At rest."""
+        yield self.x.value == self.u.value
+
+
+class Delay(Filter):
+    """A signal that comes later: y(t) = u(t - delayTime), approximately, by n all-pass sections of delayTime/n each.
+
+    A sine of angular frequency w keeps its amplitude and is late by delayTime (1 - (w delayTime)^2/(12 n^2) + ...), so 1 % too early at w
+    delayTime = 0.35 n. A jump of u is felt at once and rings until about delayTime: smooth it, or take more sections. A simulation with a
+    memory of all that was would be exact; the states of a model have none.
+    """
+
+    delayTime: Parameter = parameter("s", "Delay", above=0)
+    sections: tuple[AllPass, ...] = (AllPass(delayTime=1),) * 8
+
+    def equations(self) -> Equations:
+        """A chain."""
+        for before, after in zip(self.sections, self.sections[1:], strict=False):
+            yield connect(before.y, after.u)
+        for section in self.sections:
+            yield section.delayTime == self.delayTime / len(self.sections)
+        yield connect(self.u, self.sections[0].u)
+        yield connect(self.sections[-1].y, self.y)

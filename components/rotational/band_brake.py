@@ -1,0 +1,44 @@
+"""Brakes that press themselves."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain.components.limited import limited
+from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+
+
+class BandBrake(TwoFlangesAndSupport, Lossy):
+    """A band around a drum, one end fixed, the other pulled by a force. Forward the drum tightens the band, backward it slackens it.
+
+    w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau,  F = F_max f_normalized
+    w > 0: tau = F radius (exp(mue wrap) - 1);  w < 0: tau = -F radius (1 - exp(-mue wrap))
+    w = 0: tau anywhere between the two
+
+    Eytelwein's rope: over the drum the tension grows by exp(mue wrap) against the sense of the rotation. Forward the fixed end has the
+    greater tension, so that the brake energises itself; the two torques differ by exp(mue wrap), 4.8 for mue = 0.3 on 300 degrees. A
+    force below 0 counts as 0, one above 1 as 1.
+    """
+
+    radius: Parameter = parameter("m", "Radius of the drum", default=0.1, above=0)
+    wrap: Parameter = parameter("rad", "Angle over which the band lies on the drum", default=5.2, above=0)
+    mue: Parameter = parameter("1", "Coefficient of friction", default=0.12, min=0)
+    F_max: Parameter = parameter("N", "Force at the pulled end at f_normalized = 1", default=2000.0, min=0)
+    f_normalized: Input = signal_input("1", "Force over F_max, 0 to 1", default=0.0)
+    w: Variable = variable("rad/s", "Speed of the drum against the support")
+    tau: Variable = variable("N.m", "Friction torque")
+
+    def equations(self) -> Equations:
+        """A shaft whose friction depends on the sense of rotation."""
+        yield from self._balance()
+        yield self.flange_b.phi == self.flange_a.phi
+        yield self.w == der(self.flange_a.phi - self.support.phi)
+        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        pull, wound = self.F_max * limited(self.f_normalized.value) * self.radius, self.mue * self.wrap
+        yield friction(self.w, self.tau, -pull * (1 - ca.exp(-wound)), pull * (ca.exp(wound) - 1))
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction torque times speed."""
+        return self.tau * self.w

@@ -1,0 +1,54 @@
+"""Clutches that hold by their shape."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Discrete,
+    Equations,
+    Input,
+    Parameter,
+    Symbol,
+    discrete,
+    friction,
+    parameter,
+    reinit,
+    signal_input,
+    switch,
+    when,
+)
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+
+
+class DogClutch(CompliantWithRelativeStates, Lossy):
+    """Two shafts that dogs join: they go in only where the shafts turn nearly alike, and come out only where they carry little.
+
+    w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
+    in from where engage > 1/2 and |w_rel| < w_in;  out from where engage < 1/2 and |tau| < tau_out
+    in: w_rel = 0 and |tau| <= tau_max, or tau = tau_max sign(w_rel);  out: tau = 0
+
+    What is left of w_rel as they go in is stopped by tau_max, the torque beyond which the dogs shear, in an instant that is short but
+    finite: the shafts need inertia. The angle between two dogs is taken as small: they find their gaps at once.
+    """
+
+    w_in: Parameter = parameter("rad/s", "Difference of speed below which the dogs go in", default=5.0, above=0)
+    tau_out: Parameter = parameter("N.m", "Torque below which they come out", default=20.0, above=0)
+    tau_max: Parameter = parameter("N.m", "Torque that they hold", default=3000.0, above=0)
+    engage: Input = signal_input("1", "1: shall be in, 0: shall be out")
+    inside: Discrete = discrete("1", "1: in, 0: out", start=0.0)
+
+    def equations(self) -> Equations:
+        """A latch, and friction that it switches."""
+        yield from self._transmit()
+        wanted, alike = self.engage.value > 0.5, ca.fabs(self.w_rel) < self.w_in
+        yield when(ca.logic_and(wanted, alike), reinit(self.inside, 1))
+        free = ca.logic_and(self.engage.value < 0.5, ca.fabs(self.tau) < self.tau_out)
+        yield when(ca.logic_and(free, self.inside > 0.5), reinit(self.inside, 0))
+        limit = switch(self.inside > 0.5, self.tau_max, 0.0)
+        yield friction(self.w_rel, self.tau, -limit, limit)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Torque times relative speed, while the last of it is stopped."""
+        return self.tau * self.w_rel

@@ -1,0 +1,135 @@
+"""Threads and their friction: worm gears and screws, which may lock themselves; and the rack, which does not."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    switch,
+    variable,
+)
+from powertrain.components.rotational.gear import LossyPair
+from powertrain.components.rotational.interfaces import Lossy
+from powertrain.components.rotational.rolling import RotationToTranslation
+
+
+def thread_efficiencies(lead: Symbol, mue: Symbol, alpha: Symbol) -> tuple[Symbol, Symbol]:
+    """Efficiency where the thread drives, and where it is driven (not above zero: it locks itself), from its angles in rad."""
+    rho = ca.atan(mue / ca.cos(alpha))
+    return ca.tan(lead) / ca.tan(lead + rho), ca.tan(lead - rho) / ca.tan(lead)
+
+
+def flank_losses(load: Symbol, eta_1: Symbol, eta_2: Symbol) -> tuple[Symbol, Symbol]:
+    """What the torque at the thread exceeds the ``load`` by, while it moves backward and while it moves forward.
+
+    The load chooses the flank that carries. Moved against the load the thread takes load/eta_1, moved with it eta_2 load: negative for
+    eta_2 < 0, since a thread that locks itself has to be turned that way, too.
+    """
+    against, along = load * (1 / eta_1 - 1), load * (eta_2 - 1)
+    lifts = load >= 0
+    return switch(lifts, along, against, continuous=True), switch(lifts, against, along, continuous=True)
+
+
+class WormGear(LossyPair):
+    """A worm (flange_a) that drives a wheel (flange_b), with the friction of its thread; it locks itself where the lead is small.
+
+    phi_a = ratio phi_b,  load = -flange_b.tau/ratio,  flange_a.tau = load + tauLoss,  rho = atan(mue/cos(alpha))
+    w_a load > 0: flange_a.tau = load/eta_1,  eta_1 = tan(lead)/tan(lead + rho)
+    w_a load < 0: flange_a.tau = load eta_2,  eta_2 = tan(lead - rho)/tan(lead)
+    w_a = 0: flange_a.tau anywhere between the two
+
+    With lead <= rho the efficiency eta_2 is not positive: the wheel cannot turn the worm, whatever its torque, and a load has to be
+    lowered by a torque. The law is that of ``LossyGear``, told by the torque at the wheel, so that it holds for eta_2 <= 0 as well.
+    The shafts cross; the housing takes the whole torque of each.
+    Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch. 24.
+    """
+
+    lead: Parameter = parameter("rad", "Lead angle of the worm", above=0, max=1.2)
+    mue: Parameter = parameter("1", "Coefficient of friction in the mesh", default=0.05, min=0, max=1)
+    alpha: Parameter = parameter("rad", "Pressure angle in the normal section", default=math.radians(20), min=0, max=1)
+    load: Variable = variable("N.m", "Torque of the wheel, counted at the worm without loss")
+
+    def equations(self) -> Equations:
+        """The loss that the carrying flank makes."""
+        yield from self._mesh()
+        yield self.load == -self.flange_b.tau / self.ratio
+        eta_1, eta_2 = thread_efficiencies(self.lead, self.mue, self.alpha)
+        lower, upper = flank_losses(self.load, eta_1, eta_2)
+        yield friction(self.w_a, self.tauLoss, lower, upper)
+        yield from self._dissipate()
+
+
+class _LossyR2T(RotationToTranslation, Lossy):
+    """Partial: a shaft that moves a rod, with a loss counted at the shaft."""
+
+    phi: Variable = variable("rad", "Angle of the shaft against its support")
+    w: Variable = variable("rad/s", "Speed of the shaft against its support")
+    load: Variable = variable("N.m", "Force of the rod, counted at the shaft without loss")
+    tauLoss: Variable = variable("N.m", "Torque loss at the shaft")
+
+    def _moves(self, path: Symbol) -> Equations:
+        """The rod moves by ``path`` [m] in a radian."""
+        yield from self._against_supports()
+        yield self.phi == self.flangeR.phi - self.supportR.phi
+        yield self.flangeT.s - self.supportT.s == path * self.phi
+        yield self.w == der(self.phi)
+        yield self.load == -path * self.flangeT.f
+        yield self.flangeR.tau == self.load + self.tauLoss
+
+    def _rubs(self, eta_1: Symbol, eta_2: Symbol) -> Equations:
+        lower, upper = flank_losses(self.load, eta_1, eta_2)
+        yield friction(self.w, self.tauLoss, lower, upper)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Torque loss times speed."""
+        return self.tauLoss * self.w
+
+
+class RackAndPinion(_LossyR2T):
+    """A pinion (flangeR) that moves a rack (flangeT), or is moved by it, with a constant efficiency.
+
+    flangeT.s - supportT.s = radius (flangeR.phi - supportR.phi),  load = -radius flangeT.f,  flangeR.tau = load + tauLoss
+    w load > 0: flangeR.tau = load/efficiency;  w load < 0: flangeR.tau = load efficiency;  w = 0: between the two
+
+    Without loss it is ``IdealGearR2T`` with the ratio 1/radius.
+    """
+
+    radius: Parameter = parameter("m", "Pitch radius of the pinion", above=0)
+    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, above=0, max=1)
+
+    def equations(self) -> Equations:
+        """A gear whose wheel is straight."""
+        yield from self._moves(self.radius)
+        yield from self._rubs(self.efficiency, self.efficiency)
+
+
+class Screw(_LossyR2T):
+    """A screw (flangeR) that moves its nut (flangeT), with the friction of its thread; it locks itself where the lead is small.
+
+    flangeT.s - supportT.s = p/(2 pi) (flangeR.phi - supportR.phi),  tan(lead) = p/(pi d),  rho = atan(mue/cos(alpha))
+    load = -p/(2 pi) flangeT.f,  flangeR.tau = load + tauLoss
+    w load > 0: flangeR.tau = load tan(lead + rho)/tan(lead);  w load < 0: flangeR.tau = load tan(lead - rho)/tan(lead)
+    w = 0: between the two
+
+    alpha is half of the thread's angle: 0 for a square, 15 degrees for a trapezoidal, 30 degrees for a metric thread.
+    """
+
+    p: Parameter = parameter("m", "Lead, path of the nut in a turn", above=0)
+    d: Parameter = parameter("m", "Pitch diameter", above=0)
+    mue: Parameter = parameter("1", "Coefficient of friction in the thread", default=0.1, min=0, max=1)
+    alpha: Parameter = parameter("rad", "Angle of the flank against the normal", default=0.0, min=0, max=1)
+
+    def equations(self) -> Equations:
+        """A wedge that is wound round a cylinder."""
+        yield from self._moves(self.p / (2 * math.pi))
+        yield from self._rubs(*thread_efficiencies(ca.atan(self.p / (math.pi * self.d)), self.mue, self.alpha))

@@ -1,0 +1,167 @@
+"""Torque by flowing oil: torque converter and fluid coupling."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+
+from powertrain import (
+    Equations,
+    Input,
+    Map,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    signal_input,
+    variable,
+)
+from powertrain.components.limited import limited
+from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+
+CREEP = 1e-3
+"""Speed [rad/s] of a wheel that stands, as far as a ratio of speeds is concerned."""
+CHECKED = 51
+"""Places between two rows at which the efficiency of a table is looked at."""
+
+
+class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
+    """Partial: pump wheel (flange_a) and turbine wheel (flange_b) in one housing."""
+
+    w_a: Variable = variable("rad/s", "Speed of the pump against the support")
+    w_b: Variable = variable("rad/s", "Speed of the turbine against the support")
+    tau_drive: Variable = variable("N.m", "Torque that the pump takes to drive the oil")
+    tau_coast: Variable = variable("N.m", "Torque that the turbine takes to drive it, in overrun")
+
+    def _flows(self, capacity: Map) -> Equations:
+        """The two circulations, each after the square of the speed of the wheel that drives it; ``capacity`` ends with 0 at 1."""
+        yield from self._balance()
+        yield self.w_a == der(self.flange_a.phi - self.support.phi)
+        yield self.w_b == der(self.flange_b.phi - self.support.phi)
+        yield self.tau_drive == capacity(self._ratio(self.w_b, self.w_a)) * self.w_a * ca.fabs(self.w_a)
+        yield self.tau_coast == capacity(self._ratio(self.w_a, self.w_b)) * self.w_b * ca.fabs(self.w_b)
+
+    def _ratio(self, driven: Symbol, driving: Symbol) -> Symbol:
+        """Speed ratio within 0..1, 0 where the wheels turn against each other."""
+        return limited(driven * driving / (driving**2 + CREEP**2))
+
+
+class TorqueConverter(_Hydrodynamic):
+    """A hydrodynamic torque converter by its K factor and torque ratio, with a lock-up clutch.
+
+    nu = w_b/w_a within 0..1;  tau_drive = (w_a/K(nu))^2 for w_b < w_a,  tau_coast = (w_b/K(1/nu))^2 for w_b > w_a,  else 0
+    flange_a.tau = tau_drive - tau_coast - tau_lock,  flange_b.tau = tau_coast - R(nu) tau_drive + tau_lock
+    w_rel = w_b - w_a > 0: tau_lock = tau_max lockup;  w_rel < 0: tau_lock = -tau_max lockup;  w_rel = 0: |tau_lock| <= tau_max lockup
+
+    ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 on, K = w_a/root(flange_a.tau) at the pump; between them 1/K^2 and R are
+    linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil as the pump does else, and the stator
+    freewheels: no torque is multiplied. The stator's torque goes to the support. Loss is what the wheels' slip takes: never negative, as
+    R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, or gives more power than it takes.
+
+    The default numbers are made up for an engine of 150 N.m: it stalls at 2,000 rpm and doubles the torque.
+    Source: SAE J643, hydrodynamic drive test code (K factor, torque ratio over speed ratio).
+    """
+
+    table: tuple[tuple[float, float, float], ...] = (
+        (0.0, 17.0, 2.0),
+        (0.2, 17.2, 1.8),
+        (0.4, 17.6, 1.58),
+        (0.6, 18.2, 1.35),
+        (0.8, 19.5, 1.11),
+        (0.88, 21.5, 1.0),
+        (0.95, 30.0, 1.0),
+        (0.98, 46.0, 1.0),
+    )
+    tau_max: Parameter = parameter("N.m", "Torque of the closed lock-up clutch", default=400.0, min=0)
+    lockup: Input = signal_input("1", "Lock-up clutch, 0 open to 1 closed", default=0.0)
+    w_rel: Variable = variable("rad/s", "Speed of the turbine against the pump", prefer=True)
+    tau_lock: Variable = variable("N.m", "Torque of the lock-up clutch")
+
+    def equations(self) -> Equations:
+        """Oil and clutch side by side."""
+        nu, capacity, R = _checked_table(self.table, f"{self._path}.table".lstrip("."))
+        yield from self._flows(_over_ratio(nu, capacity, "capacity", "N.m.s2/rad2"))
+        multiplied = _over_ratio(nu, R, "torque ratio", "1")(self._ratio(self.w_b, self.w_a)) * self.tau_drive
+        yield self.w_rel == der(self.flange_b.phi - self.flange_a.phi)
+        yield self.flange_a.tau == self.tau_drive - self.tau_coast - self.tau_lock
+        yield self.flange_b.tau == self.tau_coast - multiplied + self.tau_lock
+        limit = self.tau_max * limited(self.lockup.value)
+        yield friction(self.w_rel, self.tau_lock, -limit, limit, name="lock")
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Power in less power out; the support stands."""
+        return self.flange_a.tau * self.w_a + self.flange_b.tau * self.w_b
+
+
+class FluidCoupling(_Hydrodynamic):
+    """A fluid (Föttinger) coupling: two wheels and no stator, so that both have the same torque.
+
+    nu = w_b/w_a within 0..1,  flange_a.tau = -flange_b.tau = lambda(nu) rho D^5 w_a^2 for w_b < w_a
+    In overrun: flange_b.tau = -flange_a.tau = lambda(1/nu) rho D^5 w_b^2
+
+    ``table``: rows (nu, lambda) of the performance coefficient, linear between them, from nu = 0 to a coefficient of 0 at nu = 1. The
+    efficiency is nu. The default is plain: at 3 % of slip it has the coefficient that couplings are sized for, some 1.8e-3.
+    Errors: ParameterError for a table that does not go from 0 to 1, or is negative.
+    Source: VDI 2153, Hydrodynamische Leistungsübertragung.
+    """
+
+    table: tuple[tuple[float, float], ...] = (
+        (0.0, 2e-2),
+        (0.5, 1.6e-2),
+        (0.8, 9e-3),
+        (0.9, 5e-3),
+        (0.97, 1.8e-3),
+        (1.0, 0.0),
+    )
+    D: Parameter = parameter("m", "Profile diameter", default=0.25, above=0)
+    rho: Parameter = parameter("kg/m3", "Density of the oil", default=850.0, above=0)
+
+    def equations(self) -> Equations:
+        """One torque, whichever wheel drives."""
+        where = f"{self._path}.table".lstrip(".")
+        rows = np.array(self.table, float)
+        if rows.ndim != 2 or rows.shape[1] != 2 or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0:
+            raise ParameterError(
+                f"{where}: {self.table!r} is no table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
+            )
+        yield from self._flows(_over_ratio(rows[:, 0], rows[:, 1], "lambda", "1"))
+        yield self.flange_a.tau == self.rho * self.D**5 * (self.tau_drive - self.tau_coast)
+        yield self.flange_b.tau == -self.flange_a.tau
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Torque times slip."""
+        return self.flange_a.tau * (self.w_a - self.w_b)
+
+
+def _over_ratio(nu: np.ndarray, values: np.ndarray, name: str, unit: str) -> Map:
+    return Map.curve(nu, values, x="nu", unit=unit, name=name, outside="linear")
+
+
+def _checked_table(
+    table: tuple[tuple[float, float, float], ...], where: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Speed ratios with capacities 1/K^2 and torque ratios, to nu = 1."""
+    rows = np.array(table, float)
+    if rows.ndim != 2 or rows.shape[1] != 3 or rows[0, 0] != 0 or rows[-1, 0] >= 1 or (np.diff(rows[:, 0]) <= 0).any():
+        raise ParameterError(
+            f"{where}: {table!r} is no table of rows (nu, K, R) with nu from 0 on, increasing, below 1"
+        )
+    if (rows[:, 1] <= 0).any():
+        raise ParameterError(f"{where}: a K factor of {rows[:, 1].min():g} rad/s/root(N.m); it must be positive")
+    nu, R = np.append(rows[:, 0], 1.0), np.append(rows[:, 2], rows[-1, 2])
+    for (a, one), (b, other) in pairwise(zip(nu.tolist(), R.tolist(), strict=True)):
+        at = np.linspace(a, b, CHECKED)
+        gain = at * np.interp(at, [a, b], [one, other])
+        if gain.max() > 1 + 1e-9:
+            raise ParameterError(
+                f"{where}: between nu = {a:g} and {b:g} the torque ratio times nu rises to {gain.max():.4g}; a converter gives no more "
+                "power than it takes: lower R, or add rows where it is bent"
+            )
+    return nu, np.append(1 / rows[:, 1] ** 2, 0.0), R

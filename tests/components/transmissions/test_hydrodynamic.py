@@ -1,0 +1,110 @@
+"""Torque converter and fluid coupling against their tables: stall, drive, coupling, overrun, lock-up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from joined import joined, run
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Constant
+from powertrain.components.transmissions import FluidCoupling, TorqueConverter
+
+ROWS = ((0.0, 17.0, 2.0), (0.4, 18.0, 1.5), (0.8, 20.0, 1.1), (0.86, 22.0, 1.0), (0.97, 40.0, 1.0))
+CONVERTER = TorqueConverter(table=ROWS)
+
+
+def held(part: pt.Component, w_a: float, w_b: float) -> tuple[float, float, float]:
+    """Torques at pump, turbine and housing with both speeds given."""
+    ends = rot.ConstantSpeed(w_fixed=w_a), rot.ConstantSpeed(w_fixed=w_b)
+    result = run(joined(part, *ends, joints="0.flange_a=1.flange 2.flange=0.flange_b"), 0.1)
+    tau_a, tau_b = (float(result[f"parts[0].{name}.tau"][-1]) for name in ("flange_a", "flange_b"))
+    loss = float(result["parts[0].lossPower"][-1])
+    assert loss == pytest.approx(tau_a * w_a + tau_b * w_b, abs=1e-9)
+    assert loss >= 0
+    return tau_a, tau_b, -tau_a - tau_b
+
+
+@pytest.mark.parametrize(("nu", "K", "R"), ROWS)
+@pytest.mark.parametrize("w_a", [100.0, 300.0, -100.0])
+def test_rows_of_the_table(nu: float, K: float, R: float, w_a: float) -> None:
+    tau_a, tau_b, tau_h = held(CONVERTER, w_a, nu * w_a)
+    assert tau_a == pytest.approx(np.sign(w_a) * (w_a / K) ** 2, rel=1e-6)
+    assert tau_b == pytest.approx(-R * tau_a, rel=1e-6)
+    assert tau_h == pytest.approx((R - 1) * tau_a, rel=1e-6, abs=1e-6)
+
+
+def test_beyond_and_against() -> None:
+    """No torque at equal speeds; overrun is a coupling with the wheels exchanged; against each other both wheels brake."""
+    assert held(CONVERTER, 200.0, 200.0)[0] == pytest.approx(0, abs=1e-6)
+    tau_a, tau_b, _ = held(CONVERTER, 100.0, 250.0)
+    assert tau_b == pytest.approx((250 / 18.0) ** 2, rel=1e-6)
+    assert tau_a == pytest.approx(-tau_b)
+    tau_a, tau_b, _ = held(CONVERTER, 100.0, -50.0)
+    assert tau_a == pytest.approx((100 / 17) ** 2 + (50 / 17) ** 2)
+    assert tau_b == pytest.approx(-2 * (100 / 17) ** 2 - (50 / 17) ** 2)
+
+
+def test_an_engine_stalls_at_its_k_factor() -> None:
+    """150 N.m against a turbine that is held: w = K root(tau), twice the torque at the turbine."""
+    parts = CONVERTER, rot.ConstantTorque(tau_constant=150), rot.Inertia(J=0.2), rot.Fixed()
+    result = run(joined(*parts, joints="1.flange=2.flange_a 2.flange_b=0.flange_a 0.flange_b=3.flange"), 20.0)
+    assert result["parts[2].w"][-1] == pytest.approx(17 * np.sqrt(150), rel=1e-6)
+    assert result["parts[0].flange_b.tau"][-1] == pytest.approx(-300, rel=1e-6)
+
+
+def driven_off(lockup: float, stop: float = 30.0) -> Any:
+    """150 N.m move 10 kg.m2 at the turbine."""
+    parts = CONVERTER, rot.ConstantTorque(tau_constant=150), rot.Inertia(J=0.2), rot.Inertia(J=10), Constant(k=lockup)
+    wired = "1.flange=2.flange_a 2.flange_b=0.flange_a 0.flange_b=3.flange_a 4.y=0.lockup"
+    return run(joined(*parts, joints=wired), stop)
+
+
+def test_driving_off_multiplies_the_torque() -> None:
+    result = driven_off(0.0)
+    early = float(result.at([1.0], "parts[3].a")[0])
+    assert 1.7 * 15 < early < 2 * 15
+    late = result["parts[3].w"][-1] / result["parts[2].w"][-1]
+    assert 0.95 < late < 1
+    assert pt.energy_audit(result).closure < 1e-7
+
+
+def test_lockup_joins_pump_and_turbine() -> None:
+    result = driven_off(1.0, 5.0)
+    np.testing.assert_allclose(result["parts[3].w"], 150 / 10.2 * result.time, rtol=1e-6, atol=1e-9)
+    assert np.abs(result["parts[0].lossPower"]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (((0.1, 17.0, 2.0), (0.8, 20.0, 1.1)), "is no table of rows .nu, K, R. with nu from 0 on"),
+        (((0.0, 17.0, 2.0), (0.8, -20.0, 1.1)), "a K factor of -20"),
+        (((0.0, 17.0, 2.0), (0.8, 20.0, 1.3)), "between nu = 0 and 0.8 the torque ratio times nu rises to 1.04"),
+        (((0.0, 17.0, 2.0), (0.8, 20.0, 1.24)), "between nu = 0.8 and 1 .* rises to 1.24"),
+    ],
+)
+def test_tables_that_are_none(table: Any, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        held(TorqueConverter(table=table), 100.0, 0.0)
+
+
+def test_fluid_coupling() -> None:
+    """lambda rho D^5 w^2 at the rows, half of it between two of 2 and 1, the same torque on both sides."""
+    coupling = FluidCoupling(table=((0.0, 2e-3), (0.8, 1e-3), (1.0, 0.0)), D=0.4, rho=850)
+    unit = 850 * 0.4**5
+    for w_a, w_b, torque in (
+        (150, 0, 2e-3 * 150**2),
+        (150, 60, 1.5e-3 * 150**2),
+        (150, 135, 5e-4 * 150**2),
+        (60, 150, -1.5e-3 * 150**2),
+    ):
+        tau_a, tau_b, tau_h = held(coupling, w_a, w_b)
+        assert tau_a == pytest.approx(torque * unit, rel=1e-6)
+        assert tau_b == pytest.approx(-tau_a)
+        assert tau_h == pytest.approx(0, abs=1e-9)
+    with pytest.raises(pt.ParameterError, match="no table of rows"):
+        held(FluidCoupling(table=((0.0, 2e-3), (0.9, 0.0))), 1.0, 0.0)

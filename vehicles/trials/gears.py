@@ -1,0 +1,101 @@
+"""Vehicles with a gear schedule, one gear after the other: their maps, and the gears that the schedule takes along a cycle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import powertrain as pt
+from powertrain.components.control import FixedGear, GearSchedule
+from powertrain.components.transmissions import ManualGearbox
+from powertrain.vehicles.trials.driveline import driveline_map
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+
+def is_geared(vehicle: pt.Component) -> bool:
+    """Whether it changes the gears of a ``ManualGearbox`` by a ``GearSchedule``."""
+    return bool(_named(vehicle, GearSchedule) and _named(vehicle, ManualGearbox))
+
+
+def _named(vehicle: pt.Component, kind: type[pt.Component]) -> str:
+    return next((name for name in vehicle._fields if isinstance(getattr(vehicle, name), kind)), "")
+
+
+def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
+    """``driveline_map`` of the vehicle in each of its gears.
+
+    Points without a steady state that lie between others, as near idle speed where the start clutch begins to hold, are interpolated.
+    Errors: ParameterError for points at the edge without a steady state, and those of ``driveline_map``.
+    """
+    shifting, box = _named(vehicle, GearSchedule), _named(vehicle, ManualGearbox)
+    schedule, gearbox = getattr(vehicle, shifting), getattr(vehicle, box)
+    maps = []
+    for k in range(1, len(gearbox.gears) + 1):
+        held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
+        geared = pt.replace(vehicle, {shifting: held, box: gearbox.in_gear(k)})
+        found = driveline_map(geared, speeds, accelerators)[["force", "fuel_rate"]]
+        found = found.interpolate_na("accelerator").interpolate_na("speed")
+        if missing := int(found["force"].isnull().sum()):
+            raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no steady state")
+        maps.append(found)
+    return maps
+
+
+def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
+    """The gear, from 1 on, in every row between two times [s], for speeds [m/s] and forces [N] in the rows.
+
+    It is what the schedule takes with the pedal that the force takes; a long row counts with the gear that it ends with.
+    """
+    schedule: GearSchedule = getattr(vehicle, _named(vehicle, GearSchedule))
+    shifter, gears = _Shifter(schedule), []
+    for begin, end, speed, push in zip(times[:-1], times[1:], v, force, strict=True):
+        for t in np.arange(begin, end, min(shifter.dwell, end - begin)):
+            shifter.decide(float(t), float(speed), accelerator(maps[shifter.gear - 1], float(speed), float(push)))
+        gears.append(shifter.gear)
+    return np.array(gears)
+
+
+class _Shifter:
+    """What a ``GearSchedule`` remembers, and how it decides."""
+
+    def __init__(self, schedule: GearSchedule) -> None:
+        self.up, self.down = np.array(schedule.speeds).T
+        self.eager, self.dwell, self.kick, self.patience = (
+            float(getattr(schedule, name)) for name in ("eager", "dwell", "kick", "patience")
+        )
+        self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
+
+    def decide(self, t: float, v: float, pedal: float) -> None:
+        """At time t [s] with speed v [m/s] and accelerator ``pedal``."""
+        if t - self.began < self.dwell:
+            return
+        now, before = 1 + self.eager * pedal, self.gear
+        up, down = self._limits()
+        calm = t > self.kicked + self.patience or v > up * (1 + self.eager)
+        if v > up * now and calm:
+            self.gear += 1
+        elif v < min(down * now, self._middle()):
+            self.gear -= 1
+        elif pedal > self.kick and v < down * now:
+            self.gear, self.kicked = self.gear - 1, t
+        self.began = t if self.gear != before else self.began
+
+    def _limits(self) -> tuple[float, float]:
+        up = float(self.up[self.gear - 1]) if self.gear <= len(self.up) else np.inf
+        return up, float(self.down[self.gear - 2]) if self.gear > 1 else -np.inf
+
+    def _middle(self) -> float:
+        return float(self.up[self.gear - 2] + self.down[self.gear - 2]) / 2 if self.gear > 1 else -np.inf
+
+
+def accelerator(found: xr.Dataset, v: float, force: float) -> float:
+    """The pedal that gives a force [N] at the nearest speed of a map, 1 where none does."""
+    row = int(np.argmin(np.abs(found["speed"].values - v)))
+    forces = np.maximum.accumulate(found["force"].values[row])
+    return float(np.interp(force, forces, found["accelerator"].values))
