@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from importlib.util import find_spec
+from io import BytesIO
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -61,6 +62,42 @@ def frame(time: Array, columns: Columns) -> pd.DataFrame:
     table = pd.DataFrame({name: values for name, (values, _, _) in columns.items()}, index=pd.Index(time, name="time"))
     table.attrs["units"] = {name: unit for name, (_, unit, _) in columns.items()}
     return table
+
+
+def classic(time: Array, columns: Columns, modes: Mapping[str, str], attributes: Mapping[str, str]) -> bytes:
+    """The content of a netCDF-3 file of ``dataset`` with these arguments; written with SciPy, in a tenth of the time of netCDF-4."""
+    from scipy.io import netcdf_file
+
+    variables = {name: _mode(*c, MODES[modes[name]]) if name in modes else _variable(*c) for name, c in columns.items()}
+    axis = ("time", time, {"units": "s", "long_name": "Time"})
+    content = BytesIO()
+    file = netcdf_file(content, "w", version=2)
+    if len(time):
+        file.createDimension("time", len(time))
+    for name, (_, values, texts) in (("time", axis), *variables.items()) if len(time) else ():
+        utf8 = name.encode().decode("latin1")  # SciPy writes names in Latin-1
+        variable = file.createVariable(utf8, values.dtype.newbyteorder(">"), ("time",))
+        variable[:] = values
+        for text, value in texts.items():
+            setattr(variable, text, value.encode() if isinstance(value, str) else value)
+    for text, value in attributes.items():
+        setattr(file, text, value.encode())
+    file.flush()
+    return content.getvalue()
+
+
+def read_classic(path: str | PathLike[str], attributes_only: bool = False) -> tuple[xr.Dataset | None, dict[str, str]]:
+    """The signals (None where there are none) and the attributes of what ``classic`` wrote."""
+    from scipy.io import netcdf_file
+
+    with netcdf_file(fspath(path), "r", mmap=False) as file:
+        attributes = {name: value.decode() for name, value in file._attributes.items()}  # type: ignore[attr-defined]
+        empty = not file.variables
+    if empty or attributes_only:
+        return None, attributes
+    import xarray as xr
+
+    return xr.load_dataset(fspath(path), engine="scipy", decode_times=False), attributes
 
 
 def save(data: xr.Dataset, path: str | PathLike[str]) -> None:
