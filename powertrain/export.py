@@ -102,18 +102,19 @@ def read_classic(path: str | PathLike[str], attributes_only: bool = False) -> tu
 
 def save(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Writes a netCDF-4 file. PowertrainError where no netCDF library is installed."""
-    data.to_netcdf(fspath(path), engine=_engine("save"))
+    data.to_netcdf(fspath(path), engine=engine("save"))
 
 
 def load(path: str | PathLike[str]) -> xr.Dataset:
     """Reads what ``Result.save`` wrote. PowertrainError where no netCDF library is installed."""
-    engine = _engine("load")
+    reader = engine("load")
     import xarray as xr
 
-    return xr.load_dataset(fspath(path), engine=engine, decode_times=False)
+    return xr.load_dataset(fspath(path), engine=reader, decode_times=False)
 
 
-def _engine(what: str) -> Literal["netcdf4", "h5netcdf"]:
+def engine(what: str) -> Literal["netcdf4", "h5netcdf"]:
+    """The library that reads and writes netCDF-4. PowertrainError where there is none."""
     if find_spec("netCDF4"):
         return "netcdf4"
     if find_spec("h5netcdf") and find_spec("h5py"):
