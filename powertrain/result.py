@@ -153,7 +153,12 @@ class Result(Generic[M]):
     def compiled(self) -> Compiled:
         """The compiled model, for analyses of this run. A result that was pickled compiles its model again."""
         if self._compiled is None:
-            self._compiled = compile_model(self.model)
+            compiled, here = compile_model(self.model), self._signals
+            if [s.numel() for s in signals_of(compiled).inputs] != [s.numel() for s in here.inputs]:
+                raise ParameterError(
+                    "the result was pickled by another version of powertrain or of the model; simulate it again"
+                )
+            self._compiled = compiled
         return self._compiled
 
     @property
@@ -301,8 +306,14 @@ class Result(Generic[M]):
         return export.frame(self.time, self._table(names))
 
     def save(self, path: str | PathLike[str], *names: str) -> None:
-        """Writes ``to_xarray(*names)`` to a netCDF file, which ``load`` reads. Needs ``powertrain[netcdf]``."""
-        export.save(self.to_xarray(*names), path)
+        """Writes ``to_xarray(*names)`` to a netCDF file (.nc), which ``load`` reads, or ``to_dataframe(*names)`` to a .csv file.
+
+        netCDF needs ``powertrain[netcdf]``. ParameterError for another ending.
+        """
+        if export.suffix(path) == ".csv":
+            self.to_dataframe(*names).to_csv(path)
+        else:
+            export.save(self.to_xarray(*names), path)
 
     def netcdf(self, *names: str, **attributes: str) -> bytes:
         """The content of a classic netCDF file of ``to_xarray(*names)``, with attributes of the caller's beside."""

@@ -38,7 +38,8 @@ class Whole(pt.Component):
 
 
 def sweep(count: int = 3, **options: Any) -> Any:
-    return pt.sweep(SpinDown(), spin_down.cases(count), **{"stop": 1.0, "starts": STARTS} | options)
+    common: dict[str, Any] = {"stop": 1.0, "starts": STARTS}
+    return pt.sweep(SpinDown(), spin_down.cases(count), **{**common, **options})
 
 
 @pytest.fixture

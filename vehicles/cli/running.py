@@ -136,7 +136,7 @@ def command(
     with Interruption(float(driven.times[0]), float(driven.times[-1])) as watch:
         run = drive_cycle(plant, progress=watch, rtol=rtol)
     if out is not None:
-        _write(run, out, chosen)
+        run.result.save(out, *chosen)
     if not run.message or run.distance >= WORTH_A_REPORT:
         click.echo(report(run))
         if backward:
@@ -275,11 +275,3 @@ def _chosen(plant: pt.Plant[Any], out: Path | None, patterns: tuple[str, ...]) -
         if out is not None and out.suffix.lower() == ".nc":
             engine("--out")
         return signals_of(plant.compiled).matching(patterns)
-
-
-def _write(run: CycleRun, path: Path, signals: list[str]) -> None:
-    """The signals over time."""
-    if path.suffix.lower() == ".csv":
-        run.result.to_dataframe(*signals).to_csv(path)
-    else:
-        run.result.save(path, *signals)
