@@ -1,4 +1,4 @@
-"""Samples of trajectories of the Modelica Standard Library's examples, computed by another tool (``data/msl``), and how to compare with them.
+"""Samples of trajectories of the Modelica Standard Library's examples, from another tool (``data/msl``), and how to compare with them.
 
 A continuous signal is compared at the samples' instants. Where one of ours jumps within ``WINDOW`` of such an instant, the sample may lie
 anywhere between the values it has there: two tools agree on the instant of an event to within their tolerances only.
