@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from powertrain.arguments import path as argument_path
 from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.events import MODES, EventTable, change
@@ -128,10 +129,7 @@ def read_classic(path: str | PathLike[str], attributes_only: bool = False) -> tu
 
 def suffix(path: str | PathLike[str]) -> str:
     """The ending of a file that signals can be written to. ParameterError for another one."""
-    try:
-        ending = Path(path).suffix.lower()
-    except TypeError:
-        raise ParameterError(f"{path!r} is not the path of a file") from None
+    ending = Path(argument_path("path", path)).suffix.lower()
     if ending not in SUFFIXES:
         raise ParameterError(
             f"{fspath(path)!r} ends in none of {', '.join(SUFFIXES)}; for other formats there are to_dataframe() and to_xarray()"

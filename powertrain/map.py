@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.arguments import path as argument_path
 from powertrain.errors import ParameterError
 from powertrain.laws import within
 from powertrain.recorder import recorder, recording
@@ -160,7 +161,7 @@ class Map:
         begin with # are skipped. ``outside`` is one rule for all axes or a rule for each name.
         Errors: ParameterError naming the file and the line.
         """
-        return _read(cls, Path(path), outside, method)
+        return _read(cls, Path(argument_path("path", path)), outside, method)
 
     @overload
     def __call__(self, *arguments: float) -> float: ...

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
+from powertrain.arguments import array
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.component import Component
 from powertrain.connectors import Signal
@@ -265,7 +266,7 @@ class Result(Generic[M]):
         ``t`` one time or several in seconds; ``what`` one name or selector, or several (then a dictionary is returned).
         Raises ParameterError for a time outside the run.
         """
-        times = np.asarray(t, float)
+        times = array("t", t)
         first, last = self.trajectory.start, self.trajectory.end
         if not ((times >= first) & (times <= last)).all():
             outside = times[~((times >= first) & (times <= last))].flat[0]

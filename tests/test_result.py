@@ -342,7 +342,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     for name in "text.nc", "none.nc":
         with pytest.raises(pt.ParameterError, match=f"{name} cannot be read"):
             load(tmp_path / name)
-    with pytest.raises(pt.ParameterError, match="3 is not the path of a file"):
+    with pytest.raises(pt.ParameterError, match="path = 3 is not the path of a file"):
         load(3)  # type: ignore[arg-type]
 
 

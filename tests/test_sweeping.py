@@ -268,11 +268,11 @@ def test_a_case_that_simulate_does_not_know_is_refused_before_any_run(case: Any,
         ({"scalars": ["w"]}, "scalars = "),
         ({"scalars": {"w": 3}}, "'w': 3 is not a function"),
         ({"scalars": {"w": spin_down.two_numbers}}, "'w' gives 2 numbers"),
-        ({"record": 3}, "record = 3"),
+        ({"record": 3}, "record = 3: give a list"),
         ({"record": ["nothing"]}, "no signal nothing"),
         ({"to": 3}, "to = 3"),
         ({"to": "/dev/null/x"}, "cannot be written"),
-        ({"to": "a\0b"}, "cannot be written"),
+        ({"to": "a\0b"}, "is not the path"),
     ],
 )
 def test_wrong_arguments_are_named(options: dict[str, Any], said: str) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.linearization import Point, Selector, free_response
+from powertrain.arguments import listed
 from powertrain.component import Component
 from powertrain.errors import ParameterError
 from powertrain.plant import Plant
@@ -45,7 +46,7 @@ def eigenmodes(
     import xarray as xr
 
     plant = plant if isinstance(plant, Plant) else Plant(plant)
-    wanted = list(plant.compiled.states) if shapes is None else shapes
+    wanted = list(plant.compiled.states) if shapes is None else listed("shapes", shapes)
     a, c, names = free_response(plant, wanted, at, parameters)
     values, vectors = _moving(a)
     swings = np.imag(values) > _CRITICAL * np.abs(values)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots
 from powertrain.analysis.reduction import Matrices, free_motion, substitute_inputs
+from powertrain.arguments import listed, named, number
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.connectors import Output
@@ -61,9 +62,9 @@ def linearize(
     driven = (
         list(plant.compiled.inputs)
         if inputs is None
-        else [s if isinstance(s, str) else signals.pick(s).label for s in inputs]
+        else [s if isinstance(s, str) else signals.pick(s).label for s in listed("inputs", inputs)]
     )
-    shown = _default_outputs(plant.compiled) if outputs is None else list(outputs)
+    shown = _default_outputs(plant.compiled) if outputs is None else listed("outputs", outputs)
     if not driven:
         raise ParameterError(
             'the model has no inputs; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
@@ -102,12 +103,14 @@ class _Point:
 
 def _operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> _Point:
     if not isinstance(at, tuple):
-        values = dict(at or {})
-        t = float(values.pop("time", 0.0))
+        values = named("at", at)
+        t = number("at: time", values.pop("time", 0.0))
         given = {n: values.pop(n) for n in list(values) if n in plant.compiled.inputs}
         x, z, m, _ = plant.initialize(t, parameters, values, inputs=given)
         return _Point(t, x, z, m, plant.parameter_vector(parameters))
-    result, t = at
+    if len(at) != 2 or not isinstance(at[0], Result):
+        raise ParameterError("at: give values by name, or (result, t) with a result of this model")
+    result, t = at[0], number("at: t", at[1])
     if parameters is not None:
         raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
     trajectory, p = result.trajectory, result.parameters

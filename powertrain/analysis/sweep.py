@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -47,7 +48,7 @@ class Sweep(Sequence[T]):
     def __getitem__(self, k: int | slice) -> Any:
         if isinstance(k, slice):
             return [self[i] for i in range(*k.indices(len(self)))]
-        return self._outcome(range(len(self))[k])
+        return self._outcome(range(len(self))[operator.index(k)])
 
     def _outcome(self, k: int) -> Any:
         plan, found = self._plan, self._found

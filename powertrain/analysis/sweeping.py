@@ -16,6 +16,7 @@ from powertrain.analysis.cases import Job, Outcome, run_case
 from powertrain.analysis.dispatch import outcomes
 from powertrain.analysis.identity import model_identity
 from powertrain.analysis.sweep import Found, Plan, Sweep
+from powertrain.arguments import names, path
 from powertrain.component import Component
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.plant import Plant, packed_model
@@ -67,8 +68,10 @@ def sweep(
     where the folder holds cases of another sweep.
     """
     plant = model if isinstance(model, Plant) else Plant(model)
-    if on_error not in ("raise", "keep"):
+    if not isinstance(on_error, str) or on_error not in ("raise", "keep"):
         raise ParameterError(f'on_error = {on_error!r} is neither "raise" nor "keep"')
+    if not isinstance(progress, bool):
+        raise ParameterError(f"progress = {progress!r} is neither True nor False")
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise ParameterError(
             f"executor = {executor!r} is no executor: give one such as concurrent.futures.ProcessPoolExecutor(4)"
@@ -146,30 +149,21 @@ def _job(
     functions = _functions(scalars, sent)
     kept: tuple[str, ...] | None = () if functions else None
     if record is not None:
-        kept = tuple(signals_of(plant.compiled).matching(_patterns(record)))
+        kept = tuple(signals_of(plant.compiled).matching(names("record", record)))
     folder = None if to is None else _folder(to)
     packed = packed_model(plant.model) if sent else b""
     return Job(packed, model_identity(plant.compiled) if sent or folder else "", kept, functions, folder)
 
 
-def _patterns(record: Any) -> list[str]:
-    names = [record] if isinstance(record, str) else record
-    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
-        raise ParameterError(f'record = {record!r}: give names or patterns of signals, such as ["J1.*"]')
-    return list(names)
-
-
 def _folder(to: Any) -> Path:
     """The folder, made where it is not there; looked at before anything is computed."""
     try:
-        folder = Path(to)
+        folder = Path(path("to", to))
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except TypeError:
-        raise ParameterError(f"to = {to!r}: give the path of a folder") from None
-    except (OSError, ValueError) as error:
-        raise ParameterError(f"to: the folder {to} cannot be written to: {getattr(error, 'strerror', error)}") from None
+    except OSError as error:
+        raise ParameterError(f"to: the folder {to} cannot be written to: {error.strerror}") from None
     return folder.resolve()
 
 
