@@ -147,6 +147,9 @@ def _job(
 ) -> Job:
     """What the cases have in common, checked before any of them runs."""
     functions = _functions(scalars, sent)
+    for name in functions:
+        if name in plant.parameters or name == "error":
+            raise ParameterError(f"scalars: {name!r} is the name of another column of the table; choose another one")
     kept: tuple[str, ...] | None = () if functions else None
     if record is not None:
         kept = tuple(signals_of(plant.compiled).matching(names("record", record)))
