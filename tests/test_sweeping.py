@@ -291,3 +291,45 @@ def test_an_executor_that_was_shut_down_is_named() -> None:
 def test_no_cases_at_all(tmp_path: Path, processes: Executor) -> None:
     for options in {}, {"to": tmp_path}, {"executor": processes}:
         assert list(sweep(0, **options)) == []
+
+
+def above(limit: float) -> Callable[[Any], float]:
+    """A function that holds a value of its own."""
+    return lambda run: float((run["inertia.w"] > limit).sum())
+
+
+def test_scalars_are_told_apart_by_their_code_and_what_they_hold(tmp_path: Path) -> None:
+    both = {"w": last_speed, "count": above(8.0)}
+    first = sweep(2, to=tmp_path, scalars=both)
+    again = sweep(2, to=tmp_path, scalars=dict(reversed(both.items())))
+    assert list(again.table.columns) == ["inertia.J", "count", "w", "error"]
+    for name in both:
+        np.testing.assert_array_equal(first.table[name], again.table[name])
+    with pytest.raises(pt.ParameterError, match="another sweep"):
+        sweep(2, to=tmp_path, scalars={"w": last_speed, "count": above(9.0)})
+
+    class Odd:
+        def __call__(self, run: Any) -> float:
+            return 1.0
+
+    with pytest.raises(pt.ParameterError, match="cannot be told"):
+        sweep(2, to=tmp_path, scalars={"odd": Odd()})
+
+
+class OwnError(pt.ParameterError):
+    """A user's own class, which does not pickle by its message."""
+
+    def __init__(self, a: int, b: int) -> None:
+        super().__init__(f"{a} and {b}")
+
+
+def refusing(run: pt.Result[Any]) -> float:
+    raise OwnError(1, 2)
+
+
+def test_errors_of_a_users_own_class(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(1) as threads:
+        for executor in None, threads:
+            runs = sweep(2, to=tmp_path / str(executor), scalars={"w": refusing}, executor=executor, on_error="keep")
+            assert "'w' failed: 1 and 2" in str(runs[0])
+            assert type(runs[0]) is pt.ParameterError

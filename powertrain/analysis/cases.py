@@ -124,7 +124,7 @@ def run_case(plant: Plant[Any], job: Job, case: Case) -> Outcome:
 def _content(case: Case, scalars: Mapping[str, float], run: Result[Any] | None, error: PowertrainError | None) -> bytes:
     said = {"case": case.text, "scalars": json.dumps(dict(scalars))}
     if error is not None:
-        said |= {"error": type(error).__name__, "message": str(error)}
+        said |= {"error": _kind(error).__name__, "message": str(error)}
     return classic(np.zeros(0), {}, {}, said) if run is None else run.netcdf(**said)
 
 
@@ -160,12 +160,16 @@ def _unexpected(error: Exception, what: str) -> PowertrainError:
 
 
 def _plain(error: PowertrainError) -> PowertrainError:
-    """The same message in the nearest class that the library knows: what pickles everywhere."""
-    kind = next(KINDS[cls.__name__] for cls in type(error).__mro__ if KINDS.get(cls.__name__) is cls)
-    plain = kind(str(error))
+    """The same message in a class of the library, which pickles everywhere."""
+    plain = _kind(error)(str(error))
     for note in getattr(error, "__notes__", ()):
         plain.add_note(note)
     return plain
+
+
+def _kind(error: PowertrainError) -> type[PowertrainError]:
+    """The nearest of the library's own classes."""
+    return next(KINDS[cls.__name__] for cls in type(error).__mro__ if KINDS.get(cls.__name__) is cls)
 
 
 @lru_cache(maxsize=4)

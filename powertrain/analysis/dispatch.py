@@ -20,8 +20,8 @@ MANY = 64
 """Portions under way on an executor that does not tell how many workers it has."""
 
 
-def outcomes(job: Job, cases: Iterator[Case], count: int, executor: Executor) -> Generator[Outcome, None, None]:
-    """The outcomes of ``count`` cases as they come. Closing the iterator cancels what has not begun.
+def outcomes(job: Job, cases: Iterator[Case], count: int, executor: Executor) -> Generator[list[Outcome], None, None]:
+    """The outcomes of ``count`` cases as they come, those of a portion together. Closing the iterator cancels what has not begun.
 
     A portion whose worker was lost is run again case by case, with nothing beside it, so that a case which ends its process is found; a
     broken pool of processes is replaced by one like it.
@@ -43,16 +43,16 @@ class _Dispatch:
         self.share = max(1, count // (4 * (self.workers or MANY)))
         self.size = 1
 
-    def run(self) -> Iterator[Outcome]:
+    def run(self) -> Iterator[list[Outcome]]:
         window = 2 * self.workers or MANY
         while self.more or self.running or self.lost:
             if self.lost and not self.running:
-                yield self.alone(self.lost.popleft())
+                yield [self.alone(self.lost.popleft())]
                 continue
             while self.more and len(self.running) < window and not self.lost:
                 self.submit(list(islice(self.cases, self.size)))
             if self.running:
-                yield from self.next()
+                yield self.next()
 
     def submit(self, portion: list[Case]) -> None:
         """Where the pool broke before this moment, the portion counts as lost with the others."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.engine.packing import pack
+from powertrain.errors import ParameterError
 from powertrain.symbols import column
 
 
@@ -53,7 +54,9 @@ def _pieces(value: Any) -> Iterator[bytes]:
         for item in value:
             yield from _pieces(item)
     elif isinstance(value, FunctionType):
-        yield from _pieces((value.__code__, value.__defaults__))
+        cells = dict(zip(value.__code__.co_freevars, value.__closure__ or (), strict=True))
+        held = {name: cell.cell_contents for name, cell in cells.items() if name != value.__name__}
+        yield from _pieces((value.__code__, value.__defaults__, held))
     elif isinstance(value, CodeType):
         yield from _pieces((value.co_code, value.co_names, value.co_consts))
     elif isinstance(value, partial):
@@ -61,4 +64,7 @@ def _pieces(value: Any) -> Iterator[bytes]:
     elif value is None or isinstance(value, bool | int | float | str | bytes | np.generic):
         yield repr(value).encode()
     else:
-        yield pickle.dumps(value)
+        try:
+            yield pickle.dumps(value)
+        except Exception as error:
+            raise ParameterError(f"whether {value!r} is the same in another process cannot be told: {error}") from None

@@ -38,6 +38,11 @@ class Sweep(Sequence[T]):
     def __init__(self, plan: Plan, found: Found) -> None:
         self._plan, self._found = plan, found
 
+    @property
+    def cases(self) -> Sequence[Mapping[str, Any]]:
+        """The cases as they were given."""
+        return self._plan.cases
+
     def __len__(self) -> int:
         return len(self._plan.cases)
 
@@ -54,11 +59,11 @@ class Sweep(Sequence[T]):
         plan, found = self._plan, self._found
         if not found.done[k]:
             return SimulationError(f"case {k} was not run: the sweep ended before")
+        if plan.job.folder is not None and (path := plan.file(k, bool(found.failed[k]))).exists():
+            return _read(path)
         if k in found.kept:
             return found.kept[k]
-        if plan.job.folder is not None:
-            return _read(plan.file(k, bool(found.failed[k])))
-        raise ParameterError(_NOT_KEPT)
+        raise ParameterError(_NOT_KEPT if plan.job.folder is None else f"{path} was taken away")
 
     @cached_property
     def errors(self) -> dict[int, PowertrainError]:
@@ -163,7 +168,7 @@ class Found:
         _, said = read_classic(plan.file(k, bool(self.failed[k])), attributes_only=True)
         self.old[k] = False
         if numbers := json.loads(said["scalars"]):
-            self.scalars[k] = list(numbers.values())
+            self.scalars[k] = [numbers[name] for name in plan.job.scalars]
 
 
 def _present(plan: Plan) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import pickle
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import closing
+from contextlib import closing, contextmanager
 from inspect import signature
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from powertrain.analysis.cases import Job, Outcome, run_case
-from powertrain.analysis.dispatch import outcomes
+from powertrain.analysis.dispatch import outcomes as dispatched
 from powertrain.analysis.identity import model_identity
 from powertrain.analysis.sweep import Found, Plan, Sweep
 from powertrain.arguments import names, path
@@ -78,15 +78,15 @@ def sweep(
         )
     plan = Plan(_tasks(cases, options), dict(options), _job(plant, to, record, scalars, executor is not None))
     found = Found.before(plan, failed_too=on_error == "keep")
-    arriving = _run(plant, plan, found.missing(), executor)
-    with closing(arriving):
+    with closing(_run(plant, plan, found.missing(), executor)) as arriving, _shown(found, progress) as ended:
         try:
-            for outcome in _shown(arriving, found, progress):
-                found.take(outcome)
-                if outcome.error is not None and on_error == "raise":
-                    outcome.error.add_note(f"case {outcome.number}: {plan.cases[outcome.number]}")
-                    outcome.error.sweep = Sweep(plan, found)
-                    raise outcome.error
+            for outcomes in arriving:
+                ended(len(outcomes))
+                for outcome in outcomes:
+                    found.take(outcome)
+                failed = [outcome for outcome in outcomes if outcome.error is not None]
+                if failed and on_error == "raise":
+                    _raise(failed[0], Sweep(plan, found))
         except KeyboardInterrupt as error:
             if on_error == "raise":
                 error.add_note(f"{found.done.sum()} of {len(plan.cases)} cases were run")
@@ -97,21 +97,33 @@ def sweep(
 
 def _run(
     plant: Plant[Any], plan: Plan, numbers: Sequence[int], executor: Executor | None
-) -> Generator[Outcome, None, None]:
+) -> Generator[list[Outcome], None, None]:
+    """The outcomes as they come."""
     cases = map(plan.case, numbers)
     if executor is None:
-        yield from (run_case(plant, plan.job, case) for case in cases)
+        yield from ([run_case(plant, plan.job, case)] for case in cases)
     elif numbers:
-        with closing(outcomes(plan.job, cases, len(numbers), executor)) as arriving:
-            yield from (outcome.received(plant) for outcome in arriving)
+        with closing(dispatched(plan.job, cases, len(numbers), executor)) as arriving:
+            yield from ([outcome.received(plant) for outcome in outcomes] for outcomes in arriving)
 
 
-def _shown(arriving: Iterable[Outcome], found: Found, progress: bool) -> Iterable[Outcome]:
+def _raise(outcome: Outcome, reached: Sweep[Any]) -> None:
+    assert outcome.error is not None
+    outcome.error.add_note(f"case {outcome.number}: {reached.cases[outcome.number]}")
+    outcome.error.sweep = reached
+    raise outcome.error
+
+
+@contextmanager
+def _shown(found: Found, progress: bool) -> Iterator[Callable[[int], object]]:
+    """A function of the number of cases that ended."""
     if not progress:
-        return arriving
+        yield lambda count: None
+        return
     from tqdm.auto import tqdm
 
-    return tqdm(arriving, total=len(found.done), initial=int(found.done.sum()), unit="run")
+    with tqdm(total=len(found.done), initial=int(found.done.sum()), unit="run") as bar:
+        yield bar.update
 
 
 def _tasks(cases: Iterable[Mapping[str, Any]], options: Mapping[str, Any]) -> list[Mapping[str, Any]]:
