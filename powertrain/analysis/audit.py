@@ -211,9 +211,8 @@ class EnergyAudit:
         import pandas as pd
 
         sums, paths, rows = self._sums, [part.path for part in self._parts], list[tuple[str, float, str, float, str]]()
-        enough = (
-            1e-9 * np.maximum(sums.turned, 1e-9 * self._scale) + NOISE
-        )  # an event found some microseconds late is none
+        # An event found some microseconds late gives no energy worth a line.
+        enough = 1e-9 * np.maximum(sums.turned, 1e-9 * self._scale)
         for i in np.flatnonzero((sums.gain > self._tolerances) & (sums.given > enough)):
             rows.append((paths[i], sums.gained[i], "negative loss", -sums.gain[i], "W"))
         jumped = ROUNDING * np.maximum(sums.stored, 1e-9 * self._scale) + NOISE
