@@ -111,25 +111,6 @@ class Geared(pt.Component):
 PLANT = pt.compile(Geared())
 
 
-def test_every_state_is_a_signal() -> None:
-    plant = pt.compile(Geared())
-    assert "der(gear.phi_b)" in plant.compiled.states
-    run = plant.simulate(1.0, starts={"spring.phi_rel": 0.1, "second.w": 2.0})
-    assert np.allclose(run["der(gear.phi_b)"], run["first.w"] / 3.0)
-    assert run.unit("der(gear.phi_b)") == "rad/s"
-    assert set(plant.compiled.states) <= set(run)
-
-
-def test_a_run_goes_on_from_its_final_states() -> None:
-    plant = pt.compile(Geared())
-    whole = plant.simulate(2.0, starts={"spring.phi_rel": 0.1, "second.w": 2.0}, rtol=1e-9)
-    half = plant.simulate(1.0, starts={"spring.phi_rel": 0.1, "second.w": 2.0}, rtol=1e-9)
-    final = {name: float(half[name][-1]) for name in plant.compiled.states}
-    rest = plant.simulate(2.0, start=1.0, starts=final, rtol=1e-9)
-    for name in plant.compiled.states:
-        assert rest[name][-1] == pytest.approx(whole[name][-1], abs=1e-7)
-
-
 @pytest.mark.parametrize("ratio", np.concatenate([np.linspace(-7.3, -0.1, 30), np.linspace(0.13, 9.7, 30)]).tolist())
 def test_a_rigid_body_motion_is_no_vibration(ratio: float) -> None:
     """w_0^2 = c (1/(J_1 i^2) + 1/J_2), and the eigenvalue zero twice."""

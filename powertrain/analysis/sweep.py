@@ -59,11 +59,12 @@ class Sweep(Sequence[T]):
         plan, found = self._plan, self._found
         if not found.done[k]:
             return SimulationError(f"case {k} was not run: the sweep ended before")
-        if plan.job.folder is not None and (path := plan.file(k, bool(found.failed[k]))).exists():
+        path = None if plan.job.folder is None else plan.file(k, bool(found.failed[k]))
+        if path is not None and path.exists():
             return _read(path)
         if k in found.kept:
             return found.kept[k]
-        raise ParameterError(_NOT_KEPT if plan.job.folder is None else f"{path} was taken away")
+        raise ParameterError(_NOT_KEPT if path is None else f"{path} was taken away")
 
     @cached_property
     def errors(self) -> dict[int, PowertrainError]:
