@@ -1,14 +1,22 @@
-"""Install the wheels given into empty folders and check what they bring: `powertrain` and its command, complete, and nothing beside."""
+"""Check what is distributed.
+
+Wheels are installed into empty folders: they bring `powertrain` and its command, complete, and nothing beside. Source distributions hold
+the sources with all of their tests, examples, benchmarks and data.
+"""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+import tarfile
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+SHIPPED = ("powertrain", "components", "vehicles", "tests", "examples", "benchmarks", "docs")
+MADE = ("_build", "_computed", "components", "examples", "reproductions")
+"""Folders of the documentation that are made from the rest."""
 SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 IMPORTS = """
 import powertrain, powertrain.components, powertrain.vehicles
@@ -37,21 +45,33 @@ def check(wheel: str, target: Path) -> list[str]:
     return wrong
 
 
+def lacking(sdist: str) -> list[str]:
+    """Return the sources that a source distribution does not hold, a line each."""
+    with tarfile.open(sdist) as archive:
+        there = {Path(*Path(name).parts[1:]) for name in archive.getnames()}
+    here = {path.relative_to(ROOT) for folder in SHIPPED for path in sources(ROOT / folder)}
+    return [f"{path} is not in the source distribution" for path in sorted(here - there)]
+
+
 def sources(folder: Path) -> list[Path]:
     """List the modules and tables below a folder, without those behind its links."""
     links = [path for path in folder.iterdir() if path.is_symlink()]
     found = [path for kind in ("*.py", "*.csv") for path in folder.rglob(kind)]
+    links += [ROOT / "docs" / made for made in MADE]
     return [path for path in found if not any(path.is_relative_to(link) for link in links)]
 
 
 def main() -> None:
-    """Check each wheel named on the command line."""
-    for wheel in sys.argv[1:]:
-        with tempfile.TemporaryDirectory() as folder:
-            wrong = check(wheel, Path(folder).resolve())
+    """Check each file named on the command line."""
+    for name in sys.argv[1:]:
+        if name.endswith(".tar.gz"):
+            wrong = lacking(name)
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                wrong = check(name, Path(folder).resolve())
         if wrong:
             sys.exit("\n".join(wrong))
-        print(f"{wheel}: only powertrain, complete, imports")
+        print(f"{name}: complete" if name.endswith(".tar.gz") else f"{name}: only powertrain, complete, imports")
 
 
 if __name__ == "__main__":

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
     from powertrain.analysis.eigenmodes import eigenmodes
     from powertrain.analysis.linearization import linearize
+    from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
     from powertrain.drawing import schematic
     from powertrain.power.powerflow import PowerFlow, power_flow
@@ -66,6 +67,7 @@ __all__ = [
     "Result",
     "Signal",
     "SimulationError",
+    "Sweep",
     "Symbol",
     "Variable",
     "__version__",
@@ -106,6 +108,7 @@ __all__ = [
 _ANALYSES = {
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
+    "Sweep": "powertrain.analysis.sweep",
     "eigenmodes": "powertrain.analysis.eigenmodes",
     "energy_audit": "powertrain.analysis.audit",
     "linearize": "powertrain.analysis.linearization",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -40,14 +40,18 @@ class Asked:
 
 
 class Discretes:
-    """The equations of ``initial()`` that give discrete variables their values, from parameters and time alone."""
+    """The equations of ``initial()`` that give discrete variables their values, from parameters and time alone.
 
-    def __init__(self, dae: HybridDae, equations: Sequence[Asked], discretes: Set[int]) -> None:
+    ``discretes`` are the names of the discrete variables by the keys of their symbols, ``places`` their places in ``m``.
+    """
+
+    def __init__(self, dae: HybridDae, equations: Sequence[Asked], discretes: Mapping[int, str]) -> None:
         self.others: list[Asked] = []
         self._places: list[int] = []
         values: list[Symbol] = []
         unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
         place = {key(dae.m[i]): i for i in range(dae.m.numel())}
+        self.places = {name: place[k] for k, name in discretes.items()}
         for asked in equations:
             inside = free_symbols(asked.expression)
             own = [s for s in inside if key(s) in discretes and place[key(s)] not in self._places]

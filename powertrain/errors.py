@@ -8,7 +8,9 @@ from typing import Any
 
 
 class PowertrainError(Exception):
-    """Base of every error the library raises on purpose."""
+    """Base of every error the library raises on purpose. Where it ended a sweep, ``sweep`` holds what was reached."""
+
+    sweep: Any = None
 
 
 class ModelError(PowertrainError):

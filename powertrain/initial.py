@@ -99,7 +99,7 @@ class Initializer:
 
     def __init__(self, compiled: Compiled) -> None:
         self.compiled = compiled
-        discretes = {key(d.symbol) for d in compiled.flat.discretes}
+        discretes = {key(d.symbol): d.name for d in compiled.flat.discretes}
         self._discretes = Discretes(compiled.dae, text_conditions(compiled), discretes)
         self._text = self._discretes.others
         self._declared = declared_conditions(compiled)
@@ -109,15 +109,18 @@ class Initializer:
         self, engine: Engine, t: float, p: Array, m: Array, starts: Mapping[str, float], guesses: Mapping[str, float]
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns, held values and the report. Raises InitializationError where the conditions cannot be met."""
-        names = tuple(starts)
         for name, value in (*starts.items(), *guesses.items()):
             if not np.isfinite(float(value)):
                 raise ParameterError(f"starts and guesses: {name} = {value} is not a finite number")
+        held = self._discretes.places.keys() & starts.keys()
+        names = tuple(name for name in starts if name not in held)
         if names not in self._plans:
             given = [signal_condition(self.compiled, n, 0.0, "given for this run") for n in names]
             self._plans[names] = _Plan(self.compiled, [*given, *self._text, *self._declared], len(given))
         self._discretes.set(t, m, p)
-        return self._plans[names].solve(engine, t, p, m, np.array([float(v) for v in starts.values()]), guesses)
+        for name in held:
+            m[self._discretes.places[name]] = starts[name]
+        return self._plans[names].solve(engine, t, p, m, np.array([float(starts[n]) for n in names]), guesses)
 
 
 def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:

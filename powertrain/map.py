@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import math
 import zlib
 from collections.abc import Mapping, Sequence
@@ -15,6 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.arguments import path as argument_path
 from powertrain.errors import ParameterError
 from powertrain.laws import within
 from powertrain.recorder import recorder, recording
@@ -159,7 +161,7 @@ class Map:
         begin with # are skipped. ``outside`` is one rule for all axes or a rule for each name.
         Errors: ParameterError naming the file and the line.
         """
-        return _read(cls, Path(path), outside, method)
+        return _read(cls, Path(argument_path("path", path)), outside, method)
 
     @overload
     def __call__(self, *arguments: float) -> float: ...
@@ -297,6 +299,10 @@ def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], 
         lines = list(enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1))
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise ParameterError(
+            f"{path}: byte {error.start} is not text in UTF-8; save the file in that encoding"
+        ) from None
     kept = [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]
     used = [(i, next(csv.reader([line], skipinitialspace=True))) for i, line in kept]
     if len(used) < 2:
@@ -304,24 +310,36 @@ def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], 
     heads = [_head(path, used[0][0], text) for text in used[0][1]]
     if len(heads) < 2:
         raise ParameterError(f"{path}:{used[0][0]}: a column for every axis and one for the value are needed")
-    rows = [_row(path, i, cells, len(heads)) for i, cells in used[1:]]
-    table = np.array(rows)
-    grids = [np.unique(table[:, k]) for k in range(len(heads) - 1)]
-    values = np.full([g.size for g in grids], math.nan)
-    for (i, _), row in zip(used[1:], rows, strict=True):
-        at = tuple(int(np.searchsorted(g, x)) for g, x in zip(grids, row, strict=False))
-        if not math.isnan(values[at]):
-            raise ParameterError(f"{path}:{i}: this grid point has a value already")
-        values[at] = row[-1]
-    if np.isnan(values).any():
-        hole = np.argwhere(np.isnan(values))[0]
-        said = ", ".join(f"{h[0]} = {g[k]:g} {h[1]}" for h, g, k in zip(heads, grids, hole, strict=False))
-        raise ParameterError(f"{path}: no row for {said}: the rows must fill the grid")
+    table = np.array([_row(path, i, cells, len(heads)) for i, cells in used[1:]])
+    grids = [np.unique(column) for column in table.T[:-1]]
+    places = np.column_stack([g.searchsorted(column) for g, column in zip(grids, table.T, strict=False)])
+    _check_grid(path, [i for i, _ in used[1:]], places.tolist(), heads, grids)
+    values = np.empty([g.size for g in grids])
+    values[tuple(places.T)] = table[:, -1]
     rules: Mapping[str, Outside] = (
         outside if isinstance(outside, Mapping) else dict.fromkeys((h[0] for h in heads[:-1]), outside)
     )
     axes = tuple(Axis(*h, g, rules.get(h[0], "error")) for h, g in zip(heads, grids, strict=False))
     return cls(axes, values, heads[-1][1], heads[-1][0], method)
+
+
+def _check_grid(
+    path: Path,
+    lines: Sequence[int],
+    places: Sequence[Sequence[int]],
+    heads: Sequence[tuple[str, str]],
+    grids: Sequence[NDArray[np.float64]],
+) -> None:
+    """One row for every grid point: in order, the places count up through the grid."""
+    ordered = sorted(zip(map(tuple, places), lines, strict=True))
+    for (place, _), (following, line) in itertools.pairwise(ordered):
+        if place == following:
+            raise ParameterError(f"{path}:{line}: this grid point has a value already")
+    whole = itertools.product(*(range(g.size) for g in grids))
+    for wanted, found in itertools.zip_longest(whole, (place for place, _ in ordered)):
+        if wanted != found:
+            said = ", ".join(f"{h[0]} = {g[k]:g} {h[1]}" for h, g, k in zip(heads, grids, wanted, strict=False))
+            raise ParameterError(f"{path}: no row for {said}: the rows must fill the grid")
 
 
 def _head(path: Path, line: int, text: str) -> tuple[str, str]:

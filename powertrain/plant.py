@@ -6,11 +6,12 @@ import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.arguments import array, named, number, numbers, whole
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.hybrid import Schedule
 from powertrain.component import Component, children
@@ -53,7 +54,7 @@ class Plant(Generic[M]):
     def parameter_vector(self, parameters: Mapping[str, float] | None = None) -> Array:
         """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range."""
         p = self._defaults.copy()
-        for name, value in (parameters or {}).items():
+        for name, value in named("parameters", parameters).items():
             if name not in self._position:
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
@@ -88,11 +89,12 @@ class Plant(Generic[M]):
         Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
         """
         grid = _grid(start, stop, times, points)
-        _check_options(rtol=rtol, atol=atol, max_step=max_step)
+        _check_options(method, compile, progress, rtol=rtol, atol=atol, max_step=max_step)
+        starts, guesses = numbers("starts", starts), numbers("guesses", guesses)
         p = self.parameter_vector(parameters)
         engine = self._engine(method, compile)
-        held = self._set_inputs(engine, inputs or {}, start)
-        x, z, m, report = self._initializer().solve(engine, start, p, held, starts or {}, guesses or {})
+        held = self._set_inputs(engine, named("inputs", inputs), start)
+        x, z, m, report = self._initializer().solve(engine, start, p, held, starts, guesses)
         watch = _progress(progress, start, stop)
         try:
             trajectory = engine.run(
@@ -117,9 +119,10 @@ class Plant(Generic[M]):
         inputs: Mapping[str, InputValue] | None = None,
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns and held values at the start, with all modes resolved, and the report."""
+        t, starts, guesses = number("t", t), numbers("starts", starts), numbers("guesses", guesses)
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
-        held = self._set_inputs(engine, inputs or {}, t)
-        x, z, m, report = self._initializer().solve(engine, t, p, held, starts or {}, guesses or {})
+        held = self._set_inputs(engine, named("inputs", inputs), t)
+        x, z, m, report = self._initializer().solve(engine, t, p, held, starts, guesses)
         return (*engine.resolve(t, x, z, m, p), report)
 
     def _engine(self, method: Method, compiled: bool) -> Engine:
@@ -200,28 +203,33 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
     return plant.simulate(stop, **options)
 
 
-def _check_options(**positive: float) -> None:
+def _check_options(method: Any, compile: Any, progress: Any, **positive: Any) -> None:
+    if not isinstance(method, str) or method not in get_args(Method):
+        raise ParameterError(f"method = {method!r} is none of {', '.join(get_args(Method))}")
+    if not isinstance(compile, bool):
+        raise ParameterError(f"compile = {compile!r} is neither True nor False")
+    if not isinstance(progress, bool) and not callable(progress):
+        raise ParameterError(f"progress = {progress!r} is neither True nor False nor a function of the time reached")
     for name, value in positive.items():
-        if not value > 0:
+        if not number(name, value) > 0:
             raise ParameterError(f"{name} = {value!r} must be positive")
 
 
-def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
-    if not all(isinstance(t, int | float | np.number) and isfinite(t) for t in (start, stop)):
+def _grid(start: Any, stop: Any, times: ArrayLike | None, points: int) -> Array:
+    first, last = number("start", start, "s"), number("stop", stop, "s")
+    if not (isfinite(first) and isfinite(last)):
         raise ParameterError(f"start = {start!r} s and stop = {stop!r} s must be finite numbers")
-    if stop < start:
+    if last < first:
         raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
     if times is None:
-        if points < 1:
-            raise ParameterError(f"points = {points} must be at least 1")
-        return np.linspace(start, stop, points + 1)
-    grid = np.asarray(times, float).ravel()
+        return np.linspace(first, last, whole("points", points, 1) + 1)
+    grid = array("times", times).ravel()
     if not grid.size:
         return grid
     if not (grid[1:] >= grid[:-1]).all():
-        raise ParameterError("times must be finite and must not decrease")
+        raise ParameterError("times must not decrease")
     for t in (grid[0], grid[-1]):
-        if not start <= t <= stop:
+        if not first <= t <= last:
             raise ParameterError(f"times: {t:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
     return grid
 
@@ -230,14 +238,9 @@ def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule
     if schedule.name not in inputs:
         return schedule
     value = inputs[schedule.name]
-    pair = value if isinstance(value, tuple) else ([0.0], [value])
-    times, values = (np.asarray(v, float).ravel() for v in pair)
-    if (
-        times.size != values.size
-        or not times.size
-        or (np.diff(times) < 0).any()
-        or not np.isfinite([*times, *values]).all()
-    ):
+    pair = value if isinstance(value, tuple) and len(value) == 2 else ([0.0], [value])
+    times, values = (array(f"input {schedule.name}", v).ravel() for v in pair)
+    if times.size != values.size or not times.size or (np.diff(times) < 0).any():
         raise ParameterError(
             f"input {schedule.name}: give a finite number, or (times, values) of equal length with times that do not decrease"
         )

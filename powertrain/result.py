@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
-from powertrain.compiler.assemble import Compiled
+from powertrain.arguments import array
+from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.component import Component
 from powertrain.connectors import Signal
 from powertrain.engine.buffers import Array
@@ -79,6 +80,21 @@ class Result(Generic[M]):
         del self.__dict__["_samples"], self.__dict__["_dense"]
         self._trajectory = None
 
+    def recorded(self, record: str | Sequence[str]) -> Result[M]:
+        """The same run with samples of the signals of the given names and patterns only, as ``simulate(record=...)`` gives it."""
+        return Result(self.compiled, self.trajectory, self._times, self._p, self.report, record, self.message)
+
+    def detached(self) -> dict[str, Any]:
+        """The numbers of the run without its model, small and quick to pickle; ``attached`` makes a result of them again."""
+        return {name: value for name, value in self.__getstate__().items() if name != "_signals"}
+
+    @classmethod
+    def attached(cls, numbers: dict[str, Any], compiled: Compiled) -> Result[M]:
+        """A result from what ``detached`` gave in another process, for the same model compiled in this one."""
+        result = cls.__new__(cls)
+        result.__setstate__({**numbers, "_signals": signals_of(compiled), "_compiled": compiled})
+        return result
+
     def __getstate__(self) -> dict[str, Any]:
         left_out = {"_dense", "_samples", "_compiled"} | (set() if self._record is not None else {"_values", "time"})
         state = {name: value for name, value in self.__dict__.items() if name not in left_out}
@@ -136,9 +152,14 @@ class Result(Generic[M]):
 
     @property
     def compiled(self) -> Compiled:
-        """The compiled model, for analyses of this run."""
+        """The compiled model, for analyses of this run. A result that was pickled compiles its model again."""
         if self._compiled is None:
-            raise ParameterError("a result that was pickled has no compiled model; compile result.model again")
+            compiled, here = compile_model(self.model), self._signals
+            if [s.numel() for s in signals_of(compiled).inputs] != [s.numel() for s in here.inputs]:
+                raise ParameterError(
+                    "the result was pickled by another version of powertrain or of the model; simulate it again"
+                )
+            self._compiled = compiled
         return self._compiled
 
     @property
@@ -245,7 +266,7 @@ class Result(Generic[M]):
         ``t`` one time or several in seconds; ``what`` one name or selector, or several (then a dictionary is returned).
         Raises ParameterError for a time outside the run.
         """
-        times = np.asarray(t, float)
+        times = array("t", t)
         first, last = self.trajectory.start, self.trajectory.end
         if not ((times >= first) & (times <= last)).all():
             outside = times[~((times >= first) & (times <= last))].flat[0]
@@ -286,8 +307,19 @@ class Result(Generic[M]):
         return export.frame(self.time, self._table(names))
 
     def save(self, path: str | PathLike[str], *names: str) -> None:
-        """Writes ``to_xarray(*names)`` to a netCDF file, which ``load`` reads. Needs ``powertrain[netcdf]``."""
-        export.save(self.to_xarray(*names), path)
+        """Writes ``to_xarray(*names)`` to a netCDF file (.nc), which ``load`` reads, or ``to_dataframe(*names)`` to a .csv file.
+
+        netCDF needs ``powertrain[netcdf]``. ParameterError for another ending.
+        """
+        if export.suffix(path) == ".csv":
+            self.to_dataframe(*names).to_csv(path)
+        else:
+            export.save(self.to_xarray(*names), path)
+
+    def netcdf(self, *names: str, **attributes: str) -> bytes:
+        """The content of a classic netCDF file of ``to_xarray(*names)``, with attributes of the caller's beside."""
+        known = export.attributes(type(self.model).__name__, self.parameters, self.events, self.message)
+        return export.classic(self.time, self._table(names), self.modes, {**known, **attributes})
 
     def plot(self, *what: What[M], ax: Axes | None = None, events: bool | str = False) -> Axes:
         """Signals over time in one Axes; see ``powertrain.plot.plot_signals``."""

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.arguments import names as argument_names
 from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.flatten import Flat, flatten
 from powertrain.component import Component
@@ -155,7 +156,7 @@ class Signals:
 
     def matching(self, patterns: str | Iterable[str], among: Sequence[str] | None = None) -> list[str]:
         """Names that fit one of the patterns (``*``, ``?``), in the model's order; ParameterError for one without."""
-        patterns = [patterns] if isinstance(patterns, str) else list(patterns)
+        patterns = argument_names("signals", patterns)
         names = self.names if among is None else among
         found: set[str] = set()
         for pattern in patterns:

@@ -9,6 +9,7 @@ from powertrain.errors import ModelError
 BASE = frozenset(
     "1 m s kg g A K mol cd rad deg N Pa J W V C F H Ohm Hz degC bar l h min rpm kW kJ MJ kWh km mm cm t MPa GPa".split()
 )
+_SECONDS = re.compile(r"s(\d*)$")
 _FACTOR = re.compile(r"([A-Za-z]+|1)(-?\d+)?$")
 
 
@@ -28,3 +29,19 @@ def checked_unit(unit: str) -> str:
         if match is None or match.group(1) not in BASE:
             raise ModelError(f"{unit!r} is not a unit: {part!r} is unknown (write kg.m2, N.m/rad, rad/s, 1)")
     return unit
+
+
+def rate_unit(unit: str, order: int = 1) -> str:
+    """The unit of a derivative by time.
+
+    >>> rate_unit("rad"), rate_unit("rad", 2), rate_unit("m/s"), rate_unit("N.m/rad")
+    ('rad/s', 'rad/s2', 'm/s2', 'N.m/(rad.s)')
+    """
+    if order == 0:
+        return unit
+    above, _, below = unit.partition("/")
+    seconds = _SECONDS.match(below)
+    if not below or seconds:
+        power = order + (int(seconds[1] or 1) if seconds else 0)
+        return f"{above}/s{power if power > 1 else ''}"
+    return f"{above}/({below.strip('()')}.s{order if order > 1 else ''})"

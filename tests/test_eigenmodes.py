@@ -5,7 +5,16 @@ import pytest
 from scipy.linalg import eigh
 
 import powertrain as pt
-from powertrain.components.rotational import Clutch, Fixed, Inertia, SpringDamper, TorqueStep
+from powertrain.components.rotational import (
+    Clutch,
+    ConstantTorque,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Spring,
+    SpringDamper,
+    TorqueStep,
+)
 
 J, C = (0.2, 0.05, 0.3, 1.5), (4000.0, 900.0, 12000.0)
 
@@ -81,3 +90,76 @@ def test_models_and_signals_without_vibrations_are_refused() -> None:
         pt.eigenmodes(Driven())
     with pytest.raises(pt.ParameterError, match="takes part"):
         pt.eigenmodes(Swing(), ["second.w"], at={"press": 0.0, "first.w": 0.0, "clutch.w_rel": 0.0})
+
+
+class Geared(pt.Component):
+    """Two inertias, free, with a gear and a spring between them: one vibration and one rigid-body motion."""
+
+    torque: ConstantTorque = ConstantTorque(tau_constant=1.0)
+    first: Inertia = Inertia(J=1.0)
+    gear: IdealGear = IdealGear(ratio=3.0)
+    spring: Spring = Spring(c=100.0)
+    second: Inertia = Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.flange, self.first.flange_a)
+        yield pt.connect(self.first.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.second.flange_a)
+
+
+PLANT = pt.compile(Geared())
+
+
+@pytest.mark.parametrize("ratio", np.concatenate([np.linspace(-7.3, -0.1, 30), np.linspace(0.13, 9.7, 30)]).tolist())
+def test_a_rigid_body_motion_is_no_vibration(ratio: float) -> None:
+    """w_0^2 = c (1/(J_1 i^2) + 1/J_2), and the eigenvalue zero twice."""
+    (found, frequency) = pt.eigenmodes(PLANT, parameters={"gear.ratio": ratio}), np.sqrt(100 * (1 / ratio**2 + 0.5))
+    assert found["frequency"].values == pytest.approx([frequency / (2 * np.pi)], rel=1e-12)
+    assert found.attrs["zero_eigenvalues"] == 2
+    shape = found["shape"].sel(signal=["second.w", "der(gear.phi_b)"]).values[0]
+    assert shape[0] / shape[1] == pytest.approx(-(ratio**2) / 2.0, rel=1e-9)
+
+
+class Tied(pt.Component):
+    """Two inertias with a stiff spring between them, the second one on a soft spring at the ground."""
+
+    first: Inertia = Inertia(J=1.0)
+    stiff: Spring = Spring(c=1e6)
+    second: Inertia = Inertia(J=1.0)
+    soft: Spring = Spring(c=1e-4)
+    fixed: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.first.flange_b, self.stiff.flange_a)
+        yield pt.connect(self.stiff.flange_b, self.second.flange_a)
+        yield pt.connect(self.second.flange_b, self.soft.flange_a)
+        yield pt.connect(self.soft.flange_b, self.fixed.flange)
+
+
+def test_a_slow_vibration_is_no_rigid_body_motion() -> None:
+    """A frequency of 1e-3 Hz beside one of 225 Hz: a stiffness 1e-10 as large."""
+    found = pt.eigenmodes(Tied())
+    assert found["frequency"].values == pytest.approx(np.sqrt([1e-4 / 2, 2e6]) / (2 * np.pi), rel=1e-4)
+    assert found.attrs["zero_eigenvalues"] == 0
+
+
+class Fixated(pt.Component):
+    """A model without free parameters."""
+
+    a: Inertia = Inertia(J=1.0)
+    spring: Spring = Spring(c=100.0)
+    fixed: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield self.a.J == 2.0
+        yield self.spring.c == 200.0
+        yield self.spring.phi_rel0 == 0.0
+        yield self.fixed.phi0 == 0.0
+        yield pt.connect(self.a.flange_b, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.fixed.flange)
+
+
+def test_a_model_without_parameters_vibrates() -> None:
+    assert not pt.compile(Fixated()).parameters
+    assert float(pt.eigenmodes(Fixated())["frequency"][0]) == pytest.approx(10.0 / (2 * np.pi))

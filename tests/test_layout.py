@@ -20,6 +20,7 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
     "errors units symbols",
+    "arguments",
     "recorder",
     "component connectors laws",
     "map",
@@ -33,7 +34,7 @@ ORDER = [
     "engine: continuity sparse_step failure loop engine",
     "signals nonfinite events export conditions initial result plant",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
-    "analysis: sweeping",
+    "analysis: identity cases dispatch sweep sweeping",
     "steadystate: lanes fraction axes newton points equilibrium choices columns table unknowns stage turns search",
     "steadystate: operating walk forms rows sheet",
     "steadystate: progress dataset steady_map",

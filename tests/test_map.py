@@ -222,6 +222,19 @@ def test_refuses_a_missing_file(tmp_path: Path) -> None:
         Map.from_csv(tmp_path / "none.csv")
 
 
+def test_refuses_a_file_of_another_encoding(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_bytes("speed [rad/s], Öl [W]\n0, 1\n".encode("latin-1"))
+    with pytest.raises(ParameterError, match=r"t\.csv: byte 15 is not text in UTF-8"):
+        Map.from_csv(tmp_path / "t.csv")
+
+
+def test_a_sparse_table_of_many_points_names_a_hole(tmp_path: Path) -> None:
+    """2,000 rows on the diagonal of a grid of 60 GiB."""
+    rows = "".join(f"{k},{k},{k},1\n" for k in range(2000))
+    with pytest.raises(ParameterError, match="no row for a = 0 m, b = 0 m, c = 1 m"):
+        Map.from_csv(write(tmp_path / "t.csv", f"a [m], b [m], c [m], d [N]\n{rows}"))
+
+
 def test_many_values_at_once() -> None:
     x: NDArray[np.float64] = np.linspace(0, 10, 20_000)
     assert field("clip")(x, 2.0).shape == x.shape

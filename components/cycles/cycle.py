@@ -69,10 +69,17 @@ class DriveCycle:
     def from_csv(cls, path: str | Path) -> Self:
         """A file of two columns with the header ``time_s,speed_km_h`` or ``time_s,speed_m_s``; lines with # are comments.
 
-        Errors: ParameterError for another header and for a value that is no number, with its line.
+        Errors: ParameterError for a file that cannot be read, for another header and for a value that is no number, with its line.
         """
         path = Path(path)
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        try:
+            lines = path.read_text(encoding="utf-8-sig").splitlines()
+        except OSError as error:
+            raise ParameterError(f"{path}: cannot be read: {error.strerror}") from None
+        except UnicodeDecodeError as error:
+            raise ParameterError(
+                f"{path}: byte {error.start} is not text in UTF-8; save the file in that encoding"
+            ) from None
         header = next((line for line in lines if line.strip() and not line.startswith("#")), "").replace(" ", "")
         units = {"time_s,speed_km_h": KM_H, "time_s,speed_m_s": 1.0}
         if header not in units:

@@ -13,6 +13,7 @@ from powertrain.analysis.energy_terms import EnergyTerms, Values
 from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.errors import ParameterError
 from powertrain.result import Result
 from powertrain.signals import Samples
 
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Matrix = NDArray[np.float64]
-HIDDEN = 1e-6
-"""Largest imbalance of power, relative to the component's own terms, that counts as rounding."""
+ROUNDING = 1e-6
+"""Largest error of a power or an energy, relative to the component's own terms, that counts as rounding."""
+NOISE = 1e-9
+"""Power in watts and energy in joules below which nothing counts: what speeds at rest and torques under load leave by rounding."""
 
 
 def energy_audit(result: Result[Any]) -> EnergyAudit:
@@ -34,14 +37,17 @@ def energy_audit(result: Result[Any]) -> EnergyAudit:
 
     Raises ParameterError for a result that kept samples only, ModelError where a term cannot be computed or is not finite.
     """
+    if not isinstance(result, Result):
+        raise ParameterError(f"energy_audit takes the result of a simulation, not {result!r}")
     return EnergyAudit(result)
 
 
 @dataclass
 class _Sums:
-    """Integrals over the run in joules, extremes in watts, and the most that the model ``stored``.
+    """Integrals over the run in joules, extremes in watts, and the most that the components ``stored`` and the model stored at ``most``.
 
-    ``forward`` and ``backward`` are the positive and negative part of ``power``.
+    ``forward`` and ``backward`` are the positive and negative part of ``power``. ``gain`` is the most negative loss, turned, ``gained``
+    its time in seconds and ``given`` its integral; ``unbalanced`` is the time of the largest imbalance.
     """
 
     power: Array
@@ -53,12 +59,17 @@ class _Sums:
     supply: Array
     turned: Array
     imbalance: Array
+    unbalanced: Array
+    gain: Array
+    gained: Array
+    given: Array
     scale: Array
     stored: Array
+    most: Array
 
     @classmethod
     def of(cls, ports: int, parts: int) -> _Sums:
-        sums = cls(*(np.zeros(n) for n in (*[ports] * 5, *[parts] * 5, 1)))
+        sums = cls(*(np.zeros(n) for n in (*[ports] * 5, *[parts] * 10, 1)))
         sums.highest[:], sums.lowest[:] = -np.inf, np.inf
         return sums
 
@@ -81,7 +92,8 @@ class EnergyAudit:
     units stand in ``attrs["units"]``.
 
     ``closure`` is what is left over in all components relative to ``turnover``, the energy that changed hands.
-    ``hidden`` are components whose power does not balance at some instant: their loss() or energy() is not what their equations say.
+    ``violations`` are what no component may do: a negative loss, stored energy that jumps, power that does not balance. Closure alone is no
+    proof: energy that is made where it is declared as a loss closes, too.
     """
 
     def __init__(self, result: Result[Any]) -> None:
@@ -99,7 +111,7 @@ class EnergyAudit:
             for t in (trajectory.start, trajectory.end)
         )
         self._stored = last - first
-        self._largest = max(map(float, (self._sums.stored[0], abs(first.sum()), abs(last.sum()))))
+        self._largest = max(map(float, (self._sums.most[0], abs(first.sum()), abs(last.sum()))))
 
     @cached_property
     def _values(self) -> Values:
@@ -185,12 +197,42 @@ class EnergyAudit:
     @cached_property
     def hidden(self) -> dict[str, float]:
         """Components whose own power does not balance, with the largest imbalance in watts."""
-        floor = 1e-9 * self._sums.scale.max(initial=0.0)
-        return {
-            part.path: float(worst)
-            for part, worst, scale in zip(self._parts, self._sums.imbalance, self._sums.scale, strict=True)
-            if worst > HIDDEN * max(scale, floor)
-        }
+        found = self._sums.imbalance
+        return {self._parts[i].path: float(found[i]) for i in np.flatnonzero(found > self._tolerances)}
+
+    @cached_property
+    def violations(self) -> pd.DataFrame:
+        """What no component may do, each with the instant at which it is worst: component, time (s), violation, amount, unit.
+
+        A negative loss() gives energy, and so does an impact or a reset after which more is stored. Stored energy that jumps at an event
+        without either comes from nowhere. Power that does not balance means that energy() or loss() is not what the equations say
+        (``hidden``). What rounding leaves is not listed.
+        """
+        import pandas as pd
+
+        sums, paths, rows = self._sums, [part.path for part in self._parts], list[tuple[str, float, str, float, str]]()
+        # An event found some microseconds late gives no energy worth a line.
+        enough = 1e-9 * np.maximum(sums.turned, 1e-9 * self._scale)
+        for i in np.flatnonzero((sums.gain > self._tolerances) & (sums.given > enough)):
+            rows.append((paths[i], sums.gained[i], "negative loss", -sums.gain[i], "W"))
+        jumped = ROUNDING * np.maximum(sums.stored, 1e-9 * self._scale) + NOISE
+        for jump in self._jumps:
+            for i in () if jump.owners else np.flatnonzero(np.abs(jump.change) > jumped):
+                rows.append((paths[i], jump.time, f"stored energy jumps ({jump.cause})", jump.change[i], "J"))
+            given, owners = jump.change.sum(), [i for i in jump.owners if not self._parts[i].boundary]
+            if given > jumped.max() and owners:
+                rows.append(
+                    (", ".join(paths[i] for i in owners), jump.time, f"gives energy ({jump.cause})", given, "J")
+                )
+        for i in np.flatnonzero(sums.imbalance > self._tolerances):
+            rows.append((paths[i], sums.unbalanced[i], "power does not balance", sums.imbalance[i], "W"))
+        return pd.DataFrame(rows, columns=["component", "time", "violation", "amount", "unit"])
+
+    @property
+    def _tolerances(self) -> Array:
+        """The power of each component that counts as rounding (W)."""
+        scale = self._sums.scale
+        return np.asarray(ROUNDING * np.maximum(scale, 1e-9 * scale.max(initial=0.0)) + NOISE)
 
     @cached_property
     def turnover(self) -> float:
@@ -262,10 +304,11 @@ class EnergyAudit:
         ]
         if largest:
             lines.append(f"  losses: {', '.join(largest)}")
+        for name, time, violation, amount, unit in self.violations.head(8).itertuples(index=False):
+            lines.append(f"  {name or self.model}: {violation}, {amount:.4g} {unit} at {time:.6g} s")
         if self.hidden:
-            said = ", ".join(f"{name or self.model} (up to {watts:.3g} W)" for name, watts in self.hidden.items())
             lines.append(
-                f"  not balanced: {said}; their energy() or loss() is missing or wrong, or they are a boundary"
+                "  where power does not balance, energy() or loss() is missing or wrong, or the component is a boundary"
             )
         return "\n".join(lines)
 
@@ -281,7 +324,8 @@ def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
     waiting = Pieces.of(trajectory).blocks(terms.block)
     while waiting:
         pieces = waiting.pop()
-        values, w = terms.values(pieces.samples(trajectory), p), pieces.weights
+        samples, w = pieces.samples(trajectory), pieces.weights
+        values = terms.values(samples, p)
         supply, power = _supply(values, terms.own), values.power
         own = np.hstack((values.loss, values.rate, np.where(boundary, supply, 0.0)))
         rough = pieces.rough(np.hstack((power, own)), sums.turned.sum() + (w @ np.abs(own)).sum())
@@ -294,15 +338,26 @@ def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
         sums.highest = np.maximum(sums.highest, power.max(axis=0))
         sums.lowest = np.minimum(sums.lowest, power.min(axis=0))
         sums.loss += w @ values.loss
+        sums.given += w @ np.maximum(-values.loss, 0.0)
         sums.supply += w @ supply
         sums.turned += w @ (np.abs(values.loss) + np.abs(values.rate) + np.where(boundary, np.abs(supply), 0.0))
-        sums.imbalance = np.maximum(sums.imbalance, np.where(boundary, 0.0, np.abs(supply)).max(axis=0))
+        _exceed(sums.imbalance, sums.unbalanced, np.where(boundary, 0.0, np.abs(supply)), samples.t)
+        _exceed(sums.gain, sums.gained, -values.loss, samples.t)
         scale = np.abs(values.loss) + np.abs(values.rate) + np.abs(power) @ np.abs(terms.own.T)
         sums.scale = np.maximum(sums.scale, scale.max(axis=0))
-        sums.stored = np.maximum(sums.stored, np.abs(values.energy.sum(axis=1)).max())
+        sums.stored = np.maximum(sums.stored, np.abs(values.energy).max(axis=0))
+        sums.most = np.maximum(sums.most, np.abs(values.energy.sum(axis=1)).max())
     for extreme in (sums.highest, sums.lowest):
         extreme[~np.isfinite(extreme)] = 0.0
     return sums
+
+
+def _exceed(largest: Array, instants: Array, values: Matrix, t: Array) -> None:
+    """Puts the largest values of the columns and their times into the arrays, where they exceed what is there."""
+    row = values.argmax(axis=0)
+    found = np.take_along_axis(values, row[None], axis=0)[0]
+    higher = found > largest
+    largest[higher], instants[higher] = found[higher], t[row][higher]
 
 
 def _jumps(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> tuple[_Jump, ...]:

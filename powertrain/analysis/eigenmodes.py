@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from powertrain.analysis.linearization import Point, Selector, linearize
+from powertrain.analysis.linearization import Point, Selector, free_response
+from powertrain.arguments import listed
 from powertrain.component import Component
 from powertrain.errors import ParameterError
 from powertrain.plant import Plant
@@ -15,8 +17,13 @@ from powertrain.plant import Plant
 if TYPE_CHECKING:
     import xarray as xr
 
+Matrix = NDArray[Any]
 _STILL = 1e-9
-"""Imaginary parts below this share of the largest eigenvalue, and amplitudes below this share of the eigenvector, are round-off."""
+"""Amplitudes below this share of the eigenvector are round-off."""
+_CRITICAL = 1e-6
+"""Imaginary parts below this share of their eigenvalue are round-off: two real ones that coincide, at critical damping."""
+_ROUNDING = 64 * np.finfo(float).eps
+"""Singular values below this share of the largest one, times the number of states, are zero."""
 
 
 def eigenmodes(
@@ -30,7 +37,8 @@ def eigenmodes(
 
     Each pair of eigenvalues s = -D w_0 +- i w_0 sqrt(1 - D^2) of the linear model der(x) = A x is one ``mode``, with ``frequency``
     w_0/(2 pi) [Hz] without damping, ``damped_frequency`` [Hz], ``damping`` D [1] (negative: it grows) and ``shape``: amplitude and sign or
-    phase of the signals ``shapes`` (default: the states) as complex numbers, the largest one being 1.
+    phase of the signals ``shapes`` (default: the states) as complex numbers, the largest one being 1. The attribute ``zero_eigenvalues``
+    counts those of motions that nothing holds: two for a rigid body that turns or moves freely, one for an integral such as that of fuel.
 
     Modes of friction are those of the operating point: a stuck clutch joins its sides. ``at`` and ``parameters`` as for ``pt.linearize``.
     Raises ParameterError for a model that does not vibrate, and what ``pt.linearize`` raises.
@@ -38,17 +46,16 @@ def eigenmodes(
     import xarray as xr
 
     plant = plant if isinstance(plant, Plant) else Plant(plant)
-    driven = [*plant.compiled.inputs, *plant.parameters][:1]  # a linear model has an input; its column is not looked at
-    wanted = list(plant.compiled.states) if shapes is None else shapes
-    model = linearize(plant, inputs=driven, outputs=wanted, at=at, parameters=parameters)
-    values, vectors = (np.asarray(found, complex) for found in np.linalg.eig(model.A))
-    swings = np.imag(values) > _STILL * np.abs(values).max(initial=0.0)
+    wanted = list(plant.compiled.states) if shapes is None else listed("shapes", shapes)
+    a, c, names = free_response(plant, wanted, at, parameters)
+    values, vectors = _moving(a)
+    swings = np.imag(values) > _CRITICAL * np.abs(values)
     if not swings.any():
         raise ParameterError(
-            f"{type(plant.model).__name__} does not vibrate: none of its {len(values)} eigenvalues is complex"
+            f"{type(plant.model).__name__} does not vibrate: none of its {len(a)} eigenvalues is complex"
         )
     order = np.flatnonzero(swings)[np.argsort(np.abs(values[swings]), kind="stable")]
-    size, shape = np.abs(values[order]), (model.C @ vectors[:, order]).T
+    size, shape = np.abs(values[order]), (c @ vectors[:, order]).T
     largest = shape[np.arange(len(order)), np.abs(shape).argmax(axis=1)]
     if (np.abs(largest) < _STILL).any():
         raise ParameterError("none of the signals in shapes takes part in some of the vibrations; name others")
@@ -62,5 +69,33 @@ def eigenmodes(
         "damping": ("mode", -np.real(values[order]) / size, {"units": "1", "long_name": "Damping ratio"}),
         "shape": (("mode", "signal"), shape / largest[:, None], {"units": "1", "long_name": "Mode shape"}),
     }
-    names = list(model.linearization.outputs)
-    return xr.Dataset(data, {"mode": np.arange(1, len(order) + 1), "signal": names})
+    attributes = {"zero_eigenvalues": len(a) - len(values)}
+    return xr.Dataset(data, {"mode": np.arange(1, len(order) + 1), "signal": list(names)}, attributes)
+
+
+def _moving(a: Matrix) -> tuple[Matrix, Matrix]:
+    """The eigenvalues of a matrix that are not zero, and their eigenvectors.
+
+    A rigid body that moves freely has the eigenvalue zero twice with one eigenvector. Rounding by eps splits it into two of sqrt(eps),
+    which may look like a vibration. Therefore zeros are taken out by null spaces first, which rounding changes by eps only: in an
+    orthonormal basis (n, r) with a n = 0, the matrix is (0, u; 0, a'). The null space of a', what moves into that of a, is taken out in
+    the same way, until none is left. An eigenvector v of a' to the eigenvalue s gives n u v/s + r v of a.
+    """
+    from scipy.linalg import matrix_balance
+
+    inner, scale = matrix_balance(a, permute=False)
+    limit = _ROUNDING * len(a) * np.linalg.norm(inner, 2) if len(a) else 0.0
+    turns: list[tuple[Matrix, Matrix, Matrix]] = []
+    while len(inner):
+        _, sizes, rows = np.linalg.svd(inner)
+        rank = int((sizes > limit).sum())
+        if rank == len(inner):
+            break
+        null, rest = rows[rank:].T, rows[:rank].T
+        turns.append((null, rest, null.T @ inner @ rest))
+        inner = rest.T @ inner @ rest
+    values, vectors = (np.asarray(found, complex) for found in np.linalg.eig(inner))
+    for null, rest, coupling in reversed(turns):
+        vectors = null @ (coupling @ vectors / values) + rest @ vectors
+    vectors = scale @ vectors
+    return values, vectors / np.linalg.norm(vectors, axis=0)

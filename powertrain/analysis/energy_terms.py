@@ -23,6 +23,8 @@ from powertrain.symbols import Symbol, column
 
 Matrix = NDArray[np.float64]
 _BLOCK = 2_000_000
+_DEPTH = 100
+"""How deep the conditions of switches are compared."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,10 @@ class _Text:
 
 
 def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
-    """What the components say about power, loss and energy. A switch said here is no event: it follows its condition."""
+    """What the components say about power, loss and energy.
+
+    A switch said here is the one of the equations with the same condition; where there is none, it is no event and follows its condition.
+    """
     scratch = replace(recorder, path="energy", text=None, switches=[], schedules=[], guards=[])
     texts: dict[str, _Text] = {}
     with reading(scratch):
@@ -178,8 +183,9 @@ def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
     new: list[Symbol] = []
     for entry in scratch.switches:
         g = ca.substitute(entry.g, column(old), column(new)) if old else entry.g
+        same = [switch.mode for switch in recorder.switches if ca.is_equal(switch.g, g, _DEPTH)]
         old.append(entry.mode)
-        new.append(ca.if_else(g > 0, 1.0, 0.0))
+        new.append(same[0] if same else ca.if_else(g > 0, 1.0, 0.0))
 
     def plain(expression: Symbol) -> Symbol:
         return ca.substitute(Symbol(expression), column(old), column(new)) if old else Symbol(expression)

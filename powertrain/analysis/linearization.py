@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots
 from powertrain.analysis.reduction import Matrices, free_motion, substitute_inputs
+from powertrain.arguments import listed, named, number
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.connectors import Output
@@ -61,15 +62,34 @@ def linearize(
     driven = (
         list(plant.compiled.inputs)
         if inputs is None
-        else [s if isinstance(s, str) else signals.pick(s).label for s in inputs]
+        else [s if isinstance(s, str) else signals.pick(s).label for s in listed("inputs", inputs)]
     )
-    shown = _default_outputs(plant.compiled) if outputs is None else list(outputs)
-    labels = tuple(signals.pick(s).label for s in shown)
+    shown = _default_outputs(plant.compiled) if outputs is None else listed("outputs", outputs)
+    if not driven:
+        raise ParameterError(
+            'the model has no inputs; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
+            'or inputs=["shaft.flange_a.tau"] (an external torque)'
+        )
+    return _linearizer(plant, tuple(driven), shown).at(point)
+
+
+def free_response(
+    plant: Plant[Any], outputs: Sequence[Selector], at: Point | None, parameters: Mapping[str, float] | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[str, ...]]:
+    """A and C of der(x) = A x, y = C x at an operating point, and the names of y; arguments and errors as for ``linearize``."""
+    point, linearizer = _operating_point(plant, at, parameters), _linearizer(plant, (), outputs)
+    reduced = linearizer.reduced(point)[0]
+    return reduced.a, reduced.c, linearizer.outputs
+
+
+def _linearizer(plant: Plant[Any], inputs: tuple[str, ...], outputs: Sequence[Selector]) -> _Linearizer:
+    """The derivatives for this choice, built once for a plant."""
+    signals = signals_of(plant.compiled)
     kept = _kept.setdefault(plant, {})
-    key = (tuple(driven), labels)
+    key = (inputs, tuple(signals.pick(s).label for s in outputs))
     if key not in kept:
-        kept[key] = _Linearizer(plant, key[0], shown)
-    return kept[key].at(point)
+        kept[key] = _Linearizer(plant, inputs, outputs)
+    return kept[key]
 
 
 @dataclass(frozen=True)
@@ -83,12 +103,14 @@ class _Point:
 
 def _operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> _Point:
     if not isinstance(at, tuple):
-        values = dict(at or {})
-        t = float(values.pop("time", 0.0))
+        values = named("at", at)
+        t = number("at: time", values.pop("time", 0.0))
         given = {n: values.pop(n) for n in list(values) if n in plant.compiled.inputs}
         x, z, m, _ = plant.initialize(t, parameters, values, inputs=given)
         return _Point(t, x, z, m, plant.parameter_vector(parameters))
-    result, t = at
+    if len(at) != 2 or not isinstance(at[0], Result):
+        raise ParameterError("at: give values by name, or (result, t) with a result of this model")
+    result, t = at[0], number("at: t", at[1])
     if parameters is not None:
         raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
     trajectory, p = result.trajectory, result.parameters
@@ -143,11 +165,6 @@ class _Linearizer:
                 raise ParameterError(
                     f"inputs: the model has no input, signal port, flow of a port or parameter {name}{near}"
                 )
-        if not self.inputs:
-            raise ParameterError(
-                'the model has no inputs; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
-                'or inputs=["shaft.flange_a.tau"] (an external torque)'
-            )
 
     def _refuse_twice(self, kind: str, names: Sequence[str]) -> None:
         if len(set(names)) < len(names):
@@ -172,6 +189,11 @@ class _Linearizer:
         return ca.Function("powertrain_linear", known, [ca.densify(rows), ca.densify(jacobian)])
 
     def at(self, point: _Point) -> LinearModel:
+        """The linear model at an operating point."""
+        return self._state_space(*self.reduced(point), point)
+
+    def reduced(self, point: _Point) -> tuple[Matrices, NDArray[np.int64], NDArray[np.float64], Array]:
+        """Its matrices, which of the states they have, what of the inputs is taken out of these, and the values of all states."""
         x, z = self.transfer(point)
         values, jacobian = self.values(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
         full = self._matrices(np.array(values, float).ravel(), np.array(jacobian, float), z.size)
@@ -179,7 +201,7 @@ class _Linearizer:
         held = self._held(point.m)
         self._refuse_moved(proper.v[0][held])
         reduced, kept = free_motion(proper, np.array(held, int), self.kinematic)
-        return self._state_space(reduced, kept, gains, point, x)
+        return reduced, kept, gains, x
 
     def _refuse_moved(self, effects: NDArray[np.float64]) -> None:
         for name in self.parameters:
@@ -241,7 +263,7 @@ class _Linearizer:
         ]
 
     def _state_space(
-        self, matrices: Matrices, kept: NDArray[np.int64], gains: NDArray[np.float64], point: _Point, x: Array
+        self, matrices: Matrices, kept: NDArray[np.int64], gains: NDArray[np.float64], x: Array, point: _Point
     ) -> LinearModel:
         from powertrain.analysis.linear_model import Linearization, LinearModel
 

@@ -1,86 +1,200 @@
-"""Many runs of one plant: over parameters, starts or inputs, one after the other or on any executor."""
+"""Many runs of one plant: over parameters, starts or inputs, one after the other or on any executor, in memory or in a folder."""
 
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterable, Mapping, Sequence
+import tempfile
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from functools import lru_cache
+from contextlib import closing, contextmanager
 from inspect import signature
-from typing import Any, Literal, TypeVar
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
+from powertrain.analysis.cases import Job, Outcome, run_case
+from powertrain.analysis.dispatch import outcomes as dispatched
+from powertrain.analysis.identity import model_identity
+from powertrain.analysis.sweep import Found, Plan, Sweep
+from powertrain.arguments import names, path
 from powertrain.component import Component
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.plant import Plant, packed_model
 from powertrain.result import Result
+from powertrain.signals import signals_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 M = TypeVar("M", bound=Component)
 
 
+@overload
+def sweep(
+    model: M | Plant[M], cases: Iterable[Mapping[str, Any]], *, to: None = None, **options: Any
+) -> Sweep[Result[M] | PowertrainError]: ...
+@overload
+def sweep(
+    model: M | Plant[M], cases: Iterable[Mapping[str, Any]], *, to: str | PathLike[str], **options: Any
+) -> Sweep[xr.Dataset | PowertrainError]: ...
 def sweep(
     model: M | Plant[M],
-    cases: Sequence[Mapping[str, Any]],
+    cases: Iterable[Mapping[str, Any]],
     *,
+    to: str | PathLike[str] | None = None,
+    record: str | Sequence[str] | None = None,
+    scalars: Mapping[str, Callable[[Any], float]] | None = None,
     executor: Executor | None = None,
     on_error: Literal["raise", "keep"] = "raise",
     progress: bool = False,
     **options: Any,
-) -> list[Result[M] | PowertrainError]:
+) -> Sweep[Any]:
     """Simulates every case; a case is what differs from run to run, ``options`` is common to all (see ``Plant.simulate``).
 
-    ``pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)`` compiles nothing again. ``executor`` is anything in the
-    manner of concurrent.futures (threads, processes, dask, mpi4py); a process compiles the model once. Results stand in the order of the
-    cases; with ``on_error="keep"`` a failed run leaves its error in its place, with what was reached as ``result``.
+    ``pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)`` compiles nothing again, and gives the results in the order of
+    the cases.
 
-    Raises ParameterError where a case is none for ``Plant.simulate`` or the model cannot be sent to other processes, and the first error of
-    a run otherwise.
+    ``scalars``: numbers to keep of each run, functions of its result by name: ``{"top speed": top_speed}``; they stand in the table of the
+    sweep beside the parameters of the cases. ``record``: names and patterns of the signals to keep; without it all are kept, or none where
+    there are ``scalars``.
+    ``to``: a folder to which every case is written as it ends, as a netCDF file, instead of keeping it in memory. A sweep that was
+    interrupted goes on there: cases that are in the folder are not run again, failed ones (``*.failed.nc``) only for "raise".
+    ``executor``: anything in the manner of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
+    ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; a case whose process is lost is run again.
+    ``on_error``: "keep" leaves the error of a failed run in its place, with what was reached as ``result``, and after Ctrl-C what was not
+    run. "raise" cancels what has not begun and raises the error, which has the cases so far as ``sweep``.
+
+    Raises ParameterError where a case is none for ``Plant.simulate``, where the model or a function cannot be sent to other processes, and
+    where the folder holds cases of another sweep.
     """
     plant = model if isinstance(model, Plant) else Plant(model)
-    tasks = [{**options, **case} for case in cases]
-    for k, task in enumerate(tasks):
-        _check(k, task)
-    outcomes: Iterable[Result[M] | PowertrainError]
+    if not isinstance(on_error, str) or on_error not in ("raise", "keep"):
+        raise ParameterError(f'on_error = {on_error!r} is neither "raise" nor "keep"')
+    if not isinstance(progress, bool):
+        raise ParameterError(f"progress = {progress!r} is neither True nor False")
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise ParameterError(
+            f"executor = {executor!r} is no executor: give one such as concurrent.futures.ProcessPoolExecutor(4)"
+        )
+    plan = Plan(_tasks(cases, options), dict(options), _job(plant, to, record, scalars, executor is not None))
+    found = Found.before(plan, failed_too=on_error == "keep")
+    with closing(_run(plant, plan, found.missing(), executor)) as arriving, _shown(found, progress) as ended:
+        try:
+            for outcomes in arriving:
+                ended(len(outcomes))
+                for outcome in outcomes:
+                    found.take(outcome)
+                failed = [outcome for outcome in outcomes if outcome.error is not None]
+                if failed and on_error == "raise":
+                    _raise(failed[0], Sweep(plan, found))
+        except KeyboardInterrupt as error:
+            if on_error == "raise":
+                error.add_note(f"{found.done.sum()} of {len(plan.cases)} cases were run")
+                error.sweep = Sweep(plan, found)  # type: ignore[attr-defined]
+                raise
+    return Sweep(plan, found)
+
+
+def _run(
+    plant: Plant[Any], plan: Plan, numbers: Sequence[int], executor: Executor | None
+) -> Generator[list[Outcome], None, None]:
+    """The outcomes as they come."""
+    cases = map(plan.case, numbers)
     if executor is None:
-        outcomes = (_attempt(plant, task) for task in tasks)
-    else:
-        packed = packed_model(plant.model)
-        futures = [executor.submit(_run_packed, packed, task) for task in tasks]
-        outcomes = (future.result() for future in futures)
-    if progress:
-        from tqdm.auto import tqdm
-
-        outcomes = tqdm(outcomes, total=len(tasks), unit="run")
-    found: list[Result[M] | PowertrainError] = []
-    for outcome in outcomes:
-        if isinstance(outcome, PowertrainError) and on_error == "raise":
-            raise outcome
-        found.append(outcome)
-    return found
+        yield from ([run_case(plant, plan.job, case)] for case in cases)
+    elif numbers:
+        with closing(dispatched(plan.job, cases, len(numbers), executor)) as arriving:
+            yield from ([outcome.received(plant) for outcome in outcomes] for outcomes in arriving)
 
 
-def _check(k: int, task: Mapping[str, Any]) -> None:
-    known = list(signature(Plant.simulate).parameters)[1:]
-    for name in task:
-        if name not in known:
-            raise ParameterError(
-                f"case {k}: {name} is no option of simulate(){suggestion(str(name), known)}; "
-                f'the parameters of a case are written {{"parameters": {{"J1.J": 2.0}}}}'
-            )
-    if "stop" not in task:
-        raise ParameterError(f"case {k}: stop (s) must be given, for all cases or for each")
+def _raise(outcome: Outcome, reached: Sweep[Any]) -> None:
+    assert outcome.error is not None
+    outcome.error.add_note(f"case {outcome.number}: {reached.cases[outcome.number]}")
+    outcome.error.sweep = reached
+    raise outcome.error
 
 
-def _attempt(plant: Plant[M], task: dict[str, Any]) -> Result[M] | PowertrainError:
+@contextmanager
+def _shown(found: Found, progress: bool) -> Iterator[Callable[[int], object]]:
+    """A function of the number of cases that ended."""
+    if not progress:
+        yield lambda count: None
+        return
+    from tqdm.auto import tqdm
+
+    with tqdm(total=len(found.done), initial=int(found.done.sum()), unit="run") as bar:
+        yield bar.update
+
+
+def _tasks(cases: Iterable[Mapping[str, Any]], options: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     try:
-        return plant.simulate(**task)
-    except PowertrainError as error:
-        return error
+        listed = list(cases)
+    except TypeError:
+        raise ParameterError(f"cases = {cases!r}: give a list of mappings") from None
+    known = [name for name in signature(Plant.simulate).parameters if name not in ("self", "record", "progress")]
+    for k, case in enumerate(listed):
+        if not isinstance(case, Mapping):
+            raise ParameterError(f"case {k}: {case!r} is no mapping; write {_EXAMPLE}")
+        for name in (*options, *case):
+            if name not in known:
+                common = "is the same for all cases" if name in ("record", "progress") else "is no option of simulate()"
+                near = suggestion(str(name), known)
+                raise ParameterError(
+                    f"case {k}: {name} {common}{near}; the parameters of a case are written {_EXAMPLE}"
+                )
+        if "stop" not in options and "stop" not in case:
+            raise ParameterError(f"case {k}: stop (s) must be given, for all cases or for each")
+    return listed
 
 
-def _run_packed(packed: bytes, task: dict[str, Any]) -> Any:
-    return _attempt(_plant_of(packed), task)
+_EXAMPLE = '{"parameters": {"J1.J": 2.0}}'
 
 
-@lru_cache(maxsize=4)
-def _plant_of(packed: bytes) -> Plant[Any]:
-    return Plant(pickle.loads(packed))
+def _job(
+    plant: Plant[Any],
+    to: str | PathLike[str] | None,
+    record: str | Sequence[str] | None,
+    scalars: Mapping[str, Callable[[Any], float]] | None,
+    sent: bool,
+) -> Job:
+    """What the cases have in common, checked before any of them runs."""
+    functions = _functions(scalars, sent)
+    for name in functions:
+        if name in plant.parameters or name == "error":
+            raise ParameterError(f"scalars: {name!r} is the name of another column of the table; choose another one")
+    kept: tuple[str, ...] | None = () if functions else None
+    if record is not None:
+        kept = tuple(signals_of(plant.compiled).matching(names("record", record)))
+    folder = None if to is None else _folder(to)
+    packed = packed_model(plant.model) if sent else b""
+    return Job(packed, model_identity(plant.compiled) if sent or folder else "", kept, functions, folder)
+
+
+def _folder(to: Any) -> Path:
+    """The folder, made where it is not there; looked at before anything is computed."""
+    try:
+        folder = Path(path("to", to))
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ParameterError(f"to: the folder {to} cannot be written to: {error.strerror}") from None
+    return folder.resolve()
+
+
+def _functions(scalars: Any, sent: bool) -> dict[str, Callable[[Any], float]]:
+    if not isinstance(scalars, Mapping | None):
+        raise ParameterError(
+            f'scalars = {scalars!r}: give functions of a run by name, such as {{"top speed": top_speed}}'
+        )
+    for name, function in (scalars or {}).items():
+        if not isinstance(name, str) or not callable(function):
+            raise ParameterError(f"scalars: {name!r}: {function!r} is not a function of a run with a name")
+        if sent:
+            try:
+                pickle.dumps(function)
+            except Exception as error:
+                raise ParameterError(
+                    f"scalars: {name!r}: {function!r} cannot be sent to another process ({error}); define it at the top level of a module"
+                ) from None
+    return dict(scalars or {})

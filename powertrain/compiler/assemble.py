@@ -22,6 +22,7 @@ from powertrain.errors import ModelError
 from powertrain.laws import FrictionLaw, Law, Reinit, UnilateralLaw, WhenLaw
 from powertrain.recorder import GuardEntry, Place, reading
 from powertrain.symbols import Symbol, column, free_symbols, key, time
+from powertrain.units import rate_unit
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,7 @@ def _assemble(
         flat=flat,
         dae=dae,
         states=list(dae.state_names),
-        signals=_signals(flat, resolver, torques),
+        signals=_signals(flat, resolver, torques) | _nameless(reduced, dae, states),
         parameters={c.name: c for c in flat.parameters},
         inputs={u.name: u for u in inputs},
         resolve=resolver.model,
@@ -298,8 +299,23 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
         plain = alias is None or alias.plain
         if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
             named[base] = unknown.name
-    symbols = {b: reduced.derivative(reduced.symbols[b[0]], b[1]).name() for b in states}
-    return [named.get(b, symbols[b]) for b in states]
+    return [named.get(b) or _derivative_name(named.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
+
+
+def _derivative_name(name: str, order: int) -> str:
+    return "der(" * order + name + ")" * order
+
+
+def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str, SignalEntry]:
+    """The states that are derivatives to which the text gives no name."""
+    named = {unknown.name for unknown in reduced.flat.unknowns.values()}
+    found = {}
+    for name, (root, order), symbol in zip(dae.state_names, states, ca.vertsplit(dae.x) if states else (), strict=True):
+        if name not in named:
+            unknown = reduced.flat.unknowns.get(root)
+            unit, doc = (unknown.unit, unknown.doc) if unknown else ("1", name)
+            found[name] = SignalEntry(rate_unit(unit, order), f"Derivative: {doc}", symbol)
+    return found
 
 
 def _signals(flat: Flat, resolver: Resolver, torques: list[Torque]) -> dict[str, SignalEntry]:

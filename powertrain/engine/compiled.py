@@ -1,12 +1,22 @@
-"""Passing functions through the machine's C compiler, cached on disk by the content of their code."""
+"""Passing functions through the machine's C compiler, cached on disk by what they are compiled from.
+
+The cache is a folder of the user's own. An entry is two files: the library, called by the hash of its content, and a text called by the
+hash of all it was built from, which names the library. A library is loaded where it has the content that its name says.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import os
+import platform
+import shlex
 import shutil
+import stat
 import subprocess
+import sys
 import tempfile
+import warnings
+from functools import lru_cache
 from pathlib import Path
 
 import casadi as ca
@@ -25,31 +35,94 @@ def cache_directory() -> Path:
 
 
 def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Function]:
-    """The same functions from a shared library. Raises PowertrainError where there is no compiler or it fails."""
+    """The same functions from a shared library; where the cache cannot be used a warning says why, and they stay as they are.
+
+    Raises PowertrainError where there is no compiler or it fails.
+    """
     generator = ca.CodeGenerator("powertrain_steps.c")
     for function in functions.values():
         generator.add(function)
-    code = generator.dump()
-    digest = hashlib.sha256((code + " ".join(FLAGS)).encode()).hexdigest()[:24]
-    library = cache_directory() / f"powertrain_{digest}.so"
-    if not library.exists():
-        _build(code, library)
-    return {key: ca.external(function.name(), str(library)) for key, function in functions.items()}
+    code, compiler = generator.dump(), _compiler()
+    try:
+        library = _library(code, compiler)
+        return {key: ca.external(function.name(), str(library)) for key, function in functions.items()}
+    except (OSError, RuntimeError) as error:  # the latter from a file system that does not allow programs
+        warnings.warn(
+            f"compile=True has no effect here: the cache of compiled models cannot be used ({error}). "
+            "Name a folder of your own in the environment variable POWERTRAIN_CACHE",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        return functions
 
 
-def _build(code: str, library: Path) -> None:
-    compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if compiler is None:
+def _library(code: str, compiler: tuple[str, ...]) -> Path:
+    """The library of the code, built where the cache has none or a damaged one."""
+    folder = _own_folder(cache_directory() / "compiled")
+    origin = "\n".join((code, *FLAGS, *compiler, _version(compiler), sys.platform, platform.machine()))
+    entry = folder / f"{hashlib.sha256(origin.encode()).hexdigest()}.txt"
+    known = entry.read_text(encoding="ascii", errors="replace") if entry.is_file() else ""
+    library = folder / f"powertrain_{known}.so"
+    if not known.isalnum() or not library.is_file() or _digest(library) != known:
+        library = _built(code, compiler, entry)
+    return library
+
+
+def _own_folder(folder: Path) -> Path:
+    """The folder, which only its owner can read and write. OSError where it belongs to somebody else."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode):
+        raise NotADirectoryError(f"{folder} is not a folder")
+    if hasattr(os, "getuid") and found.st_uid != os.getuid():
+        raise PermissionError(f"{folder} belongs to another user")
+    if found.st_mode & 0o077:
+        folder.chmod(0o700)
+    return folder
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
+    """Compiles the code and enters it into the cache; every file comes to its name complete."""
+    with tempfile.TemporaryDirectory(dir=entry.parent) as folder:
+        source, built, named = Path(folder) / "steps.c", Path(folder) / "steps.so", Path(folder) / "entry"
+        source.write_text(code, encoding="utf-8")
+        done = _run([*compiler, *FLAGS, str(source), "-o", str(built), "-lm"])
+        if done.returncode:
+            raise PowertrainError(f"the C compiler {shlex.join(compiler)} failed:\n{done.stderr[-2000:]}")
+        digest = _digest(built)
+        named.write_text(digest, encoding="ascii")
+        library = built.replace(entry.parent / f"powertrain_{digest}.so")
+        named.replace(entry)
+    return library
+
+
+def _compiler() -> tuple[str, ...]:
+    """The command of the C compiler with its arguments."""
+    try:
+        chosen = shlex.split(os.environ.get("CC") or "")
+    except ValueError as error:
+        raise PowertrainError(f"the environment variable CC is not a command: {error}") from None
+    found = chosen or [path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))][:1]
+    if not found:
         raise PowertrainError(
             "compile=True needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, or leave compile=False."
         )
-    library.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
-        source, built = Path(folder) / "steps.c", Path(folder) / "steps.so"
-        source.write_text(code)
-        done = subprocess.run(
-            [compiler, *FLAGS, str(source), "-o", str(built), "-lm"], capture_output=True, text=True, check=False
-        )
-        if done.returncode:
-            raise PowertrainError(f"the C compiler {compiler} failed:\n{done.stderr[-2000:]}")
-        built.replace(library)
+    return tuple(found)
+
+
+@lru_cache
+def _version(compiler: tuple[str, ...]) -> str:
+    """What the compiler says it is; nothing where it does not know the question."""
+    return _run([*compiler, "--version"]).stdout
+
+
+def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    except OSError as error:
+        raise PowertrainError(f"the C compiler {command[0]} cannot be run: {error.strerror}") from None

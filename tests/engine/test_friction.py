@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import os
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, bodies, coupled_clutches, dae
+from reference import load
 from scipy.optimize import brentq
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Switch
@@ -43,35 +40,21 @@ def coupled_columns() -> list[str]:
     return ["J1.phi", "J1.w", *(f"clutch{k}.{v}" for k in (1, 2, 3) for v in ("phi_rel", "w_rel"))]
 
 
-def coupled_reference() -> dict[str, np.ndarray]:
-    folder = os.environ.get("POWERTRAIN_REFERENCE_RESULTS")
-    if not folder:
-        pytest.skip("POWERTRAIN_REFERENCE_RESULTS does not name the folder of reference trajectories")
-    with (Path(folder) / "Rotational" / "CoupledClutches.csv").open() as file:
-        rows = list(csv.reader(file))
-    return {name: np.array([float(row[i]) for row in rows[1:]]) for i, name in enumerate(rows[0])}
-
-
 @pytest.mark.parametrize("method", ["dopri5", "rodas5p", "sparse"])
 def test_coupled_clutches_follow_the_reference(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if method == "sparse":
         monkeypatch.setattr("powertrain.engine.engine._LARGE", 0)
         method = "rodas5p"
-    reference = coupled_reference()
+    reference = load("Rotational/CoupledClutches")
     trajectory = Engine(coupled_clutches(), method).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)  # type: ignore[arg-type]
-    times = np.unique(reference["time"])
-    x = trajectory.at(times, with_events=False)[1]
+    x = trajectory.at(reference.time, with_events=False)[1]
     for k, name in enumerate(coupled_columns()):
-        expected = np.interp(times, reference["time"], reference[name])
-        assert np.abs(x[:, k] - expected).max() < 2e-4, name
+        assert np.abs(x[:, k] - reference.signals[name]).max() < 2e-4, name
     for k in (1, 2, 3):
-        mode = (
-            reference[f"clutch{k}.mode"] + reference[f"clutch{k}.startForward"] - reference[f"clutch{k}.startBackward"]
-        )
-        changes = np.flatnonzero(np.diff(mode))
+        since, expected = zip(*reference.modes[f"clutch{k}.mode"][1:], strict=True)
         ours = [e for e in trajectory.events if e.name == f"clutch{k}"]
-        assert [e.new for e in ours] == [mode[i + 1] for i in changes]
-        assert np.abs(np.array([e.time for e in ours]) - reference["time"][changes]).max() < 1e-5
+        assert [e.new for e in ours] == list(expected)
+        assert np.abs(np.array([e.time for e in ours]) - since).max() < 1e-5
 
 
 def test_perturbed_coupled_clutches_keep_the_sequence_of_a_tight_run() -> None:

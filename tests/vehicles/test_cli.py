@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -498,3 +502,49 @@ def test_reproduce_prints_and_writes(tmp_path: Path) -> None:
     assert "agree with the print" in text
     assert (tmp_path / "yu-beachley.md").is_file()
     assert "did you mean yu-beachley" in refused("reproduce", "yu-beachly")
+
+
+def test_what_cannot_be_written_is_refused_before_the_simulation(
+    tmp_path: Path, short: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def simulated(*_: object, **__: object) -> None:
+        raise AssertionError("simulated")
+
+    monkeypatch.setattr(pt.Plant, "simulate", simulated)
+    run = ("run", "SplitPathCar", "--cycle", short)
+    out = str(tmp_path / "y.csv")
+    assert "no signal engin.*; did you mean engine" in refused(*run, "--out", out, "--signals", "engin.*")
+    assert "--signals chooses what --out writes" in refused(*run, "--signals", "engine.*")
+    assert "cannot be written" in refused(*run, "--out", "/proc/y.csv")
+    assert "cannot be written: File name too long" in refused(*run, "--out", str(tmp_path / f"{'y' * 300}.csv"))
+    monkeypatch.setattr("powertrain.export.find_spec", lambda _: None)
+    assert "netCDF4 is not installed" in refused(*run, "--out", str(tmp_path / "y.nc"), code=1)
+    assert not list(tmp_path.iterdir())
+
+
+def test_ctrl_c_keeps_and_writes_what_was_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate, out = pt.Plant.simulate, tmp_path / "y.csv"
+
+    def interrupted(plant: Any, stop: float, *, progress: Callable[[float], None], **options: Any) -> Any:
+        def watch(t: float) -> None:
+            if t > 10.0:
+                os.kill(os.getpid(), signal.SIGINT)
+            progress(t)
+
+        monkeypatch.setattr("powertrain.engine.loop._throttled", lambda watch: watch)
+        return simulate(plant, stop, progress=watch, **options)
+
+    monkeypatch.setattr(pt.Plant, "simulate", interrupted)
+    text = refused("run", "SplitPathCar", "--cycle", "wltc", "--out", str(out), "--signals", "body.v", code=130)
+    assert "the run ended at 1" in text
+    assert "interrupted" in text
+    assert f"wrote {out}" in text
+    assert 10.0 < pd.read_csv(out)["time"].iloc[-1] < 20.0
+
+
+def test_ctrl_c_elsewhere_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("powertrain.compile", interrupted)
+    assert "interrupted" in refused("run", "SplitPathCar", code=130)

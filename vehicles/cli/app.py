@@ -9,7 +9,7 @@ import click
 
 from powertrain import PowertrainError, __version__
 from powertrain.errors import suggestion
-from powertrain.vehicles.cli.options import write_examples
+from powertrain.vehicles.cli.options import INTERRUPTED, write_examples
 
 COMMANDS = {
     "list": "listing",
@@ -77,6 +77,9 @@ class Commands(click.Group):
             ) from None
         except PowertrainError as error:
             raise click.ClickException(str(error)) from None
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            raise click.exceptions.Exit(INTERRUPTED) from None
 
 
 @click.group(
@@ -88,5 +91,6 @@ class Commands(click.Group):
 def main() -> None:
     """Vehicle powertrains: simulate vehicles over drive cycles, map their efficiency, look at parts, design transmissions.
 
-    `powertrain COMMAND --help` tells more. Exit codes: 0 done, 1 the model or the simulation failed, 2 the command line is wrong.
+    `powertrain COMMAND --help` tells more. Exit codes: 0 done, 1 the model or the simulation failed, 2 the command line
+    is wrong, 130 interrupted.
     """

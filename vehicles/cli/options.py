@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from powertrain import Component, ModelError, ParameterError
+from powertrain import Component, ModelError, ParameterError, SimulationError
 
 if TYPE_CHECKING:
     from powertrain.components.cycles import DriveCycle
@@ -117,12 +119,20 @@ class OutputFile(click.Path):
         self.suffixes = suffixes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Its ending is known, its folder is there."""
+        """Its ending is known, it can be written."""
         path = Path(str(super().convert(value, param, ctx)))
         if path.suffix.lower() not in self.suffixes:
             self.fail(f"{str(path)!r} ends in none of {', '.join(self.suffixes)}", param, ctx)
         if not path.parent.is_dir():
             self.fail(f"the folder {str(path.parent)!r} is not there", param, ctx)
+        try:
+            there = path.exists()
+            with path.open("ab"):
+                pass
+        except OSError as error:
+            self.fail(f"{str(path)!r} cannot be written: {error.strerror}", param, ctx)
+        if not there:
+            path.unlink()
         return path
 
 
@@ -182,3 +192,52 @@ def _is_there(model: Component, path: str) -> bool:
 def progress() -> bool:
     """Bars are for terminals."""
     return sys.stderr.isatty()
+
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C."""
+
+
+class Interrupted(click.ClickException):
+    """A command that kept what it had reached at Ctrl-C."""
+
+    exit_code = INTERRUPTED
+
+
+class Interruption:
+    """Ctrl-C as an end of the simulation, so that what was reached is kept; a second one ends the command at once.
+
+    ``with Interruption(start, stop) as watch: plant.simulate(..., progress=watch)``; draws a bar on terminals.
+    """
+
+    def __init__(self, start: float, stop: float) -> None:
+        self.asked, self._reached = False, start
+        self._stop, self._bar = stop, None if not progress() else self._drawn(start, stop)
+
+    @staticmethod
+    def _drawn(start: float, stop: float) -> Any:
+        from tqdm.auto import tqdm
+
+        return tqdm(total=stop - start, unit="s", desc="simulated")
+
+    def __call__(self, t: float) -> None:
+        """The time that the simulation has reached [s]."""
+        if self._bar is not None:
+            self._bar.update(t - self._reached)
+        self._reached = t
+        if self.asked and t < self._stop:
+            raise SimulationError("interrupted")
+
+    def __enter__(self) -> Interruption:
+        self._before = signal.signal(signal.SIGINT, self._ask)
+        return self
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
+
+    def __exit__(self, *error: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+        if self._bar is not None:
+            self._bar.close()

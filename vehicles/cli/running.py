@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +12,8 @@ from powertrain.vehicles.cli.options import (
     PICTURE,
     Command,
     Cycle,
+    Interrupted,
+    Interruption,
     OutputFile,
     Span,
     Vehicle,
@@ -111,7 +113,7 @@ def command(
     """
     import powertrain as pt
     from powertrain.vehicles.cli import files
-    from powertrain.vehicles.cli.options import configured, progress
+    from powertrain.vehicles.cli.options import configured
     from powertrain.vehicles.cli.settings import free_or_error
     from powertrain.vehicles.trials import drive_cycle, on_rolling_road
     from powertrain.vehicles.trials.gears import is_geared
@@ -129,27 +131,28 @@ def command(
     plant = pt.compile(model)
     with of_the_command_line():
         free_or_error(paths, model, plant.parameters)
+    chosen = _chosen(plant, out, signals)
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
-    run = drive_cycle(plant, progress=progress(), rtol=rtol)
-    early = run.result.time[-1] < run.cycle.times[-1]
-    ended = f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message
-    if run.message and run.distance < WORTH_A_REPORT:
-        raise click.ClickException(ended)
-    click.echo(report(run))
-    if backward:
-        click.echo(_beside(run, model))
+    with Interruption(float(driven.times[0]), float(driven.times[-1])) as watch:
+        run = drive_cycle(plant, progress=watch, rtol=rtol)
     if out is not None:
-        _write(run, out, signals)
-    if plot is not None:
-        _draw_run(run, plot)
-    if chart is not None:
-        click.echo(f"\n{_draw_map(run, model, chart)}")
+        run.result.save(out, *chosen)
+    if not run.message or run.distance >= WORTH_A_REPORT:
+        click.echo(report(run))
+        if backward:
+            click.echo(_beside(run, model))
+        if plot is not None:
+            _draw_run(run, plot)
+        if chart is not None:
+            click.echo(f"\n{_draw_map(run, model, chart)}")
     for path in (write_params, out, plot, chart):
-        if path is not None:
+        if path is not None and path.exists():
             click.echo(f"wrote {path}")
     if run.message:
-        raise click.ClickException(ended)
+        kind = Interrupted if watch.asked else click.ClickException
+        early = run.result.time[-1] < run.cycle.times[-1]
+        raise kind(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message)
 
 
 def _beside(run: CycleRun, model: pt.Component) -> str:
@@ -263,13 +266,14 @@ def _part(cycle: DriveCycle, start: float, stop: float) -> DriveCycle:
     return cycle.part(start, stop)
 
 
-def _write(run: CycleRun, path: Path, signals: tuple[str, ...]) -> None:
-    """The signals over time."""
+def _chosen(plant: pt.Plant[Any], out: Path | None, patterns: tuple[str, ...]) -> list[str]:
+    """The signals that are written; what cannot be written is refused before the simulation."""
+    from powertrain.export import engine
+    from powertrain.signals import signals_of
+
+    if patterns and out is None:
+        raise click.UsageError("--signals chooses what --out writes: give --out, too")
     with of_the_command_line():
-        chosen = [name for pattern in signals for name in run.result.names(pattern)]
-    if signals and not chosen:
-        raise click.UsageError(f"--signals {' '.join(signals)}: the model has no such signal")
-    if path.suffix == ".csv":
-        run.result.to_dataframe(*chosen).to_csv(path)
-    else:
-        run.result.save(path, *chosen)
+        if out is not None and out.suffix.lower() == ".nc":
+            engine("--out")
+        return signals_of(plant.compiled).matching(patterns)

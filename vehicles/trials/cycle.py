@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -145,7 +146,7 @@ def drive_cycle(
     cycle: DriveCycle | str | None = None,
     *,
     parameters: dict[str, float] | None = None,
-    progress: bool = False,
+    progress: bool | Callable[[float], None] = False,
     **options: Any,
 ) -> CycleRun:
     """Let a vehicle drive a cycle (``None``: the one it has; a name: one of the legislated).

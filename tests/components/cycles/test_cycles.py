@@ -100,3 +100,11 @@ def test_signal_shows_the_cycle_and_what_comes() -> None:
     with pytest.raises(pt.ParameterError, match=r"preview of 0 s"):
         pt.compile(CycleSpeed(preview=0.0))
     assert math.isclose(ramp.distance, 300)
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
+    (tmp_path / "latin.csv").write_bytes("# Öl\ntime_s,speed_km_h\n0,0\n".encode("latin-1"))
+    with pytest.raises(pt.ParameterError, match=r"latin\.csv: byte 2 is not text in UTF-8"):
+        DriveCycle.from_csv(tmp_path / "latin.csv")
+    with pytest.raises(pt.ParameterError, match=r"none\.csv: cannot be read: No such file"):
+        DriveCycle.from_csv(tmp_path / "none.csv")

@@ -1,0 +1,70 @@
+"""Whether two computations are the same: one hash of values, of functions by their code, and of compiled models by their equations."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from collections.abc import Iterator, Mapping
+from functools import partial
+from types import CodeType, FunctionType
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.engine.packing import pack
+from powertrain.errors import ParameterError
+from powertrain.symbols import column
+
+
+def identity(*values: Any) -> str:
+    """A hash of numbers, texts, arrays, functions and of mappings and sequences of them. The same in every process."""
+    content = hashlib.sha256()
+    for piece in _pieces(values):
+        content.update(b"%d:" % len(piece))
+        content.update(piece)
+    return content.hexdigest()
+
+
+def model_identity(compiled: Compiled) -> str:
+    """A hash of the equations, laws, signals, parameters and start conditions of a compiled model."""
+    dae, flat = compiled.dae, compiled.flat
+    packed, expressions = pack(dae), column([entry.expression for entry in compiled.signals.values()])
+    signals = ca.Function("powertrain_signals", [dae.t, dae.x, dae.z, dae.m, dae.p], [expressions])
+    starts = [(u.name, u.start, u.guess) for u in flat.unknowns.values()], [str(e.residual) for e in flat.initial]
+    texts = [(name, entry.unit, entry.doc) for name, entry in compiled.signals.items()]
+    values = [(name, c.value, c.unit) for name, c in compiled.parameters.items()]
+    return identity(packed.function.serialize(), packed.skeleton, signals.serialize(), texts, values, starts)
+
+
+def _pieces(value: Any) -> Iterator[bytes]:
+    """The content of a value, its kind and size first."""
+    if isinstance(value, np.ndarray):
+        yield f"array {value.dtype.str} {value.shape}".encode()
+        yield value.tobytes()
+    elif isinstance(value, Mapping):
+        yield f"mapping {len(value)}".encode()
+        for name in sorted(value, key=repr):
+            yield from _pieces(name)
+            yield from _pieces(value[name])
+    elif isinstance(value, list | tuple | set | frozenset):
+        value = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
+        yield f"sequence {len(value)}".encode()
+        for item in value:
+            yield from _pieces(item)
+    elif isinstance(value, FunctionType):
+        cells = dict(zip(value.__code__.co_freevars, value.__closure__ or (), strict=True))
+        held = {name: cell.cell_contents for name, cell in cells.items() if name != value.__name__}
+        yield from _pieces((value.__code__, value.__defaults__, held))
+    elif isinstance(value, CodeType):
+        yield from _pieces((value.co_code, value.co_names, value.co_consts))
+    elif isinstance(value, partial):
+        yield from _pieces((value.func, value.args, value.keywords))
+    elif value is None or isinstance(value, bool | int | float | str | bytes | np.generic):
+        yield repr(value).encode()
+    else:
+        try:
+            yield pickle.dumps(value)
+        except Exception as error:
+            raise ParameterError(f"whether {value!r} is the same in another process cannot be told: {error}") from None
