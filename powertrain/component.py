@@ -18,6 +18,9 @@ import typing
 from collections.abc import Generator, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeVar, dataclass_transform, overload
 
+import numpy as np
+
+from powertrain.checks import check_conditions, check_kind
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.symbols import Symbol
 from powertrain.units import checked_unit, with_unit
@@ -28,6 +31,10 @@ if TYPE_CHECKING:
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 _MISSING: Any = object()
 P = TypeVar("P", bound="Component")
+
+
+class Frozen(AttributeError):
+    """An attempt to assign to a field of a component."""
 
 
 class Quantity:
@@ -51,7 +58,7 @@ class Quantity:
         return component._symbol(self)
 
     def __set__(self, component: Component, value: float) -> None:
-        raise AttributeError(f"{type(component).__name__} is frozen: use replace(component, {self.name}={value!r})")
+        raise Frozen(f"{type(component).__name__} is frozen: use replace(component, {self.name}={value!r})")
 
 
 class Parameter(Quantity):
@@ -83,7 +90,9 @@ class Parameter(Quantity):
         try:
             number = float(value)
         except (TypeError, ValueError):
-            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})") from None
+            number = None
+        if number is None or isinstance(value, bool | np.bool_ | str):
+            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})")
         inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
         if not (inside and math.isfinite(number)):
             said, allowed = with_unit(f"{number:g}", self.unit), with_unit(self.range, self.unit)
@@ -222,9 +231,10 @@ class Component:
             self.__dict__["_values"] = values
             self.__dict__["_path"] = ""
             self.__dict__.update({n: v for n, v in values.items() if not isinstance(self._fields[n], Parameter)})
+            _check_conditions(self)
 
         def __setattr__(self, name, value):
-            raise AttributeError(f"{type(self).__name__} is frozen: use replace(component, {name}={value!r})")
+            raise Frozen(f"{type(self).__name__} is frozen: use replace(component, {name}={value!r})")
 
     def _value(self, name: str, spec: Any, given: dict[str, Any]) -> Any:
         where = f"{type(self).__name__}.{name}"
@@ -254,6 +264,8 @@ class Component:
             raise ModelError(f"{where} is the class {value.__name__}: give a value, {value.__name__}(...)")
         if isinstance(value, tuple):
             self._check_items(where, kind, value)
+        elif not (isinstance(kind, type) and issubclass(kind, Component)):
+            check_kind(where, kind, value)
 
     def _check_items(self, where: str, kind: Any, values: tuple[Any, ...]) -> None:
         if typing.get_origin(kind) is not tuple:
@@ -293,6 +305,10 @@ class Component:
         """Yields the equations that hold at the start."""
         yield from ()
 
+    def check(self) -> Equations:
+        """Yields what must hold between parameters: comparisons, looked at for every set of values, and when the component is made."""
+        yield from ()
+
     def energy(self) -> Symbol:
         """Stored energy in joules, an expression of parameters and variables."""
         return Symbol(0)
@@ -310,6 +326,21 @@ class Component:
 
     def __hash__(self) -> int:
         return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
+
+
+def _check_conditions(component: Component) -> None:
+    """ParameterError where the values of a component do not meet its own ``check()``."""
+    if type(component).check is Component.check:
+        return
+    bound: Component = object.__new__(type(component))
+    bound.__dict__.update(component.__dict__)
+    parameters = {n: s for n, s in component._fields.items() if isinstance(s, Parameter)}
+    bound.__dict__["_symbols"] = symbols = {n: Symbol.sym(n) for n in parameters}
+    check_conditions(
+        bound.check(),
+        type(component).__name__,
+        [(symbols[n], component._values[n], s.unit) for n, s in parameters.items()],
+    )
 
 
 def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:

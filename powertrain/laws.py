@@ -7,7 +7,7 @@ modes of all laws together and locates every change as an event.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self, TypeAlias
 
 import casadi as ca
@@ -80,10 +80,19 @@ class WhenLaw(Law):
     resets: tuple[Reinit, ...]
     name: str = "when"
 
+    def mapped(self, change: Callable[[list[Symbol]], list[Symbol]]) -> Self:
+        """The same law with its condition and the new values changed."""
+        g, *values = change([self.g, *(r.value for r in self.resets)])
+        resets = tuple(Reinit(r.variable, v) for r, v in zip(self.resets, values, strict=True))
+        return replace(self, g=g, resets=resets)
+
 
 def der(expression: Symbol) -> Symbol:
     """Time derivative of a variable or of an expression of variables."""
-    return total_derivative(Symbol(expression), recorder().derivative)
+    active, whole = recorder(), Symbol(expression)
+    if not whole.is_symbolic() and not whole.is_constant():
+        active.differentiated.append((active.place, whole))
+    return total_derivative(whole, active.derivative)
 
 
 def friction(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.assemble import Compiled, compile_model
+from powertrain.compiler.binding import Limits
 from powertrain.compiler.hybrid import Schedule
 from powertrain.component import Component, children
 from powertrain.engine.engine import Engine, Method
@@ -36,6 +37,8 @@ class Plant(Generic[M]):
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
         self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
+        self._limits = Limits(self.compiled.flat)
+        self._limits.check(self._defaults)
         self._local = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -57,6 +60,7 @@ class Plant(Generic[M]):
             if name not in self._position:
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
+        self._limits.check(p)
         return p
 
     def simulate(

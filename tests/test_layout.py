@@ -21,11 +21,12 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 ORDER = [
     "errors units symbols",
     "recorder",
+    "checks",
     "component connectors laws",
     "map",
     "compiler.hybrid",
     "compiler: matching linear sharing calls cancellation",
-    "compiler: flatten alias index torques structure blocks resolver continuity assemble",
+    "compiler: operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
     "engine: survey verdict step settled dopri5 rodas5p steps book",
     "engine: chatter schedules trajectory location projection consistent special",

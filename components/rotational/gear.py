@@ -22,12 +22,14 @@ from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
+LEAST = -1e-12
+"""eta_mf1 - 1/eta_mf2 of the least mesh loss that counts as one."""
 
 
 class _LossyPair(TwoFlangesAndSupport, Lossy):
     """Partial: a gear pair that loses the torque tauLoss, counted at flange_a."""
 
-    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
+    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b", exclude=(0.0,))
     phi_a: Variable = variable("rad", "Angle of flange_a against the support")
     phi_b: Variable = variable("rad", "Angle of flange_b against the support")
     w_a: Variable = variable("rad/s", "Speed of flange_a against the support")
@@ -124,5 +126,5 @@ def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol
         return bearing1 / 2
     if mesh.is_constant():
         return (bearing1 - bearing2) / mesh
-    lossless = ca.fabs(mesh) < 1e-12
-    return ca.if_else(lossless, bearing1 / 2, (bearing1 - bearing2) / ca.if_else(lossless, 1, mesh))
+    # Without mesh loss the two bearing frictions are equal; the least loss makes that bearing1/2, without a jump.
+    return (bearing1 - bearing2 + LEAST * bearing1 / 2) / ca.fmin(mesh, LEAST)

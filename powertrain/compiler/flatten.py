@@ -8,21 +8,34 @@ at the reference potential where it is a support.
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 
-from powertrain.component import Component, Discrete, Equations, Parameter, Port, Quantity, Variable, children
+from powertrain.checks import checked_condition
+from powertrain.component import (
+    Component,
+    Discrete,
+    Equations,
+    Frozen,
+    Parameter,
+    Port,
+    Quantity,
+    Variable,
+    children,
+)
 from powertrain.connectors import Connector, Input, Output, Signal, declared
-from powertrain.errors import ModelError, suggestion
+from powertrain.errors import ModelError, PowertrainError, suggestion
 from powertrain.laws import Connection, Law
 from powertrain.recorder import Place, Recorder, reading
 from powertrain.symbols import Symbol, free_symbols, key
 
-_NOT_TEXT = (str(Path(__file__)), str(Path(ca.__file__).parent), str(Path(__file__).with_name("component.py")))
+_CORE = [str(Path(__file__).parents[1] / f"{name}.py") for name in ("component", "laws", "map", "recorder", "checks")]
+_NOT_TEXT = (str(Path(__file__)), str(Path(ca.__file__).parent), *_CORE)
 
 
 @dataclass(frozen=True)
@@ -59,6 +72,14 @@ class Equation:
     place: Place
 
 
+@dataclass(frozen=True)
+class Condition:
+    """What must hold between parameters: true or false, and where it was said."""
+
+    holds: Symbol
+    place: Place
+
+
 Face = tuple[str, bool]
 """A port seen from outside its component, or (True) from inside it, where its component's own parts are connected to it."""
 
@@ -78,8 +99,36 @@ class Flat:
     laws: list[tuple[Place, Law]] = field(default_factory=list)
     components: list[Component] = field(default_factory=list)
     bindings: dict[int, tuple[Symbol, Symbol]] = field(default_factory=dict)
+    binding_places: dict[int, Place] = field(default_factory=dict)
+    bound: list[tuple[Constant, Place]] = field(default_factory=list)
+    conditions: list[Condition] = field(default_factory=list)
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
     given: dict[int, str] = field(default_factory=dict)
+
+
+def rewritten(flat: Flat, change: Callable[[list[Symbol]], Sequence[Symbol]]) -> Flat:
+    """The same model with all its expressions changed."""
+    old: list[Symbol] = []
+
+    def collect(expression: Symbol) -> Symbol:
+        old.append(expression)
+        return expression
+
+    _with_each(flat, collect)
+    new = iter(change(old))
+    return _with_each(flat, lambda _: next(new))
+
+
+def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
+    switches = [replace(s, g=new(s.g)) for s in flat.recorder.switches]
+    guards = [replace(g, value=new(g.value), low=new(g.low), high=new(g.high)) for g in flat.recorder.guards]
+    return replace(
+        flat,
+        recorder=replace(flat.recorder, switches=switches, guards=guards),
+        equations=[Equation(new(e.residual), e.place) for e in flat.equations],
+        initial=[Equation(new(e.residual), e.place) for e in flat.initial],
+        laws=[(place, law.mapped(lambda listed: [new(e) for e in listed])) for place, law in flat.laws],
+    )
 
 
 def flatten(model: Component) -> Flat:
@@ -97,6 +146,8 @@ def flatten(model: Component) -> Flat:
                     _add_equation(flat, row, place)
             for place, row in _read(component, component.initial(), flat.recorder):
                 flat.initial.append(Equation(_residual(row, place), place))
+            for place, row in _read(component, component.check(), flat.recorder):
+                flat.conditions.append(Condition(checked_condition(row, place), place))
         nodes.write(flat, root)
     return flat
 
@@ -142,30 +193,48 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
 
 def _read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
     active.path, active.text = component._path, text
+    where = component._path or "the model"
     if not isinstance(text, Iterable):
         raise ModelError(
-            f"{component._path or 'the model'}: the equations of {type(component).__name__} are {text!r}; "
-            "an equation is written  yield a == b"
+            f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
         )
-    try:
+    with guarded(component):
         for row in text:
             yield active.place, row
-    except RuntimeError as error:
-        if "truth value" not in str(error):
-            raise
-        place = _raised_at(error, component._path)
-        raise ModelError(
-            f"{place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
-        ) from error
-    except AttributeError as error:
-        owner = error.obj
-        if not isinstance(owner, Component):
-            raise
+
+
+@contextmanager
+def guarded(component: Component) -> Iterator[None]:
+    """Turns what the text of a component raises into a ModelError with the component and the line."""
+    try:
+        yield
+    except PowertrainError:
+        raise
+    except Exception as error:
+        inner: BaseException | None = error
+        while inner is not None and not isinstance(inner, PowertrainError):
+            inner = inner.__cause__ or inner.__context__
+        if inner is not None:  # another library gave its own word on what was said already
+            raise inner from None
+        raise ModelError(f"{_raised_at(error, component._path)}: {_reason(error)}") from error
+
+
+def _reason(error: Exception) -> str:
+    """What an exception in a component's text means."""
+    owner = error.obj if isinstance(error, AttributeError) else None
+    if isinstance(error, RuntimeError) and "truth value" in str(error):
+        return "a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
+    if isinstance(owner, Component):
         known = list(owner._fields)
-        raise ModelError(
-            f"{_raised_at(error, component._path)}: {owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"
-            f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"
-        ) from error
+        return (
+            f"{owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"  # type: ignore[attr-defined]
+            f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"  # type: ignore[attr-defined]
+        )
+    if isinstance(error, RecursionError):
+        return "this calls itself without end"
+    if isinstance(error, Frozen):
+        return f"{error}; an equation is written  yield a == b"
+    return f"this raises {type(error).__name__}: {error}"
 
 
 def _raised_at(error: BaseException, path: str) -> Place:
@@ -195,13 +264,17 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
         if left.is_symbolic():
             flat.given[key(left)] = place.path
         return
+    parameters = {key(c.symbol) for c in flat.parameters}
     if left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count("."):
         left, right = right, left
-    if not left.is_symbolic() or key(left) in flat.bindings:
+    if not left.is_symbolic() or key(left) not in parameters:
         raise ModelError(
             f"{place}: only parameters stand here; to give a part's parameter a value write  self.part.name == expression"
         )
+    if key(left) in flat.bindings:
+        raise ModelError(f"{left.name()} is given two values\n  {flat.binding_places[key(left)]}\n  {place}")
     flat.bindings[key(left)] = (left, right)
+    flat.binding_places[key(left)] = place
 
 
 class _Nodes:

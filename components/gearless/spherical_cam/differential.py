@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import casadi as ca
 
 from powertrain import Equations, Symbol, Variable, der, friction, switch, variable
@@ -48,11 +46,10 @@ class SphericalCamDifferential(Differential, Lossy):
     kappa: Variable = variable("1", "Locking coefficient for the left side ahead")
     kappa_back: Variable = variable("1", "Locking coefficient for the right side ahead")
 
-    if not TYPE_CHECKING:
-
-        def __init__(self, **given: Any) -> None:
-            super().__init__(**given)
-            kappa_wave(self.cycle)
+    def check(self) -> Equations:
+        """Cam and friction give a locking coefficient over the whole cycle."""
+        kappa_wave(self.cycle)
+        yield from ()
 
     @property
     def cycle(self) -> Cycle:
