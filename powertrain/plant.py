@@ -63,6 +63,18 @@ class Plant(Generic[M]):
         self._limits.check(p)
         return p
 
+    @property
+    def limited(self) -> set[str]:
+        """The parameters that must go together with others: bound ones and conditions of ``check()`` depend on them."""
+        return self._limits.names
+
+    def check_together(self, names: Sequence[str], sets: Array, parameters: Mapping[str, float] | None = None) -> None:
+        """ParameterError for values of the named parameters, one set a column, that do not go with each other or with the rest."""
+        if names:
+            p = np.repeat(self.parameter_vector(parameters)[:, None], sets.shape[1], axis=1)
+            p[[self._position[name] for name in names]] = sets
+            self._limits.check(p)
+
     def simulate(
         self,
         stop: float,

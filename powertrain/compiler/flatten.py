@@ -265,7 +265,8 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
             flat.given[key(left)] = place.path
         return
     parameters = {key(c.symbol) for c in flat.parameters}
-    if left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count("."):
+    deeper = left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count(".")
+    if deeper or (right.is_symbolic() and not left.is_symbolic()):
         left, right = right, left
     if not left.is_symbolic() or key(left) not in parameters:
         raise ModelError(
