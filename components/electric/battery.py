@@ -52,6 +52,10 @@ class _Battery(Lossy):
     soc: Variable = variable("1", "State of charge", start=0.6)
     i: Variable = variable("A", "Current, positive when it is charged")
 
+    def check(self) -> Equations:
+        """The limits of the state of charge are in order."""
+        yield self.soc_min < self.soc_max
+
     def _charge(self, R: Symbol) -> Equations:
         _checked_voltage(self.ocv, self._path)
         yield self.i == self.bus.i
