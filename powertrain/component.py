@@ -211,6 +211,11 @@ class Component:
         own = {
             name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
         }
+        hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
+        if hidden:
+            raise ModelError(
+                f"{cls.__name__}.{hidden[0]}: the name of a quantity or a port does not begin with an underscore"
+            )
         hints = cls.__dict__.get("__annotations__", {})
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
         cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
@@ -219,9 +224,9 @@ class Component:
     if not TYPE_CHECKING:
 
         def __init__(self, **given):
-            unknown = [name for name in given if name not in self._fields or not _is_given(self._fields[name])]
+            unknown = [name for name in given if name not in self._fields or not is_given(self._fields[name])]
             if unknown:
-                known = [name for name, spec in self._fields.items() if _is_given(spec)]
+                known = [name for name, spec in self._fields.items() if is_given(spec)]
                 raise ParameterError(
                     f"{type(self).__name__} has no field {unknown[0]}{suggestion(unknown[0], known)} (its fields: {', '.join(known)})"
                 )
@@ -259,6 +264,10 @@ class Component:
             given = value.__name__ + " itself" if isinstance(value, type) else type(value).__name__
             raise ModelError(
                 f"{where} takes a component of kind {kind.__name__}, not {given}; give {kind.__name__}(...)"
+            )
+        if isinstance(value, list | dict | set) and any(isinstance(item, Component) for item in value):
+            raise ModelError(
+                f"{where} is a {type(value).__name__} of parts; give a tuple, whose members are parts of the model"
             )
         if isinstance(value, type) and issubclass(value, Component):
             raise ModelError(f"{where} is the class {value.__name__}: give a value, {value.__name__}(...)")
@@ -355,7 +364,8 @@ def _is_symbolic(spec: Any) -> bool:
     return isinstance(spec, Variable | Discrete)
 
 
-def _is_given(spec: Any) -> bool:
+def is_given(spec: Any) -> bool:
+    """Whether a field takes a value when the component is made."""
     return not isinstance(spec, Variable | Discrete | Port)
 
 
@@ -368,24 +378,3 @@ def children(component: Component) -> Iterator[tuple[str, Component]]:
             for i, item in enumerate(value):
                 if isinstance(item, Component):
                     yield f"{name}[{i}]", item
-
-
-C = TypeVar("C", bound=Component)
-
-
-def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> C:
-    """A copy with other fields; ``changes`` may name parts of parts: ``replace(car, {"wheels[0].r": 0.3}, body=...)``."""
-    values = {n: v for n, v in component._values.items() if _is_given(component._fields[n])}
-    values.update(fields)
-    for path, value in (changes or {}).items():
-        head, _, rest = path.partition(".")
-        name, _, index = head.partition("[")
-        if name not in values:
-            raise ParameterError(f"{type(component).__name__} has no field {name}{suggestion(name, values)}")
-        if not index:
-            values[name] = replace(values[name], {rest: value}) if rest else value
-        else:
-            items, i = list(values[name]), int(index.rstrip("]"))
-            items[i] = replace(items[i], {rest: value}) if rest else value
-            values[name] = tuple(items)
-    return type(component)(**values)

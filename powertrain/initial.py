@@ -110,9 +110,6 @@ class Initializer:
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns, held values and the report. Raises InitializationError where the conditions cannot be met."""
         names = tuple(starts)
-        for name, value in (*starts.items(), *guesses.items()):
-            if not np.isfinite(float(value)):
-                raise ParameterError(f"starts and guesses: {name} = {value} is not a finite number")
         if names not in self._plans:
             given = [signal_condition(self.compiled, n, 0.0, "given for this run") for n in names]
             self._plans[names] = _Plan(self.compiled, [*given, *self._text, *self._declared], len(given))

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.errors import ParameterError
+from powertrain.errors import ParameterError, suggestion
 from powertrain.laws import within
 from powertrain.recorder import recorder, recording
 from powertrain.symbols import Symbol
@@ -98,6 +98,8 @@ class Map:
     def __init__(
         self, axes: Sequence[Axis], values: ArrayLike, unit: str, name: str = "map", method: Method = "linear"
     ) -> None:
+        if isinstance(axes, Axis) or not all(isinstance(axis, Axis) for axis in axes):
+            raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
         grid = _numbers(values, f"map {name}").copy()
         grid.flags.writeable = False
         object.__setattr__(self, "axes", tuple(axes))
@@ -141,7 +143,7 @@ class Map:
         method: Method = "linear",
     ) -> Map:
         """A map of one argument ``x``. One point makes it a constant."""
-        return cls((Axis(x, x_unit, points, outside),), np.ravel(np.asarray(values, float)), unit, name, method)
+        return cls((Axis(x, x_unit, points, outside),), _numbers(values, f"map {name}").ravel(), unit, name, method)
 
     @classmethod
     def constant(cls, value: float, *, x: str = "x", x_unit: str = "1", unit: str = "1", name: str = "map") -> Map:
@@ -159,6 +161,8 @@ class Map:
         begin with # are skipped. ``outside`` is one rule for all axes or a rule for each name.
         Errors: ParameterError naming the file and the line.
         """
+        if not isinstance(path, str | Path):
+            raise ParameterError(f"from_csv() takes the path of a file, not {path!r}")
         return _read(cls, Path(path), outside, method)
 
     @overload
@@ -317,6 +321,10 @@ def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], 
         hole = np.argwhere(np.isnan(values))[0]
         said = ", ".join(f"{h[0]} = {g[k]:g} {h[1]}" for h, g, k in zip(heads, grids, hole, strict=False))
         raise ParameterError(f"{path}: no row for {said}: the rows must fill the grid")
+    names = [h[0] for h in heads[:-1]]
+    for name in outside if isinstance(outside, Mapping) else ():
+        if name not in names:
+            raise ParameterError(f"{path}: outside: the table has no axis {name}{suggestion(str(name), names)}")
     rules: Mapping[str, Outside] = (
         outside if isinstance(outside, Mapping) else dict.fromkeys((h[0] for h in heads[:-1]), outside)
     )

@@ -5,14 +5,15 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.arguments import by_name, count, number, numbers_by_name, options_checked, positive, row
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
+from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import Schedule
 from powertrain.component import Component, children
 from powertrain.engine.engine import Engine, Method
@@ -33,7 +34,7 @@ class Plant(Generic[M]):
     """A model compiled to a hybrid DAE. Picklable (it is compiled anew where it is unpickled); may be used from several threads."""
 
     def __init__(self, model: M) -> None:
-        self.model: M = _checked_model(model)
+        self.model: M = checked_model(model)
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
         self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
@@ -56,7 +57,7 @@ class Plant(Generic[M]):
     def parameter_vector(self, parameters: Mapping[str, float] | None = None) -> Array:
         """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range."""
         p = self._defaults.copy()
-        for name, value in (parameters or {}).items():
+        for name, value in by_name("parameters", parameters).items():
             if name not in self._position:
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
@@ -104,11 +105,12 @@ class Plant(Generic[M]):
         Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
         """
         grid = _grid(start, stop, times, points)
-        _check_options(rtol=rtol, atol=atol, max_step=max_step)
+        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
+            positive(name, value)
         p = self.parameter_vector(parameters)
         engine = self._engine(method, compile)
-        held = self._set_inputs(engine, inputs or {}, start)
-        x, z, m, report = self._initializer().solve(engine, start, p, held, starts or {}, guesses or {})
+        held = self._set_inputs(engine, by_name("inputs", inputs), start)
+        x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
         watch = _progress(progress, start, stop)
         try:
             trajectory = engine.run(
@@ -134,8 +136,8 @@ class Plant(Generic[M]):
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns and held values at the start, with all modes resolved, and the report."""
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
-        held = self._set_inputs(engine, inputs or {}, t)
-        x, z, m, report = self._initializer().solve(engine, t, p, held, starts or {}, guesses or {})
+        held = self._set_inputs(engine, by_name("inputs", inputs), t)
+        x, z, m, report = self._initializer().solve(engine, t, p, held, *_at_start(starts, guesses))
         return (*engine.resolve(t, x, z, m, p), report)
 
     def _engine(self, method: Method, compiled: bool) -> Engine:
@@ -164,13 +166,8 @@ class Plant(Generic[M]):
         return held
 
 
-def _checked_model(model: Any) -> Any:
-    if isinstance(model, Component):
-        return model
-    said = (
-        f"the class {model.__name__}: give a value, {model.__name__}(...)" if isinstance(model, type) else repr(model)
-    )
-    raise ParameterError(f"a model is a component, not {said}")
+def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
+    return numbers_by_name("starts", starts), numbers_by_name("guesses", guesses)
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001
@@ -216,26 +213,22 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
     return plant.simulate(stop, **options)
 
 
-def _check_options(**positive: float) -> None:
-    for name, value in positive.items():
-        if not value > 0:
-            raise ParameterError(f"{name} = {value!r} must be positive")
+if not TYPE_CHECKING:
+    Plant.simulate = options_checked(Plant.simulate)
 
 
 def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
-    if not all(isinstance(t, int | float | np.number) and isfinite(t) for t in (start, stop)):
-        raise ParameterError(f"start = {start!r} s and stop = {stop!r} s must be finite numbers")
+    for name, value in ("start", start), ("stop", stop):
+        number(name, value, "s")
     if stop < start:
         raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
     if times is None:
-        if points < 1:
-            raise ParameterError(f"points = {points} must be at least 1")
-        return np.linspace(start, stop, points + 1)
-    grid = np.asarray(times, float).ravel()
+        return np.linspace(start, stop, count("points", points) + 1)
+    grid = row("times", times)
     if not grid.size:
         return grid
     if not (grid[1:] >= grid[:-1]).all():
-        raise ParameterError("times must be finite and must not decrease")
+        raise ParameterError("times must not decrease")
     for t in (grid[0], grid[-1]):
         if not start <= t <= stop:
             raise ParameterError(f"times: {t:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
@@ -245,26 +238,30 @@ def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Ar
 def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule:
     if schedule.name not in inputs:
         return schedule
-    value = inputs[schedule.name]
-    pair = value if isinstance(value, tuple) else ([0.0], [value])
-    times, values = (np.asarray(v, float).ravel() for v in pair)
-    if (
-        times.size != values.size
-        or not times.size
-        or (np.diff(times) < 0).any()
-        or not np.isfinite([*times, *values]).all()
-    ):
+    value, what = inputs[schedule.name], f"input {schedule.name}"
+    wanted = "give a finite number, or (times, values) of equal length with times that do not decrease"
+    if callable(value):
         raise ParameterError(
-            f"input {schedule.name}: give a finite number, or (times, values) of equal length with times that do not decrease"
+            f"{what} is a function; {wanted}: (times, [{schedule.name.rpartition('.')[2]}(t) for t in times])"
         )
+    if isinstance(value, tuple) and len(value) != 2:
+        raise ParameterError(f"{what}: {wanted}")
+    try:
+        times, values = (row(what, v) for v in (value if isinstance(value, tuple) else ([0.0], [value])))
+    except ParameterError as error:
+        raise ParameterError(f"{error}; {wanted}") from None
+    if times.size != values.size or not times.size or (np.diff(times) < 0).any():
+        raise ParameterError(f"{what}: {wanted}")
     return Schedule(schedule.name, schedule.index, times, values)
 
 
 def _progress(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:
-    if progress is False:
-        return None
     if callable(progress):
         return progress
+    if not isinstance(progress, bool):
+        raise ParameterError(f"progress = {progress!r} must be True or False, or a function of the time reached")
+    if not progress:
+        return None
     from tqdm.auto import tqdm
 
     bar = tqdm(total=stop - start, unit="s", desc="simulated")

@@ -13,14 +13,15 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.arguments import listed
 from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.flatten import Flat, flatten
 from powertrain.component import Component
-from powertrain.component import replace as changed
 from powertrain.connectors import Signal
 from powertrain.engine.buffers import Array, Bound, zeros
 from powertrain.errors import ParameterError, suggestion
 from powertrain.recorder import reading
+from powertrain.replacing import replace as changed
 from powertrain.symbols import Symbol, column, free_symbols, key
 
 BLOCK = 64
@@ -155,7 +156,7 @@ class Signals:
 
     def matching(self, patterns: str | Iterable[str], among: Sequence[str] | None = None) -> list[str]:
         """Names that fit one of the patterns (``*``, ``?``), in the model's order; ParameterError for one without."""
-        patterns = [patterns] if isinstance(patterns, str) else list(patterns)
+        patterns = listed("signals", patterns)
         names = self.names if among is None else among
         found: set[str] = set()
         for pattern in patterns:

@@ -20,9 +20,11 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
     "errors units symbols",
+    "arguments",
     "recorder",
     "checks",
     "component connectors laws",
+    "replacing",
     "map",
     "compiler.hybrid",
     "compiler: matching linear sharing calls cancellation",

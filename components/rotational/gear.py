@@ -104,7 +104,7 @@ class LossyGear(_LossyPair):
     def _losses(self) -> tuple[Symbol, Symbol, Symbol, Symbol]:
         """The columns of the table at |w_a|."""
         for row in self.lossTable:
-            if len(row) != 5 or not (0 < row[1] <= 1 and 0 < row[2] <= 1):
+            if not _is_row(row) or not (0 < row[1] <= 1 and 0 < row[2] <= 1):
                 raise ParameterError(
                     f"{self._path}.lossTable: the row {row} is not (|w_a|, eta_mf1, eta_mf2, |tau_bf1|, |tau_bf2|) "
                     "with efficiencies in (0, 1]"
@@ -117,6 +117,10 @@ class LossyGear(_LossyPair):
         eta1, eta2 = (at_speed(self, "lossTable", self.w_a, ("rad/s", "1"), i, EFFICIENCIES) for i in (1, 2))
         b1, b2 = (at_speed(self, "lossTable", self.w_a, ("rad/s", "N.m"), i, ANY) for i in (3, 4))
         return eta1, eta2, ca.fabs(b1), ca.fabs(b2)
+
+
+def _is_row(row: object) -> bool:
+    return isinstance(row, tuple | list) and len(row) == 5 and all(isinstance(value, int | float) for value in row)
 
 
 def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol) -> Symbol:

@@ -13,6 +13,7 @@ from powertrain.analysis.energy_terms import EnergyTerms, Values
 from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.errors import ParameterError
 from powertrain.result import Result
 from powertrain.signals import Samples
 
@@ -34,6 +35,8 @@ def energy_audit(result: Result[Any]) -> EnergyAudit:
 
     Raises ParameterError for a result that kept samples only, ModelError where a term cannot be computed or is not finite.
     """
+    if not isinstance(result, Result):
+        raise ParameterError(f"energy_audit() takes the result of a simulation, not {result!r}")
     return EnergyAudit(result)
 
 

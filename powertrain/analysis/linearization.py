@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots
 from powertrain.analysis.reduction import Matrices, free_motion, substitute_inputs
+from powertrain.arguments import listed
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.connectors import Output
@@ -61,9 +62,9 @@ def linearize(
     driven = (
         list(plant.compiled.inputs)
         if inputs is None
-        else [s if isinstance(s, str) else signals.pick(s).label for s in inputs]
+        else [s if isinstance(s, str) else signals.pick(s).label for s in listed("inputs", inputs)]
     )
-    shown = _default_outputs(plant.compiled) if outputs is None else list(outputs)
+    shown = _default_outputs(plant.compiled) if outputs is None else listed("outputs", outputs)
     labels = tuple(signals.pick(s).label for s in shown)
     kept = _kept.setdefault(plant, {})
     key = (tuple(driven), labels)

@@ -29,7 +29,7 @@ from powertrain.component import (
     children,
 )
 from powertrain.connectors import Connector, Input, Output, Signal, declared
-from powertrain.errors import ModelError, PowertrainError, suggestion
+from powertrain.errors import ModelError, ParameterError, PowertrainError, suggestion
 from powertrain.laws import Connection, Law
 from powertrain.recorder import Place, Recorder, reading
 from powertrain.symbols import Symbol, free_symbols, key
@@ -133,6 +133,7 @@ def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
 
 def flatten(model: Component) -> Flat:
     """The flat model of ``model``; ModelError quotes the line that cannot be read."""
+    checked_model(model)
     flat, nodes = Flat(), _Nodes()
     root = _bind(model, "", flat)
     with reading(flat.recorder):
@@ -152,8 +153,22 @@ def flatten(model: Component) -> Flat:
     return flat
 
 
-def _bind(component: Component, path: str, flat: Flat) -> Component:
+def checked_model(model: Any) -> Any:
+    """A component; ParameterError for anything else."""
+    if isinstance(model, Component):
+        return model
+    kind = model.__name__ if isinstance(model, type) else ""
+    raise ParameterError(
+        f"a model is a component, not {f'the class {kind}: give a value, {kind}(...)' if kind else repr(model)}"
+    )
+
+
+def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = ()) -> Component:
     """A copy of ``component`` whose quantities are symbols named by their path."""
+    if id(component) in above:
+        raise ModelError(
+            f"{path}: {type(component).__name__} contains itself; a part may not be the whole it is part of"
+        )
     bound: Component = object.__new__(type(component))
     state: dict[str, Any] = dict(component.__dict__)
     state["_path"] = path
@@ -166,7 +181,10 @@ def _bind(component: Component, path: str, flat: Flat) -> Component:
             f"{path or 'the model'}: {type(component).__name__} is partial, it has no equations; use one of its kinds"
         )
     flat.components.append(bound)
-    parts = {name: _bind(part, f"{path}.{name}" if path else name, flat) for name, part in children(component)}
+    parts = {
+        name: _bind(part, f"{path}.{name}" if path else name, flat, (*above, id(component)))
+        for name, part in children(component)
+    }
     for name, value in component._values.items():
         if isinstance(value, Component):
             bound.__dict__[name] = parts[name]
@@ -248,6 +266,9 @@ def _residual(row: Any, place: Place) -> Symbol:
         raise ModelError(f"{place}: this is the plain value {row!r}, not an equation between symbols")
     if not isinstance(row, ca.SX):
         raise ModelError(f"{place}: yields {type(row).__name__}; an equation is written  a == b")
+    if not row.is_scalar():
+        rows = " x ".join(map(str, row.shape))
+        raise ModelError(f"{place}: an equation is between single expressions, this one has {rows}; yield one for each")
     if row.is_constant():
         same = "both sides are the same" if float(row) else "the two sides are different numbers"
         raise ModelError(f"{place}: {same}, so this says nothing about the model")

@@ -1,0 +1,92 @@
+"""What a user gives to a function: looked at where it comes in, so that a wrong value is named in the user's terms."""
+
+from __future__ import annotations
+
+import inspect
+import numbers
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.errors import ParameterError, suggestion
+from powertrain.units import with_unit
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def number(what: str, value: Any, unit: str = "1") -> float:
+    """A finite number, not a text and not true or false."""
+    found = np.asarray(value) if isinstance(value, np.ndarray | numbers.Number) else None
+    if found is None or found.ndim or found.dtype.kind not in "iuf" or not np.isfinite(found):
+        raise ParameterError(f"{what} = {with_unit(repr(value), unit)} is not a finite number")
+    return float(found)
+
+
+def positive(what: str, value: Any) -> float:
+    """A number above zero; may be infinite."""
+    if isinstance(value, float) and value == np.inf:
+        return value
+    if number(what, value) <= 0:
+        raise ParameterError(f"{what} = {value!r} must be positive")
+    return float(value)
+
+
+def count(what: str, value: Any) -> int:
+    """A whole number from 1 on."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral):
+        raise ParameterError(f"{what} = {value!r} must be a whole number")
+    if value < 1:
+        raise ParameterError(f"{what} = {value!r} must be at least 1")
+    return int(value)
+
+
+def by_name(what: str, given: Any) -> Mapping[str, Any]:
+    """A mapping of names to values; None gives none."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise ParameterError(f'{what} = {given!r}: give a dictionary of names and values, such as {{"J1.w": 10.0}}')
+    return given
+
+
+def numbers_by_name(what: str, given: Any) -> dict[str, float]:
+    """Numbers by name."""
+    return {name: number(f"{what}: {name}", value) for name, value in by_name(what, given).items()}
+
+
+def row(what: str, values: Any) -> NDArray[np.float64]:
+    """Finite numbers in a row."""
+    try:
+        found = np.asarray(values, float).ravel()
+    except (TypeError, ValueError):
+        raise ParameterError(f"{what} = {values!r} are no numbers in a row") from None
+    if not np.isfinite(found).all():
+        raise ParameterError(f"{what} must be finite; one of them is {found[~np.isfinite(found)][0]:g}")
+    return found
+
+
+def listed(what: str, given: Any) -> list[Any]:
+    """The members of a list; a text stands for itself."""
+    if isinstance(given, str):
+        return [given]
+    if not isinstance(given, Iterable) or isinstance(given, Mapping):
+        raise ParameterError(f"{what} = {given!r}: give a list of names")
+    return list(given)
+
+
+def options_checked(function: F) -> F:
+    """The function, which names an option that it does not have and what that may mean."""
+    known = [p.name for p in inspect.signature(function).parameters.values() if p.kind is not p.VAR_KEYWORD][1:]
+
+    @wraps(function)
+    def call(*given: Any, **options: Any) -> Any:
+        for name in options:
+            if name not in known:
+                near = suggestion(name, known) or f" (it has {', '.join(known)})"
+                raise ParameterError(f"{function.__name__}() has no option {name}{near}")
+        return function(*given, **options)
+
+    return call  # type: ignore[return-value]
