@@ -59,9 +59,8 @@ def check_kind(where: str, kind: Any, value: Any) -> None:
         return
     near = suggestion(value, [c for c in choices if isinstance(c, str)]) if isinstance(value, str) else ""
     said = ", ".join([k.__name__ for k in kinds if k is not type(None)] + [repr(c) for c in choices])
-    raise ParameterError(
-        f"{where} = {value!r} is none of {said}{near}" if choices else f"{where} = {value!r} is not a {said}"
-    )
+    wanted = f"none of {said}{near}" if choices else f"not {'an' if said[0] in 'aeiou' else 'a'} {said}"
+    raise ParameterError(f"{where} = {value!r} is {wanted}")
 
 
 def _is_class(option: Any) -> bool:

@@ -247,7 +247,7 @@ def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule
     if isinstance(value, tuple) and len(value) != 2:
         raise ParameterError(f"{what}: {wanted}")
     try:
-        times, values = (row(what, v) for v in (value if isinstance(value, tuple) else ([0.0], [value])))
+        times, values = (row(what, v) for v in (value if isinstance(value, tuple) else ([0.0], [number(what, value)])))
     except ParameterError as error:
         raise ParameterError(f"{error}; {wanted}") from None
     if times.size != values.size or not times.size or (np.diff(times) < 0).any():

@@ -241,7 +241,10 @@ def _when(
         (root,) = reduced.rewrite([reset.variable])
         inside = [s for s in free_symbols(root) if key(s) in position]
         if len(inside) != 1 or len(free_symbols(root)) != 1:
-            raise ModelError(f"{place}\n  reinit of {reset.variable.name()}: it is no state of the model")
+            names = {key(reduced.expression(k, 0)): u.name for k, u in reversed(flat.unknowns.items())}
+            known = ", ".join([names.get(key(s), s.name()) for s in inside or x][:8])
+            said = f"it is no state of the model; {'it follows from' if inside else 'states are'} {known}: reset these"
+            raise ModelError(f"{place}\n  reinit of {reset.variable}: {said}")
         slope = ca.jacobian(root, inside[0])
         resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
     (g,) = resolver.model([law.g])

@@ -32,7 +32,7 @@ from powertrain.connectors import Connector, Input, Output, Signal, declared
 from powertrain.errors import ModelError, ParameterError, PowertrainError, suggestion
 from powertrain.laws import Connection, Law
 from powertrain.recorder import Place, Recorder, reading
-from powertrain.symbols import Symbol, free_symbols, key
+from powertrain.symbols import Symbol, free_symbols, key, time
 
 _CORE = [str(Path(__file__).parents[1] / f"{name}.py") for name in ("component", "laws", "map", "recorder", "checks")]
 _NOT_TEXT = (str(Path(__file__)), str(Path(ca.__file__).parent), *_CORE)
@@ -142,6 +142,8 @@ def flatten(model: Component) -> Flat:
                 if isinstance(row, Connection):
                     nodes.join(component, row, place)
                 elif isinstance(row, Law):
+                    for value in vars(row).values():
+                        _check_known(flat, value, place)
                     flat.laws.append((place, row))
                 else:
                     _add_equation(flat, row, place)
@@ -248,6 +250,10 @@ def _reason(error: Exception) -> str:
             f"{owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"  # type: ignore[attr-defined]
             f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"  # type: ignore[attr-defined]
         )
+    if "Possible prototypes" in str(error):  # CasADi lists all that it would take
+        said = str(error).splitlines()
+        had = next((line.strip() for line in said if "You have" in line), "")
+        return f"CasADi cannot compute this: {said[0].rstrip('.')} {had}"
     if isinstance(error, RecursionError):
         return "this calls itself without end"
     if isinstance(error, Frozen):
@@ -277,8 +283,17 @@ def _residual(row: Any, place: Place) -> Symbol:
     return row.dep(0) - row.dep(1)
 
 
+def _check_known(flat: Flat, expression: Any, place: Place) -> None:
+    """ModelError for a symbol that no component declares."""
+    for s in free_symbols(expression) if isinstance(expression, ca.SX) else ():
+        k = key(s)
+        if not (k in flat.unknowns or k in flat.recorder.bases or k in flat.recorder.constants or k == key(time)):
+            raise ModelError(f"{place}: {s.name()} is no variable of the model; declare it as a field of a component")
+
+
 def _add_equation(flat: Flat, row: Any, place: Place) -> None:
     residual = _residual(row, place)
+    _check_known(flat, residual, place)
     left, right = row.dep(0), row.dep(1)
     if not all(key(s) in flat.recorder.constants for s in free_symbols(residual)):
         flat.equations.append(Equation(residual, place))
