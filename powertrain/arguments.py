@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import numbers
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -43,6 +43,20 @@ def count(what: str, value: Any) -> int:
     return int(value)
 
 
+def text(what: str, value: Any) -> str:
+    """A text."""
+    if not isinstance(value, str):
+        raise ParameterError(f"{what} = {value!r} is not a text")
+    return value
+
+
+def one_of(what: str, value: Any, choices: Sequence[str]) -> None:
+    """One of some texts."""
+    if not isinstance(value, str) or value not in choices:
+        near = suggestion(value, choices) if isinstance(value, str) else ""
+        raise ParameterError(f"{what}={value!r} is none of {', '.join(choices)}{near}")
+
+
 def by_name(what: str, given: Any) -> Mapping[str, Any]:
     """A mapping of names to values; None gives none."""
     if given is None:
@@ -72,9 +86,13 @@ def listed(what: str, given: Any) -> list[Any]:
     """The members of a list; a text stands for itself."""
     if isinstance(given, str):
         return [given]
-    if not isinstance(given, Iterable) or isinstance(given, Mapping):
+    try:
+        found = list(given)
+    except Exception:  # each library has its own for what is no list
+        found = None
+    if found is None or isinstance(given, Mapping):
         raise ParameterError(f"{what} = {given!r}: give a list of names")
-    return list(given)
+    return found
 
 
 def options_checked(function: F) -> F:

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.arguments import one_of, text
 from powertrain.errors import ParameterError, suggestion
 from powertrain.laws import within
 from powertrain.recorder import recorder, recording
@@ -41,11 +42,10 @@ class Axis:
     outside: Outside = "error"
 
     def __init__(self, name: str, unit: str, points: ArrayLike, outside: Outside = "error") -> None:
-        grid = _numbers(points, f"axis {name}").ravel()
+        grid = _numbers(points, f"axis {text('name', name)}").ravel()
         if grid.size == 0:
             raise ParameterError(f"axis {name} has no points")
-        if outside not in get_args(Outside):
-            raise ParameterError(f"axis {name}: outside={outside!r} is none of {', '.join(get_args(Outside))}")
+        one_of(f"axis {name}: outside", outside, get_args(Outside))
         if np.any(steps := np.diff(grid) <= 0):
             i = int(np.argmax(steps))
             raise ParameterError(
@@ -98,7 +98,7 @@ class Map:
     def __init__(
         self, axes: Sequence[Axis], values: ArrayLike, unit: str, name: str = "map", method: Method = "linear"
     ) -> None:
-        if isinstance(axes, Axis) or not all(isinstance(axis, Axis) for axis in axes):
+        if not isinstance(axes, Sequence) or not all(isinstance(axis, Axis) for axis in axes):
             raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
         grid = _numbers(values, f"map {name}").copy()
         grid.flags.writeable = False
@@ -120,8 +120,7 @@ class Map:
             raise ParameterError(
                 f"map {self.name} has values of shape {self.values.shape}, but its axes ask for {shape} ({said})"
             )
-        if self.method not in get_args(Method):
-            raise ParameterError(f"map {self.name}: method={self.method!r} is none of {', '.join(get_args(Method))}")
+        one_of(f"map {text('name', self.name)}: method", self.method, get_args(Method))
         if self.method == "smooth" and min(shape) < 4:
             short = self.axes[shape.index(min(shape))]
             raise ParameterError(

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import by_name, count, number, numbers_by_name, options_checked, positive, row
+from powertrain.arguments import by_name, count, number, numbers_by_name, one_of, options_checked, positive, row
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
@@ -23,6 +23,7 @@ from powertrain.errors import ParameterError, PowertrainError, SimulationError, 
 from powertrain.initial import Initializer, InitialReport
 from powertrain.nonfinite import explain
 from powertrain.result import Result
+from powertrain.signals import signals_of
 
 M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
@@ -108,6 +109,8 @@ class Plant(Generic[M]):
         for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
             positive(name, value)
         p = self.parameter_vector(parameters)
+        if record is not None:
+            signals_of(self.compiled).matching(record)
         engine = self._engine(method, compile)
         held = self._set_inputs(engine, by_name("inputs", inputs), start)
         x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
@@ -135,12 +138,14 @@ class Plant(Generic[M]):
         inputs: Mapping[str, InputValue] | None = None,
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns and held values at the start, with all modes resolved, and the report."""
+        number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
         held = self._set_inputs(engine, by_name("inputs", inputs), t)
         x, z, m, report = self._initializer().solve(engine, t, p, held, *_at_start(starts, guesses))
         return (*engine.resolve(t, x, z, m, p), report)
 
     def _engine(self, method: Method, compiled: bool) -> Engine:
+        one_of("method", method, get_args(Method))
         engines: dict[tuple[str, bool], Engine] = self._local.__dict__.setdefault("engines", {})
         if (method, compiled) not in engines:
             engines[method, compiled] = Engine(self.compiled.dae, method, compiled)

@@ -13,13 +13,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import listed
+from powertrain.arguments import listed, text
 from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.flatten import Flat, flatten
 from powertrain.component import Component
 from powertrain.connectors import Signal
 from powertrain.engine.buffers import Array, Bound, zeros
-from powertrain.errors import ParameterError, suggestion
+from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.recorder import reading
 from powertrain.replacing import replace as changed
 from powertrain.symbols import Symbol, column, free_symbols, key
@@ -156,7 +156,7 @@ class Signals:
 
     def matching(self, patterns: str | Iterable[str], among: Sequence[str] | None = None) -> list[str]:
         """Names that fit one of the patterns (``*``, ``?``), in the model's order; ParameterError for one without."""
-        patterns = listed("signals", patterns)
+        patterns = [text("signals", pattern) for pattern in listed("signals", patterns)]
         names = self.names if among is None else among
         found: set[str] = set()
         for pattern in patterns:
@@ -191,6 +191,10 @@ class Signals:
                 raise ParameterError(
                     f"{said}{suggestion(str(error.name), fields)} (its fields: {', '.join(fields)})"
                 ) from None
+            except PowertrainError:
+                raise
+            except Exception as error:
+                raise ParameterError(f"selector: it raises {type(error).__name__}: {error}") from error
             if isinstance(picked, Signal):
                 picked = picked.value
             if isinstance(picked, int | float):

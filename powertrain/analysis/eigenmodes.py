@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from powertrain.analysis.linearization import Point, Selector, linearize
+from powertrain.arguments import listed
 from powertrain.component import Component
 from powertrain.errors import ParameterError
 from powertrain.plant import Plant
@@ -39,7 +40,9 @@ def eigenmodes(
 
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     driven = [*plant.compiled.inputs, *plant.parameters][:1]  # a linear model has an input; its column is not looked at
-    wanted = list(plant.compiled.states) if shapes is None else shapes
+    wanted = list(plant.compiled.states) if shapes is None else listed("shapes", shapes)
+    if not wanted:
+        raise ParameterError("shapes: name at least one signal")
     model = linearize(plant, inputs=driven, outputs=wanted, at=at, parameters=parameters)
     values, vectors = (np.asarray(found, complex) for found in np.linalg.eig(model.A))
     swings = np.imag(values) > _STILL * np.abs(values).max(initial=0.0)

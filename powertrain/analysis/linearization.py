@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots
 from powertrain.analysis.reduction import Matrices, free_motion, substitute_inputs
-from powertrain.arguments import listed
+from powertrain.arguments import by_name, listed, number
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.connectors import Output
@@ -84,12 +84,14 @@ class _Point:
 
 def _operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> _Point:
     if not isinstance(at, tuple):
-        values = dict(at or {})
-        t = float(values.pop("time", 0.0))
+        values = dict(by_name("at", at))
+        t = number("at: time", values.pop("time", 0.0), "s")
         given = {n: values.pop(n) for n in list(values) if n in plant.compiled.inputs}
         x, z, m, _ = plant.initialize(t, parameters, values, inputs=given)
         return _Point(t, x, z, m, plant.parameter_vector(parameters))
-    result, t = at
+    if len(at) != 2 or not isinstance(at[0], Result):
+        raise ParameterError(f"at = {at!r}: give values by name, or (result, t)")
+    result, t = at[0], number("at: t", at[1], "s")
     if parameters is not None:
         raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
     trajectory, p = result.trajectory, result.parameters
