@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.arguments import one_of, text
-from powertrain.errors import ParameterError, suggestion
+from powertrain.dimensions import measure, unit_of
+from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.laws import within
 from powertrain.recorder import recorder, recording
 from powertrain.symbols import Symbol
@@ -185,12 +186,24 @@ class Map:
 
     def _symbolic(self, arguments: Sequence[Symbol]) -> Symbol:
         if recording():
+            self._check_units(arguments)
             for axis, argument in zip(self.axes, arguments, strict=True):
                 if axis.outside != "linear" and len(axis.points) > 1:
                     action = "error" if axis.outside == "error" else "count"
                     low, high = axis.low - axis.slack, axis.high + axis.slack
                     within(argument, low, high, name=f"{self.name}: {axis.name}", unit=axis.unit, action=action)
         return self._expression(arguments)
+
+    def _check_units(self, arguments: Sequence[Symbol]) -> None:
+        """An axis over another unit than that of the variable it is asked for; "1" stands for anything."""
+        for axis, argument in zip(self.axes, arguments, strict=True):
+            unit = unit_of(argument, recorder().units)
+            if unit is None or "1" in (unit, axis.unit) or measure(unit) == measure(axis.unit):
+                continue
+            raise ModelError(
+                f"{recorder().place}: map {self.name}: the axis {axis.name} is in {axis.unit}, but it is asked for a variable in {unit}; "
+                f"give the axis in {unit}, or convert the variable where the map is called"
+            )
 
     def _expression(self, arguments: Sequence[Symbol]) -> Symbol:
         varying = [(axis, a) for axis, a in zip(self.axes, arguments, strict=True) if len(axis.points) > 1]

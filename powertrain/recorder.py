@@ -92,6 +92,7 @@ class Recorder:
     switches: list[SwitchEntry] = field(default_factory=list)
     schedules: list[ScheduleEntry] = field(default_factory=list)
     guards: list[GuardEntry] = field(default_factory=list)
+    units: dict[int, str] = field(default_factory=dict)
     differentiated: list[tuple[Place, Symbol]] = field(default_factory=list)
     """Expressions that ``der`` was asked of."""
     calls: bool = False

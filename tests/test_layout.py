@@ -21,6 +21,7 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 ORDER = [
     "errors units symbols",
     "arguments",
+    "dimensions",
     "recorder",
     "checks",
     "component connectors laws",
@@ -28,7 +29,7 @@ ORDER = [
     "map",
     "compiler.hybrid",
     "compiler: matching linear sharing calls cancellation",
-    "compiler: operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
+    "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
     "engine: survey verdict step settled dopri5 rodas5p steps book",
     "engine: chatter schedules trajectory location projection consistent special",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.flatten import guarded
+from powertrain.compiler.texts import guarded
 from powertrain.component import Component
 from powertrain.connectors import Connector, Signal
 from powertrain.engine.buffers import Array

@@ -7,21 +7,17 @@ at the reference potential where it is a support.
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
 
 from powertrain.checks import checked_condition
+from powertrain.compiler.texts import read, residual_of
 from powertrain.component import (
     Component,
     Discrete,
-    Equations,
-    Frozen,
     Parameter,
     Port,
     Quantity,
@@ -29,13 +25,10 @@ from powertrain.component import (
     children,
 )
 from powertrain.connectors import Connector, Input, Output, Signal, declared
-from powertrain.errors import ModelError, ParameterError, PowertrainError, suggestion
+from powertrain.errors import ModelError, ParameterError
 from powertrain.laws import Connection, Law
 from powertrain.recorder import Place, Recorder, reading
 from powertrain.symbols import Symbol, free_symbols, key, time
-
-_CORE = [str(Path(__file__).parents[1] / f"{name}.py") for name in ("component", "laws", "map", "recorder", "checks")]
-_NOT_TEXT = (str(Path(__file__)), str(Path(ca.__file__).parent), *_CORE)
 
 
 @dataclass(frozen=True)
@@ -138,7 +131,7 @@ def flatten(model: Component) -> Flat:
     root = _bind(model, "", flat)
     with reading(flat.recorder):
         for component in flat.components:
-            for place, row in _read(component, component.equations(), flat.recorder):
+            for place, row in read(component, component.equations(), flat.recorder):
                 if isinstance(row, Connection):
                     nodes.join(component, row, place)
                 elif isinstance(row, Law):
@@ -147,9 +140,9 @@ def flatten(model: Component) -> Flat:
                     flat.laws.append((place, row))
                 else:
                     _add_equation(flat, row, place)
-            for place, row in _read(component, component.initial(), flat.recorder):
-                flat.initial.append(Equation(_residual(row, place), place))
-            for place, row in _read(component, component.check(), flat.recorder):
+            for place, row in read(component, component.initial(), flat.recorder):
+                flat.initial.append(Equation(residual_of(row, place), place))
+            for place, row in read(component, component.check(), flat.recorder):
                 flat.conditions.append(Condition(checked_condition(row, place), place))
         nodes.write(flat, root)
     return flat
@@ -201,86 +194,16 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     if isinstance(quantity, Variable):
         symbol = Symbol.sym(name)
         q = quantity
+        flat.recorder.units[key(symbol)] = unit
         flat.unknowns[key(symbol)] = Unknown(name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow)
         return symbol
     symbol = flat.recorder.hold(name)
+    flat.recorder.units[key(symbol)] = unit
     if isinstance(quantity, Parameter):
         flat.parameters.append(Constant(name, symbol, unit, doc, component._values[quantity.name], quantity.check))
     elif isinstance(quantity, Discrete):
         flat.discretes.append(Constant(name, symbol, unit, doc, quantity.start))
     return symbol
-
-
-def _read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
-    active.path, active.text = component._path, text
-    where = component._path or "the model"
-    if not isinstance(text, Iterable):
-        raise ModelError(
-            f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
-        )
-    with guarded(component):
-        for row in text:
-            yield active.place, row
-
-
-@contextmanager
-def guarded(component: Component) -> Iterator[None]:
-    """Turns what the text of a component raises into a ModelError with the component and the line."""
-    try:
-        yield
-    except PowertrainError:
-        raise
-    except Exception as error:
-        inner: BaseException | None = error
-        while inner is not None and not isinstance(inner, PowertrainError):
-            inner = inner.__cause__ or inner.__context__
-        if inner is not None:  # another library gave its own word on what was said already
-            raise inner from None
-        raise ModelError(f"{_raised_at(error, component._path)}: {_reason(error)}") from error
-
-
-def _reason(error: Exception) -> str:
-    """What an exception in a component's text means."""
-    owner = error.obj if isinstance(error, AttributeError) else None
-    if isinstance(error, RuntimeError) and "truth value" in str(error):
-        return "a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
-    if isinstance(owner, Component):
-        known = list(owner._fields)
-        return (
-            f"{owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"  # type: ignore[attr-defined]
-            f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"  # type: ignore[attr-defined]
-        )
-    if "Possible prototypes" in str(error):  # CasADi lists all that it would take
-        said = str(error).splitlines()
-        had = next((line.strip() for line in said if "You have" in line), "")
-        return f"CasADi cannot compute this: {said[0].rstrip('.')} {had}"
-    if isinstance(error, RecursionError):
-        return "this calls itself without end"
-    if isinstance(error, Frozen):
-        return f"{error}; an equation is written  yield a == b"
-    return f"this raises {type(error).__name__}: {error}"
-
-
-def _raised_at(error: BaseException, path: str) -> Place:
-    """The last line of the model's text in a traceback."""
-    inner = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_TEXT)]
-    return Place(path, inner[-1].filename, inner[-1].lineno or 0) if inner else Place(path)
-
-
-def _residual(row: Any, place: Place) -> Symbol:
-    if isinstance(row, bool | int | float):
-        raise ModelError(f"{place}: this is the plain value {row!r}, not an equation between symbols")
-    if not isinstance(row, ca.SX):
-        raise ModelError(f"{place}: yields {type(row).__name__}; an equation is written  a == b")
-    if not row.is_scalar():
-        rows = " x ".join(map(str, row.shape))
-        raise ModelError(f"{place}: an equation is between single expressions, this one has {rows}; yield one for each")
-    if row.is_constant():
-        same = "both sides are the same" if float(row) else "the two sides are different numbers"
-        raise ModelError(f"{place}: {same}, so this says nothing about the model")
-    if not row.is_op(ca.OP_EQ):
-        raise ModelError(f"{place}: {row} is no equation; an equation is written  a == b")
-    return row.dep(0) - row.dep(1)
 
 
 def _check_known(flat: Flat, expression: Any, place: Place) -> None:
@@ -292,7 +215,7 @@ def _check_known(flat: Flat, expression: Any, place: Place) -> None:
 
 
 def _add_equation(flat: Flat, row: Any, place: Place) -> None:
-    residual = _residual(row, place)
+    residual = residual_of(row, place)
     _check_known(flat, residual, place)
     left, right = row.dep(0), row.dep(1)
     if not all(key(s) in flat.recorder.constants for s in free_symbols(residual)):
