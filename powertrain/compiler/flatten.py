@@ -96,6 +96,7 @@ class Flat:
     bound: list[tuple[Constant, Place]] = field(default_factory=list)
     conditions: list[Condition] = field(default_factory=list)
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
+    open_ports: list[tuple[Component, Connector]] = field(default_factory=list)
     given: dict[int, str] = field(default_factory=dict)
 
 
@@ -272,6 +273,8 @@ class _Nodes:
         for component in flat.components:
             for name, spec in component._fields.items():
                 if isinstance(spec, Port) and (f"{component._path}.{name}".lstrip("."), False) not in self.ports:
+                    if component is not root and not spec.grounded and not isinstance(component.__dict__[name], Signal):
+                        flat.open_ports.append((component, component.__dict__[name]))
                     _write_unconnected(flat, component.__dict__[name], spec, top=component is root)
 
     def _write_node(self, flat: Flat, faces: list[Face]) -> None:
