@@ -21,7 +21,6 @@ from powertrain.component import (
     flow,
     parameter,
     port,
-    replace,
     support,
     variable,
 )
@@ -31,6 +30,7 @@ from powertrain.export import load
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
 from powertrain.map import Axis, Map
 from powertrain.plant import Plant, compile, simulate  # noqa: A004
+from powertrain.replacing import replace
 from powertrain.result import Result
 from powertrain.symbols import Symbol, time
 

@@ -18,6 +18,9 @@ import typing
 from collections.abc import Generator, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeVar, dataclass_transform, overload
 
+import numpy as np
+
+from powertrain.checks import check_conditions, check_kind
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.symbols import Symbol
 from powertrain.units import checked_unit, with_unit
@@ -28,6 +31,10 @@ if TYPE_CHECKING:
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 _MISSING: Any = object()
 P = TypeVar("P", bound="Component")
+
+
+class Frozen(AttributeError):
+    """An attempt to assign to a field of a component."""
 
 
 class Quantity:
@@ -51,7 +58,7 @@ class Quantity:
         return component._symbol(self)
 
     def __set__(self, component: Component, value: float) -> None:
-        raise AttributeError(f"{type(component).__name__} is frozen: use replace(component, {self.name}={value!r})")
+        raise Frozen(f"{type(component).__name__} is frozen: use replace(component, {self.name}={value!r})")
 
 
 class Parameter(Quantity):
@@ -83,7 +90,9 @@ class Parameter(Quantity):
         try:
             number = float(value)
         except (TypeError, ValueError):
-            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})") from None
+            number = None
+        if number is None or isinstance(value, bool | np.bool_ | str):
+            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})")
         inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
         if not (inside and math.isfinite(number)):
             said, allowed = with_unit(f"{number:g}", self.unit), with_unit(self.range, self.unit)
@@ -202,6 +211,11 @@ class Component:
         own = {
             name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
         }
+        hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
+        if hidden:
+            raise ModelError(
+                f"{cls.__name__}.{hidden[0]}: the name of a quantity or a port does not begin with an underscore"
+            )
         hints = cls.__dict__.get("__annotations__", {})
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
         cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
@@ -210,9 +224,9 @@ class Component:
     if not TYPE_CHECKING:
 
         def __init__(self, **given):
-            unknown = [name for name in given if name not in self._fields or not _is_given(self._fields[name])]
+            unknown = [name for name in given if name not in self._fields or not is_given(self._fields[name])]
             if unknown:
-                known = [name for name, spec in self._fields.items() if _is_given(spec)]
+                known = [name for name, spec in self._fields.items() if is_given(spec)]
                 raise ParameterError(
                     f"{type(self).__name__} has no field {unknown[0]}{suggestion(unknown[0], known)} (its fields: {', '.join(known)})"
                 )
@@ -222,9 +236,10 @@ class Component:
             self.__dict__["_values"] = values
             self.__dict__["_path"] = ""
             self.__dict__.update({n: v for n, v in values.items() if not isinstance(self._fields[n], Parameter)})
+            _check_conditions(self)
 
         def __setattr__(self, name, value):
-            raise AttributeError(f"{type(self).__name__} is frozen: use replace(component, {name}={value!r})")
+            raise Frozen(f"{type(self).__name__} is frozen: use replace(component, {name}={value!r})")
 
     def _value(self, name: str, spec: Any, given: dict[str, Any]) -> Any:
         where = f"{type(self).__name__}.{name}"
@@ -250,10 +265,16 @@ class Component:
             raise ModelError(
                 f"{where} takes a component of kind {kind.__name__}, not {given}; give {kind.__name__}(...)"
             )
+        if isinstance(value, list | dict | set) and any(isinstance(item, Component) for item in value):
+            raise ModelError(
+                f"{where} is a {type(value).__name__} of parts; give a tuple, whose members are parts of the model"
+            )
         if isinstance(value, type) and issubclass(value, Component):
             raise ModelError(f"{where} is the class {value.__name__}: give a value, {value.__name__}(...)")
         if isinstance(value, tuple):
             self._check_items(where, kind, value)
+        elif not (isinstance(kind, type) and issubclass(kind, Component)):
+            check_kind(where, kind, value)
 
     def _check_items(self, where: str, kind: Any, values: tuple[Any, ...]) -> None:
         if typing.get_origin(kind) is not tuple:
@@ -293,6 +314,10 @@ class Component:
         """Yields the equations that hold at the start."""
         yield from ()
 
+    def check(self) -> Equations:
+        """Yields what must hold between parameters: comparisons, looked at for every set of values, and when the component is made."""
+        yield from ()
+
     def energy(self) -> Symbol:
         """Stored energy in joules, an expression of parameters and variables."""
         return Symbol(0)
@@ -312,6 +337,21 @@ class Component:
         return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
 
 
+def _check_conditions(component: Component) -> None:
+    """ParameterError where the values of a component do not meet its own ``check()``."""
+    if type(component).check is Component.check:
+        return
+    bound: Component = object.__new__(type(component))
+    bound.__dict__.update(component.__dict__)
+    parameters = {n: s for n, s in component._fields.items() if isinstance(s, Parameter)}
+    bound.__dict__["_symbols"] = symbols = {n: Symbol.sym(n) for n in parameters}
+    check_conditions(
+        bound.check(),
+        type(component).__name__,
+        [(symbols[n], component._values[n], s.unit) for n, s in parameters.items()],
+    )
+
+
 def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:
     """What an annotation means in its module; None where it cannot be told."""
     try:
@@ -324,7 +364,8 @@ def _is_symbolic(spec: Any) -> bool:
     return isinstance(spec, Variable | Discrete)
 
 
-def _is_given(spec: Any) -> bool:
+def is_given(spec: Any) -> bool:
+    """Whether a field takes a value when the component is made."""
     return not isinstance(spec, Variable | Discrete | Port)
 
 
@@ -337,24 +378,3 @@ def children(component: Component) -> Iterator[tuple[str, Component]]:
             for i, item in enumerate(value):
                 if isinstance(item, Component):
                     yield f"{name}[{i}]", item
-
-
-C = TypeVar("C", bound=Component)
-
-
-def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> C:
-    """A copy with other fields; ``changes`` may name parts of parts: ``replace(car, {"wheels[0].r": 0.3}, body=...)``."""
-    values = {n: v for n, v in component._values.items() if _is_given(component._fields[n])}
-    values.update(fields)
-    for path, value in (changes or {}).items():
-        head, _, rest = path.partition(".")
-        name, _, index = head.partition("[")
-        if name not in values:
-            raise ParameterError(f"{type(component).__name__} has no field {name}{suggestion(name, values)}")
-        if not index:
-            values[name] = replace(values[name], {rest: value}) if rest else value
-        else:
-            items, i = list(values[name]), int(index.rstrip("]"))
-            items[i] = replace(items[i], {rest: value}) if rest else value
-            values[name] = tuple(items)
-    return type(component)(**values)

@@ -16,6 +16,8 @@ from powertrain.symbols import Symbol, column, free_symbols, key
 
 Array = NDArray[np.float64]
 DECLARED = "start of the variable"
+_DEPTH = 10
+"""How deep expressions are compared."""
 
 
 @dataclass(frozen=True)
@@ -98,3 +100,22 @@ def declared_conditions(compiled: Compiled) -> list[Asked]:
     declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
     declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
     return [signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
+
+
+def unsettled(compiled: Compiled, conditions: Sequence[Asked]) -> str:
+    """The message for modes that each start changes again: what depends on them, and what to give instead."""
+    dae = compiled.dae
+    laws = [f.name for f in dae.frictions] + [s.name for s in dae.switches] + [c.name for c in dae.contacts]
+    said = f"{', '.join(laws[:8])}: the modes of these laws at the start do not settle"
+    depending = [c.label for c in conditions if ca.depends_on(c.expression, dae.m)]
+    speeds = [name for f in dae.frictions if (name := _name(compiled, f.w))]
+    if not depending:
+        return f"{said}; give more of the start"
+    instead = f"give the speeds of the laws ({', '.join(speeds[:4])}) too, or" if speeds else "give"
+    return f"{said}, and they decide {', '.join(depending[:4])}; {instead} states in its place"
+
+
+def _name(compiled: Compiled, expression: Symbol) -> str | None:
+    """The shortest name of a signal that is this expression."""
+    names = [name for name, s in compiled.signals.items() if ca.is_equal(s.expression, expression, _DEPTH)]
+    return min(names, key=lambda name: (name.count("."), len(name)), default=None)

@@ -26,6 +26,7 @@ from powertrain.conditions import (
     declared_conditions,
     signal_condition,
     text_conditions,
+    unsettled,
 )
 from powertrain.engine.buffers import Bound, zeros
 from powertrain.engine.engine import Engine
@@ -109,9 +110,6 @@ class Initializer:
         self, engine: Engine, t: float, p: Array, m: Array, starts: Mapping[str, float], guesses: Mapping[str, float]
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns, held values and the report. Raises InitializationError where the conditions cannot be met."""
-        for name, value in (*starts.items(), *guesses.items()):
-            if not np.isfinite(float(value)):
-                raise ParameterError(f"starts and guesses: {name} = {value} is not a finite number")
         held = self._discretes.places.keys() & starts.keys()
         names = tuple(name for name in starts if name not in held)
         if names not in self._plans:
@@ -181,15 +179,8 @@ class _Plan:
                 break
             m = resolved
         else:
-            raise InitializationError(
-                f"{self._law_names()}: the modes of these laws at the start do not settle; give more of the start"
-            )
+            raise InitializationError(unsettled(self.compiled, self.conditions))
         return y[: self.n], y[self.n :], m, self._report(t, y, m, p, target, choice)
-
-    def _law_names(self) -> str:
-        dae = self.compiled.dae
-        names = [f.name for f in dae.frictions] + [s.name for s in dae.switches] + [c.name for c in dae.contacts]
-        return ", ".join(names[:8])
 
     @cached_property
     def places(self) -> dict[str, tuple[int, float, float]]:

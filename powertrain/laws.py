@@ -7,8 +7,8 @@ modes of all laws together and locates every change as an event.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -80,10 +80,33 @@ class WhenLaw(Law):
     resets: tuple[Reinit, ...]
     name: str = "when"
 
+    def mapped(self, change: Callable[[list[Symbol]], list[Symbol]]) -> Self:
+        """The same law with its condition and the new values changed."""
+        g, *values = change([self.g, *(r.value for r in self.resets)])
+        resets = tuple(Reinit(r.variable, v) for r, v in zip(self.resets, values, strict=True))
+        return replace(self, g=g, resets=resets)
+
+
+def _expression(word: str, value: Any) -> Symbol:
+    """A number or one expression, as a symbol; ``word`` is the word of the text that takes it."""
+    found = value if isinstance(value, Symbol) else None
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
+        found = Symbol(float(value))
+    if found is None or not found.is_scalar():
+        raise ModelError(f"{recorder().place}: {word} takes expressions of variables and numbers, not {value!r}")
+    return found
+
+
+def _condition(word: str, value: Any) -> Symbol:
+    return Symbol(float(value)) if isinstance(value, bool | np.bool_) else _expression(word, value)
+
 
 def der(expression: Symbol) -> Symbol:
     """Time derivative of a variable or of an expression of variables."""
-    return total_derivative(Symbol(expression), recorder().derivative)
+    active, whole = recorder(), _expression("der", expression)
+    if not whole.is_symbolic() and not whole.is_constant():
+        active.differentiated.append((active.place, whole))
+    return total_derivative(whole, active.derivative)
 
 
 def friction(
@@ -97,17 +120,19 @@ def friction(
     ``torque`` opposes ``w`` where lower <= 0 <= upper: the power torque*w is dissipated. Where lower = upper the law is free.
     The mode is a signal of the component called ``name``: 1 forward, 0 stuck, -1 backward, 2 free.
     """
-    return FrictionLaw(Symbol(w), Symbol(torque), Symbol(lower), Symbol(upper), Symbol(peak), name)
+    w, torque, lower, upper, peak = (_expression("friction", value) for value in (w, torque, lower, upper, peak))
+    return FrictionLaw(w, torque, lower, upper, peak, name)
 
 
 def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, name: str = "contact") -> UnilateralLaw:
     """A rigid contact: gap >= 0, force >= 0, one of them zero; closing is an impact with the given coefficient of restitution."""
-    return UnilateralLaw(Symbol(gap), Symbol(force), Symbol(restitution), name)
+    gap, force, restitution = (_expression("unilateral", value) for value in (gap, force, restitution))
+    return UnilateralLaw(gap, force, restitution, name)
 
 
 def reinit(variable: Symbol, value: Expression) -> Reinit:
     """Gives a state or a discrete variable a new value, in a ``when``."""
-    return Reinit(variable, Symbol(value))
+    return Reinit(_expression("reinit", variable), _expression("reinit", value))
 
 
 def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
@@ -117,7 +142,7 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
-    return WhenLaw(crossing(Symbol(condition)), resets, name)
+    return WhenLaw(crossing(_condition("when", condition)), resets, name)
 
 
 def switch(
@@ -129,7 +154,8 @@ def switch(
     ``continuous``: the branches agree where the condition changes, so that the integration need not restart there. Several switches on
     the same condition object change as one. ``name`` is what the events of the component are called.
     """
-    active, g = recorder(), crossing(Symbol(condition))
+    active, g = recorder(), crossing(_condition("switch", condition))
+    a, b = _expression("switch", a), _expression("switch", b)
     if all(key(s) in active.constants for s in free_symbols(g)):
         return ca.if_else(Symbol(condition), a, b)
     for entry in active.switches:
@@ -143,7 +169,10 @@ def switch(
 def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
     """A piecewise linear signal of time; a time that stands twice is a jump; constant before the first and after the last time."""
     active = recorder()
-    t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
+    try:
+        t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
+    except (TypeError, ValueError):
+        raise ModelError(f"{active.place}: schedule takes rows of numbers, not {times!r}, {values!r}") from None
     if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):
         raise ModelError(
             f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease"
@@ -157,7 +186,8 @@ def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
 def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit: str, action: str = "error") -> None:
     """Declares low <= value <= high: ``action`` "error" ends the simulation with a message, "count" counts the steps outside."""
     active = recorder()
-    active.guards.append(GuardEntry(name, Symbol(value), Symbol(low), Symbol(high), unit, action, active.place))
+    value, low, high = (_expression("within", v) for v in (value, low, high))
+    active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
 
 
 def crossing(condition: Symbol) -> Symbol:

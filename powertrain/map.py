@@ -16,8 +16,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.arguments import one_of, text
 from powertrain.arguments import path as argument_path
-from powertrain.errors import ParameterError
+from powertrain.dimensions import measure, unit_of
+from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.laws import within
 from powertrain.recorder import recorder, recording
 from powertrain.symbols import Symbol
@@ -43,11 +45,10 @@ class Axis:
     outside: Outside = "error"
 
     def __init__(self, name: str, unit: str, points: ArrayLike, outside: Outside = "error") -> None:
-        grid = _numbers(points, f"axis {name}").ravel()
+        grid = _numbers(points, f"axis {text('name', name)}").ravel()
         if grid.size == 0:
             raise ParameterError(f"axis {name} has no points")
-        if outside not in get_args(Outside):
-            raise ParameterError(f"axis {name}: outside={outside!r} is none of {', '.join(get_args(Outside))}")
+        one_of(f"axis {name}: outside", outside, get_args(Outside))
         if np.any(steps := np.diff(grid) <= 0):
             i = int(np.argmax(steps))
             raise ParameterError(
@@ -100,6 +101,8 @@ class Map:
     def __init__(
         self, axes: Sequence[Axis], values: ArrayLike, unit: str, name: str = "map", method: Method = "linear"
     ) -> None:
+        if not isinstance(axes, Sequence) or not all(isinstance(axis, Axis) for axis in axes):
+            raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
         grid = _numbers(values, f"map {name}").copy()
         grid.flags.writeable = False
         object.__setattr__(self, "axes", tuple(axes))
@@ -120,8 +123,7 @@ class Map:
             raise ParameterError(
                 f"map {self.name} has values of shape {self.values.shape}, but its axes ask for {shape} ({said})"
             )
-        if self.method not in get_args(Method):
-            raise ParameterError(f"map {self.name}: method={self.method!r} is none of {', '.join(get_args(Method))}")
+        one_of(f"map {text('name', self.name)}: method", self.method, get_args(Method))
         if self.method == "smooth" and min(shape) < 4:
             short = self.axes[shape.index(min(shape))]
             raise ParameterError(
@@ -143,7 +145,7 @@ class Map:
         method: Method = "linear",
     ) -> Map:
         """A map of one argument ``x``. One point makes it a constant."""
-        return cls((Axis(x, x_unit, points, outside),), np.ravel(np.asarray(values, float)), unit, name, method)
+        return cls((Axis(x, x_unit, points, outside),), _numbers(values, f"map {name}").ravel(), unit, name, method)
 
     @classmethod
     def constant(cls, value: float, *, x: str = "x", x_unit: str = "1", unit: str = "1", name: str = "map") -> Map:
@@ -184,12 +186,24 @@ class Map:
 
     def _symbolic(self, arguments: Sequence[Symbol]) -> Symbol:
         if recording():
+            self._check_units(arguments)
             for axis, argument in zip(self.axes, arguments, strict=True):
                 if axis.outside != "linear" and len(axis.points) > 1:
                     action = "error" if axis.outside == "error" else "count"
                     low, high = axis.low - axis.slack, axis.high + axis.slack
                     within(argument, low, high, name=f"{self.name}: {axis.name}", unit=axis.unit, action=action)
         return self._expression(arguments)
+
+    def _check_units(self, arguments: Sequence[Symbol]) -> None:
+        """An axis over another unit than that of the variable it is asked for; "1" stands for anything."""
+        for axis, argument in zip(self.axes, arguments, strict=True):
+            unit = unit_of(argument, recorder().units)
+            if unit is None or "1" in (unit, axis.unit) or measure(unit) == measure(axis.unit):
+                continue
+            raise ModelError(
+                f"{recorder().place}: map {self.name}: the axis {axis.name} is in {axis.unit}, but it is asked for a variable in {unit}; "
+                f"give the axis in {unit}, or convert the variable where the map is called"
+            )
 
     def _expression(self, arguments: Sequence[Symbol]) -> Symbol:
         varying = [(axis, a) for axis, a in zip(self.axes, arguments, strict=True) if len(axis.points) > 1]
@@ -316,6 +330,10 @@ def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], 
     _check_grid(path, [i for i, _ in used[1:]], places.tolist(), heads, grids)
     values = np.empty([g.size for g in grids])
     values[tuple(places.T)] = table[:, -1]
+    names = [h[0] for h in heads[:-1]]
+    for name in outside if isinstance(outside, Mapping) else ():
+        if name not in names:
+            raise ParameterError(f"{path}: outside: the table has no axis {name}{suggestion(str(name), names)}")
     rules: Mapping[str, Outside] = (
         outside if isinstance(outside, Mapping) else dict.fromkeys((h[0] for h in heads[:-1]), outside)
     )

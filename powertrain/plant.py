@@ -5,14 +5,16 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite
-from typing import Any, Generic, TypeAlias, TypeVar, get_args
+from reprlib import repr as short
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import array, named, number, numbers, whole
+from powertrain.arguments import by_name, count, number, numbers_by_name, one_of, options_checked, positive, row
 from powertrain.compiler.assemble import Compiled, compile_model
+from powertrain.compiler.binding import Limits
+from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import Schedule
 from powertrain.component import Component, children
 from powertrain.engine.engine import Engine, Method
@@ -22,6 +24,7 @@ from powertrain.errors import ParameterError, PowertrainError, SimulationError, 
 from powertrain.initial import Initializer, InitialReport
 from powertrain.nonfinite import explain
 from powertrain.result import Result
+from powertrain.signals import signals_of
 
 M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
@@ -33,10 +36,12 @@ class Plant(Generic[M]):
     """A model compiled to a hybrid DAE. Picklable (it is compiled anew where it is unpickled); may be used from several threads."""
 
     def __init__(self, model: M) -> None:
-        self.model: M = _checked_model(model)
+        self.model: M = checked_model(model)
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
         self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
+        self._limits = Limits(self.compiled.flat)
+        self._limits.check(self._defaults)
         self._local = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -54,11 +59,24 @@ class Plant(Generic[M]):
     def parameter_vector(self, parameters: Mapping[str, float] | None = None) -> Array:
         """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range."""
         p = self._defaults.copy()
-        for name, value in named("parameters", parameters).items():
+        for name, value in by_name("parameters", parameters).items():
             if name not in self._position:
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
+        self._limits.check(p)
         return p
+
+    @property
+    def limited(self) -> set[str]:
+        """The parameters that must go together with others: bound ones and conditions of ``check()`` depend on them."""
+        return self._limits.names
+
+    def check_together(self, names: Sequence[str], sets: Array, parameters: Mapping[str, float] | None = None) -> None:
+        """ParameterError for values of the named parameters, one set a column, that do not go with each other or with the rest."""
+        if names:
+            p = np.repeat(self.parameter_vector(parameters)[:, None], sets.shape[1], axis=1)
+            p[[self._position[name] for name in names]] = sets
+            self._limits.check(p)
 
     def simulate(
         self,
@@ -89,12 +107,16 @@ class Plant(Generic[M]):
         Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
         """
         grid = _grid(start, stop, times, points)
-        _check_options(method, compile, progress, rtol=rtol, atol=atol, max_step=max_step)
-        starts, guesses = numbers("starts", starts), numbers("guesses", guesses)
+        if not isinstance(compile, bool):
+            raise ParameterError(f"compile = {short(compile)} is neither True nor False")
+        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
+            positive(name, value)
         p = self.parameter_vector(parameters)
+        if record is not None:
+            signals_of(self.compiled).matching(record)
         engine = self._engine(method, compile)
-        held = self._set_inputs(engine, named("inputs", inputs), start)
-        x, z, m, report = self._initializer().solve(engine, start, p, held, starts, guesses)
+        held = self._set_inputs(engine, by_name("inputs", inputs), start)
+        x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
         watch = _progress(progress, start, stop)
         try:
             trajectory = engine.run(
@@ -119,13 +141,14 @@ class Plant(Generic[M]):
         inputs: Mapping[str, InputValue] | None = None,
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns and held values at the start, with all modes resolved, and the report."""
-        t, starts, guesses = number("t", t), numbers("starts", starts), numbers("guesses", guesses)
+        number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
-        held = self._set_inputs(engine, named("inputs", inputs), t)
-        x, z, m, report = self._initializer().solve(engine, t, p, held, starts, guesses)
+        held = self._set_inputs(engine, by_name("inputs", inputs), t)
+        x, z, m, report = self._initializer().solve(engine, t, p, held, *_at_start(starts, guesses))
         return (*engine.resolve(t, x, z, m, p), report)
 
     def _engine(self, method: Method, compiled: bool) -> Engine:
+        one_of("method", method, get_args(Method))
         engines: dict[tuple[str, bool], Engine] = self._local.__dict__.setdefault("engines", {})
         if (method, compiled) not in engines:
             engines[method, compiled] = Engine(self.compiled.dae, method, compiled)
@@ -151,13 +174,8 @@ class Plant(Generic[M]):
         return held
 
 
-def _checked_model(model: Any) -> Any:
-    if isinstance(model, Component):
-        return model
-    said = (
-        f"the class {model.__name__}: give a value, {model.__name__}(...)" if isinstance(model, type) else repr(model)
-    )
-    raise ParameterError(f"a model is a component, not {said}")
+def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
+    return numbers_by_name("starts", starts), numbers_by_name("guesses", guesses)
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001
@@ -203,27 +221,17 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
     return plant.simulate(stop, **options)
 
 
-def _check_options(method: Any, compile: Any, progress: Any, **positive: Any) -> None:
-    if not isinstance(method, str) or method not in get_args(Method):
-        raise ParameterError(f"method = {method!r} is none of {', '.join(get_args(Method))}")
-    if not isinstance(compile, bool):
-        raise ParameterError(f"compile = {compile!r} is neither True nor False")
-    if not isinstance(progress, bool) and not callable(progress):
-        raise ParameterError(f"progress = {progress!r} is neither True nor False nor a function of the time reached")
-    for name, value in positive.items():
-        if not number(name, value) > 0:
-            raise ParameterError(f"{name} = {value!r} must be positive")
+if not TYPE_CHECKING:
+    Plant.simulate = options_checked(Plant.simulate)
 
 
-def _grid(start: Any, stop: Any, times: ArrayLike | None, points: int) -> Array:
+def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
     first, last = number("start", start, "s"), number("stop", stop, "s")
-    if not (isfinite(first) and isfinite(last)):
-        raise ParameterError(f"start = {start!r} s and stop = {stop!r} s must be finite numbers")
     if last < first:
         raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
     if times is None:
-        return np.linspace(first, last, whole("points", points, 1) + 1)
-    grid = array("times", times).ravel()
+        return np.linspace(first, last, count("points", points) + 1)
+    grid = row("times", times)
     if not grid.size:
         return grid
     if not (grid[1:] >= grid[:-1]).all():
@@ -237,21 +245,30 @@ def _grid(start: Any, stop: Any, times: ArrayLike | None, points: int) -> Array:
 def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule:
     if schedule.name not in inputs:
         return schedule
-    value = inputs[schedule.name]
-    pair = value if isinstance(value, tuple) and len(value) == 2 else ([0.0], [value])
-    times, values = (array(f"input {schedule.name}", v).ravel() for v in pair)
-    if times.size != values.size or not times.size or (np.diff(times) < 0).any():
+    value, what = inputs[schedule.name], f"input {schedule.name}"
+    wanted = "give a finite number, or (times, values) of equal length with times that do not decrease"
+    if callable(value):
         raise ParameterError(
-            f"input {schedule.name}: give a finite number, or (times, values) of equal length with times that do not decrease"
+            f"{what} is a function; {wanted}: (times, [{schedule.name.rpartition('.')[2]}(t) for t in times])"
         )
+    if isinstance(value, tuple) and len(value) != 2:
+        raise ParameterError(f"{what}: {wanted}")
+    try:
+        times, values = (row(what, v) for v in (value if isinstance(value, tuple) else ([0.0], [number(what, value)])))
+    except ParameterError as error:
+        raise ParameterError(f"{error}; {wanted}") from None
+    if times.size != values.size or not times.size or (np.diff(times) < 0).any():
+        raise ParameterError(f"{what}: {wanted}")
     return Schedule(schedule.name, schedule.index, times, values)
 
 
 def _progress(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:
-    if progress is False:
-        return None
     if callable(progress):
         return progress
+    if not isinstance(progress, bool):
+        raise ParameterError(f"progress = {progress!r} must be True or False, or a function of the time reached")
+    if not progress:
+        return None
     from tqdm.auto import tqdm
 
     bar = tqdm(total=stop - start, unit="s", desc="simulated")

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from types import GeneratorType
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -65,6 +66,21 @@ class GuardEntry:
     place: Place
 
 
+def place_in(text: Any, path: str) -> Place:
+    """The line at which a generator is."""
+    # CPython 3.11 may crash where it is asked what a running generator yields from.
+    while isinstance(text, GeneratorType) and not text.gi_running and isinstance(text.gi_yieldfrom, GeneratorType):
+        text = text.gi_yieldfrom
+    frame = text.gi_frame if isinstance(text, GeneratorType) else None
+    return Place(path, frame.f_code.co_filename, frame.f_lineno) if frame else Place(path)
+
+
+def lines(text: Any, path: str) -> Iterator[tuple[Place, Any]]:
+    """What a generator yields, with its line."""
+    for row in text:
+        yield place_in(text, path), row
+
+
 @dataclass
 class Recorder:
     """Collects what reading the equations brings up."""
@@ -77,18 +93,16 @@ class Recorder:
     switches: list[SwitchEntry] = field(default_factory=list)
     schedules: list[ScheduleEntry] = field(default_factory=list)
     guards: list[GuardEntry] = field(default_factory=list)
+    units: dict[int, str] = field(default_factory=dict)
+    differentiated: list[tuple[Place, Symbol]] = field(default_factory=list)
+    """Expressions that ``der`` was asked of."""
     calls: bool = False
     """Whether an expression calls a function, as large maps do."""
 
     @property
     def place(self) -> Place:
         """The line of the text that is being read."""
-        text = self.text
-        # CPython 3.11 may crash where it is asked what a running generator yields from.
-        while isinstance(text, GeneratorType) and not text.gi_running and isinstance(text.gi_yieldfrom, GeneratorType):
-            text = text.gi_yieldfrom
-        frame = text.gi_frame if isinstance(text, GeneratorType) else None
-        return Place(self.path, frame.f_code.co_filename, frame.f_lineno) if frame else Place(self.path)
+        return place_in(self.text, self.path)
 
     def derivative(self, symbol: Symbol) -> Symbol:
         """The symbol of d/dt of a symbol; 1 for time, 0 for parameters and held values."""
@@ -134,3 +148,20 @@ def recorder() -> Recorder:
 def recording() -> bool:
     """Whether the text of a model is being read."""
     return _active.get() is not None
+
+
+_as_float = ca.SX.__float__
+
+
+def _number(symbol: Symbol) -> float:
+    """The number of a constant expression. CasADi gives nan for a symbol; in the text of a model that is refused."""
+    active = _active.get()
+    if active is not None and not symbol.is_constant():
+        raise ModelError(
+            f"{active.place}\n  a symbol has no value while the equations are read, so float(), math.sin() and what else wants a number "
+            "cannot take it: use casadi's functions (casadi.sin, casadi.fmax), and switch(condition, a, b) instead of a Python if"
+        )
+    return float(_as_float(symbol))
+
+
+ca.SX.__float__ = _number  # type: ignore[method-assign]

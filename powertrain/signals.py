@@ -17,11 +17,11 @@ from powertrain.arguments import names as argument_names
 from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.flatten import Flat, flatten
 from powertrain.component import Component
-from powertrain.component import replace as changed
 from powertrain.connectors import Signal
 from powertrain.engine.buffers import Array, Bound, zeros
-from powertrain.errors import ParameterError, suggestion
+from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.recorder import reading
+from powertrain.replacing import replace as changed
 from powertrain.symbols import Symbol, column, free_symbols, key
 
 BLOCK = 64
@@ -191,6 +191,10 @@ class Signals:
                 raise ParameterError(
                     f"{said}{suggestion(str(error.name), fields)} (its fields: {', '.join(fields)})"
                 ) from None
+            except PowertrainError:
+                raise
+            except Exception as error:
+                raise ParameterError(f"selector: it raises {type(error).__name__}: {error}") from error
             if isinstance(picked, Signal):
                 picked = picked.value
             if isinstance(picked, int | float):

@@ -448,9 +448,11 @@ class Endless(CompliantWithRelativeStates):
 class Broken(pt.Component):
     a: rot.Inertia = rot.Inertia(J=1.0)
     part: Endless = Endless()
+    b: rot.Inertia = rot.Inertia(J=1.0)
 
     def equations(self) -> Equations:
         yield connect(self.a.flange_b, self.part.flange_a)
+        yield connect(self.part.flange_b, self.b.flange_a)
 
 
 def test_terms_that_are_not_finite_are_refused() -> None:

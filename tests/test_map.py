@@ -238,3 +238,11 @@ def test_a_sparse_table_of_many_points_names_a_hole(tmp_path: Path) -> None:
 def test_many_values_at_once() -> None:
     x: NDArray[np.float64] = np.linspace(0, 10, 20_000)
     assert field("clip")(x, 2.0).shape == x.shape
+
+
+def test_rule_for_a_column_that_is_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "loss.csv"
+    path.write_text("speed [rad/s], loss [W]\n0, 0\n100, 5\n", encoding="utf-8")
+    with pytest.raises(ParameterError, match=r"loss\.csv: outside: the table has no axis sped; did you mean speed\?"):
+        Map.from_csv(path, outside={"sped": "clip"})
+    assert Map.from_csv(path, outside={"speed": "clip"})(200.0) == 5.0

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import powertrain as pt
 from powertrain import Axis
+from powertrain.components.rotational import Inertia, Torque
 from powertrain.map import Method, Outside
 
 
@@ -155,3 +158,44 @@ def test_what_stands_linearly_beside_a_table_stays_linear() -> None:
     compiled = pt.compile(Chained()).compiled
     assert compiled.dae.z.numel() == 0
     assert "fwd1" not in str(compiled.dae.xdot)
+
+
+class Asked(pt.Component):
+    """A table that is asked for the speed of a shaft."""
+
+    table: Any
+    law: Any
+    J: Inertia = Inertia(J=1.0)
+    source: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.source.flange, self.J.flange_a)
+        yield self.source.tau.value == self.law(self.table, self.J.w)
+
+
+def over(unit: str) -> pt.Map:
+    return pt.Map.curve([0, 100], [0, -1], x="speed", x_unit=unit, outside="linear")
+
+
+@pytest.mark.parametrize(
+    "law", [lambda table, w: table(w), lambda table, w: table(ca.fabs(w) + 1)], ids=["speed", "size"]
+)
+def test_axis_in_another_unit_is_refused(law: Any) -> None:
+    with pytest.raises(
+        pt.ModelError,
+        match=r"the axis speed is in rpm, but it is asked for a variable in rad/s; give the axis in rad/s",
+    ):
+        pt.compile(Asked(table=over("rpm"), law=law))
+    with pytest.raises(pt.ModelError, match=r"the axis speed is in N\.m"):
+        pt.compile(Asked(table=over("N.m"), law=law))
+
+
+@pytest.mark.parametrize("unit", ["rad/s", "1/s", "1"])
+def test_axis_in_the_variables_unit(unit: str) -> None:
+    result = pt.simulate(Asked(table=over(unit), law=lambda table, w: table(w)), 1.0, starts={"J.w": 1.0})
+    assert result["J.w"][-1] == pytest.approx(np.exp(-0.01), rel=1e-6)
+
+
+def test_variable_may_be_converted() -> None:
+    result = pt.simulate(Asked(table=over("rpm"), law=lambda table, w: table(w * 30 / np.pi)), 1.0, starts={"J.w": 1.0})
+    assert result["J.w"][-1] == pytest.approx(np.exp(-0.3 / np.pi), rel=1e-6)

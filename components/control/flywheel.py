@@ -59,6 +59,10 @@ class FlywheelDrive(Component):
     clutch: Output = signal_output("1", "Pressure of the clutch")
     friction: Output = signal_output("1", "Demand on the friction brakes")
 
+    def check(self) -> Equations:
+        """The range has a width."""
+        yield self.ratio_min < self.ratio_max
+
     def equations(self) -> Equations:
         """Ratio, clutch, brakes."""
         u, b = self.accelerator.value, self.brake.value

@@ -58,6 +58,10 @@ class OperatingLineControl(Component):
     ratio: Output = signal_output("1", "Demanded ratio of the transmission")
     clutch: Output = signal_output("1", "Pressure of the start clutch")
 
+    def check(self) -> Equations:
+        """The range has a width."""
+        yield self.ratio_min < self.ratio_max
+
     def equations(self) -> Equations:
         """Power, and what torque and ratio follow."""
         yield self.power.value == self.accelerator.value * self.F_max * (self.v.value + self.v_0)

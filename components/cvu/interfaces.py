@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Input, Parameter, Symbol, Variable, parameter, signal_input, variable, within
+from powertrain import Equations, Input, Parameter, Symbol, Variable, parameter, signal_input, variable, within
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -18,6 +18,10 @@ class VariableUnit(TwoFlangesAndSupport, Lossy):
     ratio_max: Parameter = parameter("1", "Greatest ratio that the unit can take", default=1e3)
     w_a: Variable = variable("rad/s", "Speed of flange_a against the housing")
     w_b: Variable = variable("rad/s", "Speed of flange_b against the housing")
+
+    def check(self) -> Equations:
+        """The range has a width."""
+        yield self.ratio_min < self.ratio_max
 
     def _ratio(self) -> Symbol:
         """The ratio, which has to stay within its range."""

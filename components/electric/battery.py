@@ -56,6 +56,10 @@ class _Battery(Lossy):
     soc: Variable = variable("1", "State of charge", start=0.6)
     i: Variable = variable("A", "Current, positive when it is charged")
 
+    def check(self) -> Equations:
+        """The limits of the state of charge are in order."""
+        yield self.soc_min < self.soc_max
+
     def _cold(self) -> Symbol:
         """Resistance at the temperature of the heat port over that at 293.15 K."""
         return ca.exp(self.B * (1 / self.heat_port.T - 1 / HeatPort.reference))

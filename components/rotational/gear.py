@@ -22,12 +22,14 @@ from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
+LEAST = -1e-12
+"""eta_mf1 - 1/eta_mf2 of the least mesh loss that counts as one."""
 
 
 class LossyPair(TwoFlangesAndSupport, Lossy):
     """Partial: a gear pair that loses the torque tauLoss, counted at flange_a."""
 
-    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
+    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b", exclude=(0.0,))
     phi_a: Variable = variable("rad", "Angle of flange_a against the support")
     phi_b: Variable = variable("rad", "Angle of flange_b against the support")
     w_a: Variable = variable("rad/s", "Speed of flange_a against the support")
@@ -102,7 +104,7 @@ class LossyGear(LossyPair):
     def _losses(self) -> tuple[Symbol, Symbol, Symbol, Symbol]:
         """The columns of the table at |w_a|."""
         for row in self.lossTable:
-            if len(row) != 5 or not (0 < row[1] <= 1 and 0 < row[2] <= 1):
+            if not _is_row(row) or not (0 < row[1] <= 1 and 0 < row[2] <= 1):
                 raise ParameterError(
                     f"{self._path}.lossTable: the row {row} is not (|w_a|, eta_mf1, eta_mf2, |tau_bf1|, |tau_bf2|) "
                     "with efficiencies in (0, 1]"
@@ -117,6 +119,10 @@ class LossyGear(LossyPair):
         return eta1, eta2, ca.fabs(b1), ca.fabs(b2)
 
 
+def _is_row(row: object) -> bool:
+    return isinstance(row, tuple | list) and len(row) == 5 and all(isinstance(value, int | float) for value in row)
+
+
 def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol) -> Symbol:
     """The part of the bearing friction on the side of flange_a; half of it where the mesh has no loss."""
     mesh = eta1 - 1 / eta2
@@ -124,5 +130,5 @@ def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol
         return bearing1 / 2
     if mesh.is_constant():
         return (bearing1 - bearing2) / mesh
-    lossless = ca.fabs(mesh) < 1e-12
-    return ca.if_else(lossless, bearing1 / 2, (bearing1 - bearing2) / ca.if_else(lossless, 1, mesh))
+    # Without mesh loss the two bearing frictions are equal; the least loss makes that bearing1/2, without a jump.
+    return (bearing1 - bearing2 + LEAST * bearing1 / 2) / ca.fmin(mesh, LEAST)

@@ -13,7 +13,7 @@ class IdealGear(TwoFlangesAndSupport):
     ratio flange_a.tau + flange_b.tau = 0
     """
 
-    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b")
+    ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b", exclude=(0.0,))
     phi_a: Variable = variable("rad", "Angle of flange_a against the support")
     phi_b: Variable = variable("rad", "Angle of flange_b against the support")
 
@@ -32,7 +32,7 @@ class IdealPlanetary(Component):
     (1 + ratio) carrier.phi = sun.phi + ratio ring.phi,  ring.tau = ratio sun.tau,  carrier.tau = -(1 + ratio) sun.tau
     """
 
-    ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the sun")
+    ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the sun", exclude=(-1.0, 0.0))
     sun: Flange = port(Flange)
     carrier: Flange = port(Flange)
     ring: Flange = port(Flange)

@@ -41,7 +41,7 @@ class IdealGearR2T(RotationToTranslation):
     flangeR.phi - supportR.phi = ratio (flangeT.s - supportT.s),  ratio flangeR.tau + flangeT.f = 0
     """
 
-    ratio: Parameter = parameter("rad/m", "Angle of flangeR over path of flangeT", default=1.0)
+    ratio: Parameter = parameter("rad/m", "Angle of flangeR over path of flangeT", default=1.0, exclude=(0.0,))
 
     def equations(self) -> Equations:
         """Angle = ratio times path."""

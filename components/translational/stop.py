@@ -54,6 +54,10 @@ class MassWithStopAndFriction(Rigid, Lossy):
     f_min: Variable = variable("N", "Force of the stop at smin on the mass")
     f_max: Variable = variable("N", "Force of the stop at smax on the mass, against positive s")
 
+    def check(self) -> Equations:
+        """It fits between the stops."""
+        yield self.smin + self.L <= self.smax
+
     def equations(self) -> Equations:
         """Newton's law, friction and two rigid stops."""
         yield from self._span()

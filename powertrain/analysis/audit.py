@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, partial
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def energy_audit(result: Result[Any]) -> EnergyAudit:
     Raises ParameterError for a result that kept samples only, ModelError where a term cannot be computed or is not finite.
     """
     if not isinstance(result, Result):
-        raise ParameterError(f"energy_audit takes the result of a simulation, not {result!r}")
+        raise ParameterError(f"energy_audit() takes the result of a simulation, not {short(result)}")
     return EnergyAudit(result)
 
 

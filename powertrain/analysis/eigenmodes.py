@@ -47,6 +47,8 @@ def eigenmodes(
 
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     wanted = list(plant.compiled.states) if shapes is None else listed("shapes", shapes)
+    if not wanted:
+        raise ParameterError("shapes: name at least one signal")
     a, c, names = free_response(plant, wanted, at, parameters)
     values, vectors = _moving(a)
     swings = np.imag(values) > _CRITICAL * np.abs(values)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.texts import guarded
 from powertrain.component import Component
 from powertrain.connectors import Connector, Signal
 from powertrain.engine.buffers import Array
@@ -173,10 +174,15 @@ def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
             path = component._path
             if not isinstance(component, Connector):
                 texts[path] = _Text(
-                    path, type(component).__name__, component.boundary, {}, component.loss(), component.energy()
+                    path,
+                    type(component).__name__,
+                    component.boundary,
+                    {},
+                    _said(component, "loss"),
+                    _said(component, "energy"),
                 )
             elif not isinstance(component, Signal):
-                power, owner = component.power(), path.rpartition(".")[0]
+                power, owner = _said(component, "power"), path.rpartition(".")[0]
                 if owner in texts and not Symbol(power).is_zero():
                     texts[owner].power[path] = power
     old: list[Symbol] = []
@@ -194,6 +200,18 @@ def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
         text.loss, text.energy = plain(text.loss), plain(text.energy)
         text.power = {name: plain(power) for name, power in text.power.items()}
     return list(texts.values())
+
+
+def _said(component: Component, name: str) -> Symbol:
+    """What a component's text gives for its loss, energy or power. ModelError where it gives no expression."""
+    with guarded(component):
+        said = getattr(component, name)()
+    if isinstance(said, bool) or not isinstance(said, int | float | Symbol) or not Symbol(said).is_scalar():
+        where = component._path or "the model"
+        raise ModelError(
+            f"{where}: {name}() of {type(component).__name__} gives {said!r}, not one expression; write  return ..."
+        )
+    return Symbol(said)
 
 
 def _without_idle(texts: list[_Text]) -> tuple[list[Part], list[str], list[_Text]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import WeakKeyDictionary
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots
 from powertrain.analysis.reduction import Matrices, free_motion, substitute_inputs
-from powertrain.arguments import listed, named, number
+from powertrain.arguments import by_name, listed, number
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.connectors import Output
@@ -103,14 +104,14 @@ class _Point:
 
 def _operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> _Point:
     if not isinstance(at, tuple):
-        values = named("at", at)
-        t = number("at: time", values.pop("time", 0.0))
+        values = dict(by_name("at", at))
+        t = number("at: time", values.pop("time", 0.0), "s")
         given = {n: values.pop(n) for n in list(values) if n in plant.compiled.inputs}
         x, z, m, _ = plant.initialize(t, parameters, values, inputs=given)
         return _Point(t, x, z, m, plant.parameter_vector(parameters))
     if len(at) != 2 or not isinstance(at[0], Result):
-        raise ParameterError("at: give values by name, or (result, t) with a result of this model")
-    result, t = at[0], number("at: t", at[1])
+        raise ParameterError(f"at = {short(at)}: give values by name, or (result, t) with a result of this model")
+    result, t = at[0], number("at: t", at[1], "s")
     if parameters is not None:
         raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
     trajectory, p = result.trajectory, result.parameters

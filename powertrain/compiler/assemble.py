@@ -9,17 +9,19 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
+from powertrain.compiler.binding import bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Constant, Equation, Flat, Unknown, flatten
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Reset, Schedule, Switch, When
 from powertrain.compiler.index import differentiate, select_states
+from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import Torque, add_rates, declare_torques
 from powertrain.component import Component
 from powertrain.errors import ModelError
-from powertrain.laws import FrictionLaw, Law, Reinit, UnilateralLaw, WhenLaw
+from powertrain.laws import FrictionLaw, Law, UnilateralLaw, WhenLaw
 from powertrain.recorder import GuardEntry, Place, reading
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 from powertrain.units import rate_unit
@@ -54,7 +56,7 @@ def compile_model(model: Component) -> Compiled:
 
 def compile_flat(flat: Flat) -> Compiled:
     """The passes after flattening, in their order."""
-    _bind_parameters(flat)
+    flat = refuse_jumps(bind_parameters(flat))
     inputs = _schedule_inputs(flat)
     values = {key(c.symbol): c.value for c in flat.parameters}
     reduced = eliminate_aliases(flat, values)
@@ -68,33 +70,6 @@ def compile_flat(flat: Flat) -> Compiled:
         states = select_states(system, _wishes(reduced, torques, others), values)
     solved = solve_blocks(system, states, values)
     return _assemble(reduced, states, solved, torques, others, inputs, values, tops)
-
-
-def _bind_parameters(flat: Flat) -> None:
-    """Replaces the parameters of parts that the whole gives a value."""
-    if not flat.bindings:
-        return
-    old, new = map(column, zip(*flat.bindings.values(), strict=True))
-    for _ in range(20):
-        (new,) = ca.substitute([new], [old], [new])
-        if not {key(s) for s in ca.symvar(new)} & set(flat.bindings):
-            break
-
-    def bound(expression: Symbol) -> Symbol:
-        return ca.substitute(expression, old, new)
-
-    def bound_fields(record: Any) -> Any:
-        changes: dict[str, Any] = {n: bound(v) for n, v in vars(record).items() if isinstance(v, ca.SX)}
-        if isinstance(record, WhenLaw):
-            return replace(record, resets=tuple(Reinit(r.variable, bound(r.value)) for r in record.resets), **changes)
-        return replace(record, **changes)
-
-    flat.equations = [Equation(bound(e.residual), e.place) for e in flat.equations]
-    flat.initial = [Equation(bound(e.residual), e.place) for e in flat.initial]
-    flat.laws = [(place, bound_fields(law)) for place, law in flat.laws]
-    flat.recorder.switches = [bound_fields(s) for s in flat.recorder.switches]
-    flat.recorder.guards = [bound_fields(g) for g in flat.recorder.guards]
-    flat.parameters = [c for c in flat.parameters if key(c.symbol) not in flat.bindings]
 
 
 def _schedule_inputs(flat: Flat) -> list[Unknown]:
@@ -267,7 +242,10 @@ def _when(
         (root,) = reduced.rewrite([reset.variable])
         inside = [s for s in free_symbols(root) if key(s) in position]
         if len(inside) != 1 or len(free_symbols(root)) != 1:
-            raise ModelError(f"{place}\n  reinit of {reset.variable.name()}: it is no state of the model")
+            names = {key(reduced.expression(k, 0)): u.name for k, u in reversed(flat.unknowns.items())}
+            known = ", ".join([names.get(key(s), s.name()) for s in inside or x][:8])
+            said = f"it is no state of the model; {'it follows from' if inside else 'states are'} {known}: reset these"
+            raise ModelError(f"{place}\n  reinit of {reset.variable}: {said}")
         slope = ca.jacobian(root, inside[0])
         resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
     (g,) = resolver.model([law.g])

@@ -6,7 +6,7 @@ symbols that are not among its arguments too, so that what stands linearly in an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import casadi as ca
 import numpy as np
@@ -16,20 +16,27 @@ from powertrain.symbols import Symbol, column, free_symbols
 
 def calling(expressions: Sequence[Symbol]) -> list[int]:
     """Which of the expressions contain a call."""
+    found = marks(expressions, lambda tape, k: int(tape.instruction_id(k) == ca.OP_CALL))
+    return [i for i, mark in enumerate(found) if mark]
+
+
+def marks(expressions: Sequence[Symbol], mark: Callable[[ca.Function, int], int]) -> list[int]:
+    """For each expression the marks (bits) of all instructions it is computed by."""
     everything = column(list(expressions))
-    tape = ca.Function("powertrain_calls", [column(free_symbols(everything))], list(expressions))
-    touched: dict[int, bool] = {}
-    found = []
+    tape = ca.Function("powertrain_marks", [column(free_symbols(everything))], list(expressions))
+    touched: dict[int, int] = {}
+    found = [0] * len(expressions)
     for k in range(tape.n_instructions()):
         operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
         if operation == ca.OP_OUTPUT:
-            if touched[inputs[0]]:
-                found.append(outputs[0])
+            found[outputs[0]] |= touched[inputs[0]]
             continue
-        fresh = operation in (ca.OP_CONST, ca.OP_INPUT, ca.OP_PARAMETER)
-        called = operation == ca.OP_CALL or (not fresh and any(touched[i] for i in inputs))
-        touched.update(dict.fromkeys(outputs, called))
-    return sorted(set(found))
+        bits = mark(tape, k)
+        if operation not in (ca.OP_CONST, ca.OP_INPUT, ca.OP_PARAMETER):
+            for i in inputs:
+                bits |= touched[i]
+        touched.update(dict.fromkeys(outputs, bits))
+    return found
 
 
 def jacobian(rows: Sequence[Symbol], unknowns: Symbol) -> Symbol:

@@ -7,22 +7,28 @@ at the reference potential where it is a support.
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
 
-from powertrain.component import Component, Discrete, Equations, Parameter, Port, Quantity, Variable, children
+from powertrain.checks import checked_condition
+from powertrain.compiler.texts import read, residual_of
+from powertrain.component import (
+    Component,
+    Discrete,
+    Parameter,
+    Port,
+    Quantity,
+    Variable,
+    children,
+)
 from powertrain.connectors import Connector, Input, Output, Signal, declared
-from powertrain.errors import ModelError, suggestion
+from powertrain.errors import ModelError, ParameterError
 from powertrain.laws import Connection, Law
 from powertrain.recorder import Place, Recorder, reading
-from powertrain.symbols import Symbol, free_symbols, key
-
-_NOT_TEXT = (str(Path(__file__)), str(Path(ca.__file__).parent), str(Path(__file__).with_name("component.py")))
+from powertrain.symbols import Symbol, free_symbols, key, time
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,14 @@ class Equation:
     place: Place
 
 
+@dataclass(frozen=True)
+class Condition:
+    """What must hold between parameters: true or false, and where it was said."""
+
+    holds: Symbol
+    place: Place
+
+
 Face = tuple[str, bool]
 """A port seen from outside its component, or (True) from inside it, where its component's own parts are connected to it."""
 
@@ -78,31 +92,79 @@ class Flat:
     laws: list[tuple[Place, Law]] = field(default_factory=list)
     components: list[Component] = field(default_factory=list)
     bindings: dict[int, tuple[Symbol, Symbol]] = field(default_factory=dict)
+    binding_places: dict[int, Place] = field(default_factory=dict)
+    bound: list[tuple[Constant, Place]] = field(default_factory=list)
+    conditions: list[Condition] = field(default_factory=list)
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
+    open_ports: list[tuple[Component, Connector]] = field(default_factory=list)
     given: dict[int, str] = field(default_factory=dict)
+
+
+def rewritten(flat: Flat, change: Callable[[list[Symbol]], Sequence[Symbol]]) -> Flat:
+    """The same model with all its expressions changed."""
+    old: list[Symbol] = []
+
+    def collect(expression: Symbol) -> Symbol:
+        old.append(expression)
+        return expression
+
+    _with_each(flat, collect)
+    new = iter(change(old))
+    return _with_each(flat, lambda _: next(new))
+
+
+def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
+    switches = [replace(s, g=new(s.g)) for s in flat.recorder.switches]
+    guards = [replace(g, value=new(g.value), low=new(g.low), high=new(g.high)) for g in flat.recorder.guards]
+    return replace(
+        flat,
+        recorder=replace(flat.recorder, switches=switches, guards=guards),
+        equations=[Equation(new(e.residual), e.place) for e in flat.equations],
+        initial=[Equation(new(e.residual), e.place) for e in flat.initial],
+        laws=[(place, law.mapped(lambda listed: [new(e) for e in listed])) for place, law in flat.laws],
+    )
 
 
 def flatten(model: Component) -> Flat:
     """The flat model of ``model``; ModelError quotes the line that cannot be read."""
+    checked_model(model)
     flat, nodes = Flat(), _Nodes()
     root = _bind(model, "", flat)
     with reading(flat.recorder):
         for component in flat.components:
-            for place, row in _read(component, component.equations(), flat.recorder):
+            for place, row in read(component, component.equations(), flat.recorder):
                 if isinstance(row, Connection):
                     nodes.join(component, row, place)
                 elif isinstance(row, Law):
+                    for value in vars(row).values():
+                        _check_known(flat, value, place)
                     flat.laws.append((place, row))
                 else:
                     _add_equation(flat, row, place)
-            for place, row in _read(component, component.initial(), flat.recorder):
-                flat.initial.append(Equation(_residual(row, place), place))
+            for place, row in read(component, component.initial(), flat.recorder):
+                flat.initial.append(Equation(residual_of(row, place), place))
+            for place, row in read(component, component.check(), flat.recorder):
+                flat.conditions.append(Condition(checked_condition(row, place), place))
         nodes.write(flat, root)
     return flat
 
 
-def _bind(component: Component, path: str, flat: Flat) -> Component:
+def checked_model(model: Any) -> Any:
+    """A component; ParameterError for anything else."""
+    if isinstance(model, Component):
+        return model
+    kind = model.__name__ if isinstance(model, type) else ""
+    raise ParameterError(
+        f"a model is a component, not {f'the class {kind}: give a value, {kind}(...)' if kind else repr(model)}"
+    )
+
+
+def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = ()) -> Component:
     """A copy of ``component`` whose quantities are symbols named by their path."""
+    if id(component) in above:
+        raise ModelError(
+            f"{path}: {type(component).__name__} contains itself; a part may not be the whole it is part of"
+        )
     bound: Component = object.__new__(type(component))
     state: dict[str, Any] = dict(component.__dict__)
     state["_path"] = path
@@ -115,7 +177,10 @@ def _bind(component: Component, path: str, flat: Flat) -> Component:
             f"{path or 'the model'}: {type(component).__name__} is partial, it has no equations; use one of its kinds"
         )
     flat.components.append(bound)
-    parts = {name: _bind(part, f"{path}.{name}" if path else name, flat) for name, part in children(component)}
+    parts = {
+        name: _bind(part, f"{path}.{name}" if path else name, flat, (*above, id(component)))
+        for name, part in children(component)
+    }
     for name, value in component._values.items():
         if isinstance(value, Component):
             bound.__dict__[name] = parts[name]
@@ -130,9 +195,11 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     if isinstance(quantity, Variable):
         symbol = Symbol.sym(name)
         q = quantity
+        flat.recorder.units[key(symbol)] = unit
         flat.unknowns[key(symbol)] = Unknown(name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow)
         return symbol
     symbol = flat.recorder.hold(name)
+    flat.recorder.units[key(symbol)] = unit
     if isinstance(quantity, Parameter):
         flat.parameters.append(Constant(name, symbol, unit, doc, component._values[quantity.name], quantity.check))
     elif isinstance(quantity, Discrete):
@@ -140,68 +207,35 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     return symbol
 
 
-def _read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
-    active.path, active.text = component._path, text
-    if not isinstance(text, Iterable):
-        raise ModelError(
-            f"{component._path or 'the model'}: the equations of {type(component).__name__} are {text!r}; "
-            "an equation is written  yield a == b"
-        )
-    try:
-        for row in text:
-            yield active.place, row
-    except RuntimeError as error:
-        if "truth value" not in str(error):
-            raise
-        place = _raised_at(error, component._path)
-        raise ModelError(
-            f"{place}: a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
-        ) from error
-    except AttributeError as error:
-        owner = error.obj
-        if not isinstance(owner, Component):
-            raise
-        known = list(owner._fields)
-        raise ModelError(
-            f"{_raised_at(error, component._path)}: {owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"
-            f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"
-        ) from error
-
-
-def _raised_at(error: BaseException, path: str) -> Place:
-    """The last line of the model's text in a traceback."""
-    inner = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_TEXT)]
-    return Place(path, inner[-1].filename, inner[-1].lineno or 0) if inner else Place(path)
-
-
-def _residual(row: Any, place: Place) -> Symbol:
-    if isinstance(row, bool | int | float):
-        raise ModelError(f"{place}: this is the plain value {row!r}, not an equation between symbols")
-    if not isinstance(row, ca.SX):
-        raise ModelError(f"{place}: yields {type(row).__name__}; an equation is written  a == b")
-    if row.is_constant():
-        same = "both sides are the same" if float(row) else "the two sides are different numbers"
-        raise ModelError(f"{place}: {same}, so this says nothing about the model")
-    if not row.is_op(ca.OP_EQ):
-        raise ModelError(f"{place}: {row} is no equation; an equation is written  a == b")
-    return row.dep(0) - row.dep(1)
+def _check_known(flat: Flat, expression: Any, place: Place) -> None:
+    """ModelError for a symbol that no component declares."""
+    for s in free_symbols(expression) if isinstance(expression, ca.SX) else ():
+        k = key(s)
+        if not (k in flat.unknowns or k in flat.recorder.bases or k in flat.recorder.constants or k == key(time)):
+            raise ModelError(f"{place}: {s.name()} is no variable of the model; declare it as a field of a component")
 
 
 def _add_equation(flat: Flat, row: Any, place: Place) -> None:
-    residual = _residual(row, place)
+    residual = residual_of(row, place)
+    _check_known(flat, residual, place)
     left, right = row.dep(0), row.dep(1)
     if not all(key(s) in flat.recorder.constants for s in free_symbols(residual)):
         flat.equations.append(Equation(residual, place))
         if left.is_symbolic():
             flat.given[key(left)] = place.path
         return
-    if left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count("."):
+    parameters = {key(c.symbol) for c in flat.parameters}
+    deeper = left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count(".")
+    if deeper or (right.is_symbolic() and not left.is_symbolic()):
         left, right = right, left
-    if not left.is_symbolic() or key(left) in flat.bindings:
+    if not left.is_symbolic() or key(left) not in parameters:
         raise ModelError(
             f"{place}: only parameters stand here; to give a part's parameter a value write  self.part.name == expression"
         )
+    if key(left) in flat.bindings:
+        raise ModelError(f"{left.name()} is given two values\n  {flat.binding_places[key(left)]}\n  {place}")
     flat.bindings[key(left)] = (left, right)
+    flat.binding_places[key(left)] = place
 
 
 class _Nodes:
@@ -239,6 +273,8 @@ class _Nodes:
         for component in flat.components:
             for name, spec in component._fields.items():
                 if isinstance(spec, Port) and (f"{component._path}.{name}".lstrip("."), False) not in self.ports:
+                    if component is not root and not spec.grounded and not isinstance(component.__dict__[name], Signal):
+                        flat.open_ports.append((component, component.__dict__[name]))
                     _write_unconnected(flat, component.__dict__[name], spec, top=component is root)
 
     def _write_node(self, flat: Flat, faces: list[Face]) -> None:

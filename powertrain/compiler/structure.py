@@ -7,12 +7,15 @@ from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated
 from powertrain.compiler.matching import Matching
 from powertrain.compiler.torques import Torque
+from powertrain.component import Port, Variable, children
+from powertrain.connectors import Connector
 from powertrain.errors import ModelError
 from powertrain.symbols import free_symbols, key
 
 
 def check_structure(reduced: Reduced, torques: list[Torque]) -> None:
     """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
+    _check_open_ends(reduced)
     known = {key(t.symbol) for t in torques}
     system = Differentiated(reduced, known)
     bases = [list(dict.fromkeys(b for b, _ in system.bases(e.residual))) for e in reduced.equations]
@@ -23,6 +26,37 @@ def check_structure(reduced: Reduced, torques: list[Torque]) -> None:
     free = [b for b in reduced.symbols if b not in reduced.aliases and b not in known and b not in matching.equation_of]
     if free:
         raise ModelError(_too_little(reduced, free))
+
+
+def _check_open_ends(reduced: Reduced) -> None:
+    """ModelError for a part that transmits nothing because an end of it is open, and whose end does not turn with the others either."""
+    for part, end in reduced.flat.open_ports:
+        if any(not isinstance(inner, Connector) for _, inner in children(part)):
+            continue  # what it has inside may do something
+        named = [part.__dict__[n] for n, spec in part._fields.items() if isinstance(spec, Port)]
+        ports = [p for p in named if p.kind() is end.kind()]
+        flows = [key(p._symbols[n]) for p in ports for n, q in p._fields.items() if isinstance(q, Variable) and q.flow]
+        others = {_root(reduced, k) for p in ports if p is not end for k in _potentials(p)}
+        rigid = any(_root(reduced, k) in others for k in _potentials(end))
+        if len(ports) > 1 and flows and not rigid and all(_is_nothing(reduced, k) for k in flows):
+            raise ModelError(
+                f"loose end: {end._path} is not connected, so that {part._path} ({type(part).__name__}) transmits nothing; "
+                "connect it, or take the part out"
+            )
+
+
+def _potentials(port: Connector) -> list[int]:
+    return [key(port._symbols[n]) for n, q in port._fields.items() if isinstance(q, Variable) and not q.flow]
+
+
+def _root(reduced: Reduced, k: int) -> int | None:
+    alias = reduced.aliases.get(k)
+    return k if alias is None else alias.root
+
+
+def _is_nothing(reduced: Reduced, k: int) -> bool:
+    alias = reduced.aliases.get(k)
+    return alias is not None and alias.root is None and isinstance(alias.offset, float) and alias.offset == 0.0
 
 
 def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[Torque]) -> str:

@@ -57,6 +57,12 @@ class Grid:
         ]
         return shape, np.array([np.broadcast_to(r, shape).ravel() for r in rows]).reshape(len(rows), prod(shape))
 
+    def of(self, axes: Sequence[Axis]) -> tuple[list[str], Rows]:
+        """The names of some of the axes, and all sets of values that they have together."""
+        sizes = {d: n for d, n in zip(self.dims, self.shape, strict=True) if any(d in a.dims for a in axes)}
+        part = Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
+        return [a.name for a in axes], part.at(np.arange(part.size))
+
     def identity(self) -> tuple[object, ...]:
         """What tells grids apart as far as their course is concerned."""
         return (

@@ -80,7 +80,7 @@ def steady(
     spanned = make_grid(grid)
     wanted = wanted_signals(signals_of(plant.compiled), outputs)
     asked = asked_for(plant, spanned, wanted, inputs or {}, free)
-    _check_values(plant, spanned, guesses or {})
+    _check_values(plant, spanned, guesses or {}, parameters or {})
     common = common_values(plant, parameters, inputs or {})
     map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
     ordered, sheet = map_.run(spanned, common, Look(side, exhaustive, first), progress)
@@ -172,12 +172,13 @@ def _count(names: list[str], what: str) -> str:
     return f"{len(names)} {what}{'s' * (len(names) != 1)} ({', '.join(names)})"
 
 
-def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float]) -> None:
+def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float], parameters: Mapping[str, float]) -> None:
     for axis in grid.axes:
         constant = plant.compiled.parameters.get(axis.name)
         if constant is not None and axis.name not in plant.compiled.inputs:
             for value in np.unique(axis.values):
                 constant.check(float(value), axis.name)
+    plant.check_together(*grid.of([a for a in grid.axes if a.name in plant.limited]), parameters)
     for name in guesses:
         if name not in plant.compiled.signals and name not in plant.compiled.parameters:
             raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, plant.compiled.signals)}")

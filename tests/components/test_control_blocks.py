@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from joined import joined, run
@@ -57,7 +59,7 @@ def test_tables() -> None:
         pt.compile(joined(b.Constant(k=0), b.CombiTable1D(table=plane), joints="0.y=1.u"))
 
 
-def controlled(controller: pt.Component, stop: float = 10.0, **options: object) -> pt.Result[pt.Component]:
+def controlled(controller: pt.Component, stop: float = 10.0, **options: Any) -> pt.Result[pt.Component]:
     """A plant der(x) = y with a set point of 1."""
     parts = b.Constant(k=1), controller, b.Integrator()
     result: pt.Result[pt.Component] = run(joined(*parts, joints="0.y=1.u_s 1.y=2.u 2.y=1.u_m"), stop, **options)

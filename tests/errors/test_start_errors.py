@@ -138,3 +138,29 @@ def test_one_way_clutch_that_starts_backward_beside_another_law() -> None:
     text = ("clutch.mode (clutch: yield friction(", "moves backward at t = 0 s", "Give a start")
     refused(pt.InitializationError, *text, do=lambda: pt.simulate(OneWayBesideGear(), 1.0))
     assert pt.simulate(OneWayBesideGear(), 1.0, starts={"J1.w": 5.0})["J2.w"][-1] == pytest.approx(12.5)
+
+
+class PressedBySpeed(pt.Component):
+    """A clutch whose force grows with speed, pulled at one side."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    c: rot.Clutch = rot.Clutch(fn_max=10.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+    pull: rot.ConstantTorque = rot.ConstantTorque(tau_constant=3.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.c.flange_a)
+        yield pt.connect(self.c.flange_b, self.J2.flange_a)
+        yield pt.connect(self.J2.flange_b, self.pull.flange)
+        yield self.c.f_normalized.value == 0.1 + 0.01 * self.J1.w
+
+
+def test_start_by_an_acceleration_that_modes_decide() -> None:
+    plant = pt.compile(PressedBySpeed())
+    refused(
+        pt.InitializationError,
+        "c.mode: the modes of these laws at the start do not settle, and they decide J1.a",
+        "give the speeds of the laws (c.w_rel) too",
+        do=lambda: plant.simulate(0.1, starts={"J1.a": 1.0}),
+    )
+    assert plant.simulate(0.1, starts={"J1.a": 3.0, "c.w_rel": 1.0})["J1.a"][0] == pytest.approx(3.0)

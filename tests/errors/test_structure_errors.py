@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import casadi as ca
+import pytest
 from refusals import refused
 
 import powertrain as pt
@@ -202,3 +203,27 @@ def test_clutches_in_series_without_inertia_between() -> None:
     refused(
         pt.ModelError, "c1: yield friction(", "c2: yield friction(", "put an inertia", do=lambda: pt.compile(InSeries())
     )
+
+
+class LooseEnd(pt.Component):
+    """A part with one end at a shaft and the other nowhere."""
+
+    part: pt.Component
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.shaft.flange_b, self.part.flange_a)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("part", [rot.Spring(c=1.0), rot.Damper(d=1.0), rot.SpringDamper(c=1.0, d=1.0)])
+def test_open_end_of_a_compliance(part: pt.Component) -> None:
+    refused(
+        pt.ModelError,
+        f"loose end: part.flange_b is not connected, so that part ({type(part).__name__}) transmits nothing",
+        do=lambda: pt.compile(LooseEnd(part=part)),
+    )
+
+
+@pytest.mark.parametrize("part", [rot.Inertia(J=1.0), rot.IdealGear(ratio=2.0), rot.PowerSensor()])
+def test_open_end_of_what_turns_along(part: pt.Component) -> None:
+    assert pt.compile(LooseEnd(part=part)).compiled.states

@@ -69,7 +69,7 @@ def test_wrong_kind_in_a_slot(given: dict[str, Any], said: list[str]) -> None:
         ({"parameters": {"J1.J": -2.0}}, ["J1.J = -2 kg.m2 is outside its range [0, inf) kg.m2"]),
         ({"parameters": {"J1.J": None}}, ["J1.J = None is not a number"]),
         ({"starts": {"J1.om": 1.0}}, ["starts: the model has no variable J1.om"]),
-        ({"starts": {"J1.w": float("nan")}}, ["starts: J1.w = nan is not a number"]),
+        ({"starts": {"J1.w": float("nan")}}, ["starts: J1.w = nan is not a finite number"]),
         ({"guesses": {"J1.ww": 1.0}}, ["guesses: the model has no variable J1.ww", "J1.w"]),
         ({"inputs": {"torque": 1.0}}, ["no input torque"]),
         ({"stop": -1.0}, ["stop = -1 s is before start = 0 s"]),

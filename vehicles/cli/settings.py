@@ -72,7 +72,7 @@ def assigned(component: M, path: str, text: str) -> M:
     found = place(component, path)
     if found.is_part:
         return pt.replace(component, {path: part(text, found)})
-    return with_value(component, found, text if found.spec is not None else _read(text, found))
+    return with_value(component, found, _number(text) if found.spec is not None else _read(text, found))
 
 
 def with_value(component: M, found: Place, value: Any) -> M:
@@ -80,6 +80,13 @@ def with_value(component: M, found: Place, value: Any) -> M:
     if found.spec is not None:
         return pt.replace(component, {found.path: found.spec.check(value, found.path)})
     return pt.replace(component, {found.path: _fitted(value, found)})
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text  # which the parameter refuses
 
 
 def part(text: str, found: Place) -> pt.Component:

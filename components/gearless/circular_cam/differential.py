@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Self
+from typing import Self
 
 import casadi as ca
 
@@ -11,7 +11,6 @@ from powertrain import (
     Component,
     Equations,
     Parameter,
-    ParameterError,
     Symbol,
     Variable,
     der,
@@ -134,11 +133,13 @@ class CircularCamDifferential(Differential, Lossy):
     tau: Variable = variable("N.m", "Friction torque, half the difference of the sides' torques")
     kappa: Variable = variable("1", "Locking coefficient")
 
-    if not TYPE_CHECKING:
-
-        def __init__(self, **given: Any) -> None:
-            super().__init__(**given)
-            _check(self)
+    def check(self) -> Equations:
+        """One track and the hole of the disk lie inside the other and the rim; the rules' names are known."""
+        check_number(self.n)
+        check_sharing(self.sharing)
+        check_wear(self.uniform)
+        yield self.D_in < self.D_out  # the inner track lies inside
+        yield self.d_in < self.d_out  # the hole of the friction disk lies inside
 
     def equations(self) -> Equations:
         """Symmetric kinematics, and the friction that the load makes."""
@@ -230,16 +231,3 @@ class CircularCamDifferential(Differential, Lossy):
             sharing=sharing,
             uniform=cams.disk.uniform,
         )
-
-
-def _check(made: CircularCamDifferential) -> None:
-    """What holds between the parameters, and the rules' names."""
-    check_number(made.n)
-    check_sharing(made.sharing)
-    check_wear(made.uniform)
-    for small, large, what in (("D_in", "D_out", "inner track"), ("d_in", "d_out", "hole of the friction disk")):
-        low, high = made._values[small], made._values[large]
-        if low >= high:
-            raise ParameterError(
-                f"CircularCamDifferential: {small} = {low:g} m must be less than {large} = {high:g} m: the {what} lies inside"
-            )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable, within
+from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
 from powertrain.components.differentials.interfaces import Differential
 from powertrain.components.gearless.linkage.friction import JointFriction, kappa
 from powertrain.components.gearless.linkage.kinematics import Linkage, closed_loop
@@ -78,18 +78,15 @@ class LinkageDifferential(Differential, Lossy):
     w_diff: Variable = variable("rad/s", "Speed of the left shaft against the cage", prefer=True)
     tau: Variable = variable("N.m", "Torque of friction, left.tau - right.tau at steady speeds")
 
-    if not TYPE_CHECKING:
-
-        def __init__(self, **given):
-            super().__init__(**given)
-            Linkage(*(self._values[name] for name in ("a", "b", "offset")))
+    def check(self) -> Equations:
+        """The linkage can be assembled at every angle, and its links can be made of mass."""
+        yield ca.fabs(self.offset) < self.a  # or the coupler does not reach the lever's end at alpha = 0
+        yield self.a + self.offset < 2 * self.b  # or the coupler does not reach the lever's end at alpha = 90 degrees
+        yield self.axial_coupler <= 2 * (1 + ROUNDING) * self.transverse_coupler  # no body has more along its axis
+        yield self.axial_lever <= 2 * (1 + ROUNDING) * self.transverse_lever  # no body has more along its axis
 
     def equations(self) -> Equations:
         """Symmetric kinematics, Lagrange's two equations and friction."""
-        within(self.a, ca.fabs(self.offset), 2 * self.b - self.offset, name="a", unit="m")
-        for part in ("coupler", "lever"):
-            axial, transverse = getattr(self, f"axial_{part}"), getattr(self, f"transverse_{part}")
-            within(axial, 0, 2 * (1 + ROUNDING) * transverse, name=f"axial_{part}", unit="kg.m2")
         yield self.left.phi + self.right.phi == 2 * self.crown.phi
         yield self.phi_diff == (self.left.phi - self.right.phi) / 2
         yield self.alpha == self.alpha_0 + self.phi_diff

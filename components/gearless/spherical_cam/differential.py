@@ -89,12 +89,16 @@ class SphericalCamDifferential(Differential, Lossy):
         def __init__(self, **given: Any) -> None:
             whole = given.pop("friction", None)
             super().__init__(**(given if whole is None else given | vars(whole)))
-            _ = self.cycle  # checks the cam's axes and the rule of sharing
 
         @property
         def friction(self) -> CamFriction:
             """Its friction, for ``Cycle``."""
             return CamFriction(**{field.name: self._values[field.name] for field in fields(CamFriction)})
+
+    def check(self) -> Equations:
+        """The cam's axes are at right angles, the rule of sharing is known."""
+        _ = self.cycle
+        yield from ()
 
     @property
     def cycle(self) -> Cycle:

@@ -77,9 +77,9 @@ def test_nine_combinations() -> None:
 
 
 def test_layouts_that_do_not_exist_are_refused() -> None:
-    with pytest.raises(pt.ParameterError, match="the layout 'abc' is none of bHa, Hba, baH, abH, Hab, aHb"):
+    with pytest.raises(pt.ParameterError, match="layout = 'abc' is none of 'bHa', 'Hba', 'baH', 'abH', 'Hab', 'aHb'"):
         pt.compile(SplitPathTransmission(layout="abc"))  # type: ignore[arg-type]
-    with pytest.raises(pt.ParameterError, match='the coupling \'both\' is neither "input" nor "output"'):
+    with pytest.raises(pt.ParameterError, match="coupling = 'both' is none of 'input', 'output'"):
         pt.compile(SplitPathTransmission(coupling="both"))  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match="differ in 3 positions: exactly two members"):
         pt.compile(SwitchedSplitPathTransmission(first="bHa", second="Hab"))

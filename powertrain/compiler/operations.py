@@ -1,0 +1,136 @@
+"""The operations of an expression that jump, and the expression with them laid open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from powertrain.symbols import Symbol, column, free_symbols, key
+
+COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE})
+EQUALITIES = frozenset({ca.OP_EQ, ca.OP_NE})
+LOGIC = frozenset({ca.OP_AND, ca.OP_OR, ca.OP_NOT, ca.OP_IF_ELSE_ZERO})
+STEPS = frozenset({ca.OP_FLOOR, ca.OP_CEIL, ca.OP_FMOD, ca.OP_REMAINDER})
+SIDES = frozenset({ca.OP_SIGN, ca.OP_COPYSIGN, ca.OP_ATAN2})
+JUMPING = COMPARISONS | EQUALITIES | LOGIC | STEPS | SIDES
+"""Operations that are not continuous."""
+_TRUTHS = COMPARISONS | EQUALITIES | LOGIC - {ca.OP_IF_ELSE_ZERO}
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operation that jumps: ``code`` changes where it does. ``side`` is zero there; at that point itself it has the value ``alone``."""
+
+    node: Symbol
+    code: Symbol
+    side: Symbol | None = None
+    stand_in: Symbol | None = None
+    natural: Symbol | None = None
+    alone: float = 0.0
+
+
+def nodes_of(expression: Symbol) -> Iterator[Symbol]:
+    """The nodes of a scalar, each once, operands first."""
+    done: set[int] = set()
+    pending: list[tuple[Symbol, bool]] = [(expression, False)]
+    while pending:
+        node, ready = pending.pop()
+        if key(node) in done:
+            continue
+        if ready:
+            done.add(key(node))
+            yield node
+        else:
+            pending.append((node, True))
+            pending += [(operand, False) for operand in operands(node)]
+
+
+def operands(node: Symbol) -> list[Symbol]:
+    """What an operation is done on."""
+    if node.is_symbolic() or node.is_constant():
+        return []
+    source = node.dep(0) if node.is_output() else node
+    return [source.dep(i) for i in range(source.n_dep())]
+
+
+def operation(node: Symbol) -> int:
+    """The kind of an operation; -1 for symbols, numbers and results of calls."""
+    return -1 if node.is_symbolic() or node.is_constant() or node.is_output() else int(node.op())
+
+
+def behind_jumps(expression: Symbol) -> list[Symbol]:
+    """The symbols that decide where operations of the expression jump."""
+    deciding = [
+        operands(n)[:1] if operation(n) == ca.OP_IF_ELSE_ZERO else operands(n)
+        for n in nodes_of(expression)
+        if operation(n) in JUMPING
+    ]
+    return free_symbols(column([n for listed in deciding for n in listed]))
+
+
+def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Operation], Symbol]:
+    """The operations that jump, and the expression with a symbol in place of each that has a value of its own at one point."""
+    found: list[Operation] = []
+    new: dict[int, Symbol] = {}
+    truths: dict[int, Symbol] = {}
+    moving: dict[int, bool] = {}
+
+    def stand_in(node: Symbol, side: Symbol, natural: Symbol, alone: float) -> Symbol:
+        symbol = Symbol.sym("alone")
+        found.append(Operation(node, ca.sign(side), side, symbol, natural, alone))
+        return symbol
+
+    def truth(node: Symbol) -> Symbol:
+        """What stands where true or false is meant; a number is true where it is not zero."""
+        if not moving[key(node)] or operation(node) in _TRUTHS:
+            return new[key(node)]
+        if key(node) not in truths:
+            truths[key(node)] = 1 - stand_in(node, node, node == 0, 1.0)
+        return truths[key(node)]
+
+    for node in nodes_of(expression):
+        inner, op = operands(node), operation(node)
+        moving[key(node)] = moves(node) if node.is_symbolic() else any(moving[key(n)] for n in inner)
+        if not inner or not moving[key(node)]:
+            new[key(node)] = node
+            continue
+        changed = [new[key(n)] for n in inner]
+        if op == ca.OP_SIGN:
+            new[key(node)] = stand_in(node, inner[0], node, 0.0)
+            continue
+        if op in EQUALITIES:
+            same = stand_in(node, inner[0] - inner[1], inner[0] == inner[1], 1.0)
+            new[key(node)] = same if op == ca.OP_EQ else 1 - same
+            continue
+        if op in LOGIC:
+            picks = 1 if op == ca.OP_IF_ELSE_ZERO else len(inner)
+            changed[:picks] = [truth(n) for n in inner[:picks]]
+        elif op in COMPARISONS:
+            found.append(Operation(node, node, inner[1] - inner[0]))
+        elif op in JUMPING:
+            found.append(_stepping(node, inner, op))
+        new[key(node)] = _again(node, changed)
+    return found, new[key(expression)]
+
+
+def _stepping(node: Symbol, inner: Sequence[Symbol], op: int) -> Operation:
+    if op in (ca.OP_FLOOR, ca.OP_CEIL):
+        return Operation(node, node)
+    if op in (ca.OP_FMOD, ca.OP_REMAINDER):
+        return Operation(node, ca.floor((inner[0] - node) / inner[1] + 0.5))
+    side = inner[1] if op == ca.OP_COPYSIGN else inner[0]
+    return Operation(node, ca.sign(side), side)
+
+
+def _again(node: Symbol, inner: Sequence[Symbol]) -> Symbol:
+    """The same operation on other operands."""
+    if node.is_output():
+        results = (
+            node.dep(0)
+            .which_function()
+            .call([ca.vertcat(*inner)] if node.dep(0).which_function().n_in() == 1 else list(inner))
+        )
+        return ca.vertcat(*[ca.vec(r) for r in results])[node.which_output()]
+    return ca.SX.unary(node.op(), *inner) if len(inner) == 1 else ca.SX.binary(node.op(), *inner)

@@ -1,0 +1,93 @@
+"""Reading the text of a component: what it yields with its line, and what it raises as a ModelError."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+
+from powertrain.component import Component, Equations, Frozen
+from powertrain.errors import ModelError, PowertrainError, suggestion
+from powertrain.recorder import Place, Recorder
+from powertrain.symbols import Symbol
+
+_CORE = [str(Path(__file__).parents[1] / f"{name}.py") for name in ("component", "laws", "map", "recorder", "checks")]
+_NOT_TEXT = (str(Path(__file__)), str(Path(__file__).with_name("flatten.py")), str(Path(ca.__file__).parent), *_CORE)
+
+
+def read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
+    """What the text of a component yields, with its line."""
+    active.path, active.text = component._path, text
+    where = component._path or "the model"
+    if not isinstance(text, Iterable):
+        raise ModelError(
+            f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
+        )
+    with guarded(component):
+        for row in text:
+            yield active.place, row
+
+
+@contextmanager
+def guarded(component: Component) -> Iterator[None]:
+    """Turns what the text of a component raises into a ModelError with the component and the line."""
+    try:
+        yield
+    except PowertrainError:
+        raise
+    except Exception as error:
+        inner: BaseException | None = error
+        while inner is not None and not isinstance(inner, PowertrainError):
+            inner = inner.__cause__ or inner.__context__
+        if inner is not None:  # another library gave its own word on what was said already
+            raise inner from None
+        raise ModelError(f"{_raised_at(error, component._path)}: {_reason(error)}") from error
+
+
+def _reason(error: Exception) -> str:
+    """What an exception in a component's text means."""
+    owner = error.obj if isinstance(error, AttributeError) else None
+    if isinstance(error, RuntimeError) and "truth value" in str(error):
+        return "a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
+    if isinstance(owner, Component):
+        known = list(owner._fields)
+        return (
+            f"{owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"  # type: ignore[attr-defined]
+            f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"  # type: ignore[attr-defined]
+        )
+    if "Possible prototypes" in str(error):  # CasADi lists all that it would take
+        said = str(error).splitlines()
+        had = next((line.strip() for line in said if "You have" in line), "")
+        return f"CasADi cannot compute this: {said[0].rstrip('.')} {had}"
+    if isinstance(error, RecursionError):
+        return "this calls itself without end"
+    if isinstance(error, Frozen):
+        return f"{error}; an equation is written  yield a == b"
+    return f"this raises {type(error).__name__}: {error}"
+
+
+def _raised_at(error: BaseException, path: str) -> Place:
+    """The last line of the model's text in a traceback."""
+    inner = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_TEXT)]
+    return Place(path, inner[-1].filename, inner[-1].lineno or 0) if inner else Place(path)
+
+
+def residual_of(row: Any, place: Place) -> Symbol:
+    """Left - right of an equation; ModelError for anything else."""
+    if isinstance(row, bool | int | float):
+        raise ModelError(f"{place}: this is the plain value {row!r}, not an equation between symbols")
+    if not isinstance(row, ca.SX):
+        raise ModelError(f"{place}: yields {type(row).__name__}; an equation is written  a == b")
+    if not row.is_scalar():
+        rows = " x ".join(map(str, row.shape))
+        raise ModelError(f"{place}: an equation is between single expressions, this one has {rows}; yield one for each")
+    if row.is_constant():
+        same = "both sides are the same" if float(row) else "the two sides are different numbers"
+        raise ModelError(f"{place}: {same}, so this says nothing about the model")
+    if not row.is_op(ca.OP_EQ):
+        raise ModelError(f"{place}: {row} is no equation; an equation is written  a == b")
+    return row.dep(0) - row.dep(1)
