@@ -220,7 +220,7 @@ def test_a_sweep_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.Mo
         {"scalars": {"w": lambda run: 2.0}},
         {"starts": {"inertia.w": 11.0}},
     ],
-    ids=str,
+    ids=lambda changed: next(iter(changed)),
 )
 def test_a_folder_of_another_sweep_is_refused(tmp_path: Path, changed: dict[str, Any]) -> None:
     same: dict[str, Any] = {"record": ["inertia.w"], "scalars": {"w": lambda run: 1.0}}
