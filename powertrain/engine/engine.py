@@ -74,7 +74,7 @@ class Engine:
         self._functions: dict[str, ca.Function] = {}
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
-        self.special = SpecialSteps(dae.m, self.book.modes, self._special, compile)
+        self.special = SpecialSteps(dae.m, self.book.modes, self._special)
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None

@@ -82,10 +82,12 @@ def enumerate_modes(
 
 
 def strict(dae: HybridDae, memory: Memory, side: int) -> bool:
-    """Whether the laws at rest keep to their limits without the hysteresis and the slack that round-off is allowed."""
+    """Whether stuck laws have no speed, and laws at rest keep to their limits without the hysteresis and the slack of round-off."""
     for friction, row in zip(dae.frictions, law_values(dae, memory, side).tolist(), strict=True):
         w, torque, lower, upper, rate, peak = row
         mode = memory.m[friction.index]
+        if mode == 0.0 and not (friction.algebraic or abs(w) <= ZONE):
+            return False
         if mode == 0.0 and not peak * lower <= torque <= peak * upper:
             return False
         if mode in (1.0, -1.0) and (friction.algebraic or abs(w) <= ZONE) and not mode * rate >= 0.0:

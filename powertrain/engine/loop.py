@@ -66,6 +66,7 @@ class Run:
     def execute(self) -> Trajectory:
         """Run to the stop time; errors carry the trajectory so far."""
         self.steps = self.engine.stepper(self.method)
+        self.engine.special.begin()
         try:
             self._restart()
             self.recorder.enter(self.memory.m.copy())
@@ -206,7 +207,7 @@ class Run:
             self.method = "rodas5p"
             self.steps = self.engine.stepper(self.method)
         else:
-            self.engine.special.refuse(self.method, self.steps)
+            self.engine.special.refuse(self.method)
         self.chosen = self.steps, False
         return self.steps
 

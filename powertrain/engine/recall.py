@@ -1,4 +1,4 @@
-"""What a search of modes has found is tried again before the next search: a car takes off the same way each time."""
+"""What a search of modes has found is tried again before the next search of the same run: a car takes off the same way each time."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ class Recall:
 
     def __init__(self, m: Array) -> None:
         self._m = m
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin a run: no run depends on those before it."""
         self._found: list[tuple[NDArray[np.intp], Array]] = []
 
     def again(self, consistent: Callable[[], bool]) -> bool:

@@ -137,6 +137,7 @@ class Resolver:
         """Drop the notes of the last run."""
         self.redundancy.forget()
         self.resting.forget()
+        self._recall.forget()
         self._tries = 0
 
     def _enumerate(self, side: int, varied: set[int], message: str | None = None) -> bool:

@@ -12,24 +12,28 @@ from powertrain.engine.buffers import Array
 
 Calls: TypeAlias = tuple[Callable[[], None], Callable[[], None]]
 Build: TypeAlias = Callable[[str, ca.SX, float], tuple[Calls, bool]]
-OFTEN = 1000
-"""Steps in the same modes that cost about as much as building a function for these modes."""
-OFTEN_COMPILED = 5000
-"""The same where functions go through the C compiler, which takes seconds, but once for all runs."""
+OFTEN = 300
+"""Steps of one run in the same modes after which it takes a function for these modes: cycles of a car gain most from some hundred."""
 
 
 class SpecialSteps:
-    """Counts the steps in every combination of modes and gives the frequent ones a step function of their own.
+    """Counts the steps of a run in every combination of modes and gives the frequent ones a step function of their own.
 
+    Functions are kept from run to run; when they are taken depends on the run alone, so that equal runs are equal to the last bit.
     ``build(method, held, size)`` makes one from the held values with numbers in the places of modes, for steps of about this size, and
     says whether it is explicit though the method is not.
     """
 
-    def __init__(self, m: ca.SX, modes: Sequence[int], build: Build, compiled: bool = False) -> None:
+    def __init__(self, m: ca.SX, modes: Sequence[int], build: Build) -> None:
         self._m, self._modes, self._build = m, np.array(modes, dtype=np.intp), build
-        self._often, self._code = OFTEN_COMPILED if compiled else OFTEN, b""
         self._built: dict[tuple[str, bytes], tuple[Calls, bool]] = {}
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a run."""
+        self._code = b""
         self._taken: dict[bytes, list[float]] = {}
+        self._refused: set[tuple[str, bytes]] = set()
         self._now = [0.0, 0.0]
         self.explicit = False
 
@@ -39,7 +43,7 @@ class SpecialSteps:
         self._code = code = modes.tobytes()
         steps, span = self._now = self._taken.setdefault(code, [0.0, 0.0])
         self.explicit = False
-        if steps < self._often:
+        if steps < OFTEN or (method, code) in self._refused:
             return general
         if (method, code) not in self._built:
             self._built[method, code] = self._make(method, modes.tolist(), span / max(steps, 1), general)
@@ -55,9 +59,9 @@ class SpecialSteps:
         except KeyError:  # these modes take a pivot away
             return general, False
 
-    def refuse(self, method: str, general: Calls) -> None:
-        """The explicit steps of the last ``get`` are too short: ``general`` ones in these modes from now on."""
-        self._built[method, self._code] = general, False
+    def refuse(self, method: str) -> None:
+        """The explicit steps of the last ``get`` are too short: general ones in these modes for the rest of the run."""
+        self._refused.add((method, self._code))
 
     def count(self, steps: int, span: float) -> None:
         """Steps were taken over this time with the modes of the last ``get``."""

@@ -12,13 +12,11 @@ import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
-import powertrain as pt
 from powertrain.compiler.hybrid import Friction, HybridDae, Schedule
 from powertrain.engine import steps
 from powertrain.engine.engine import Engine
 from powertrain.engine.recall import Recall
 from powertrain.engine.resolve import Resolver
-from powertrain.vehicles.split_path_car import SplitPathCar
 
 COMPILER = pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
 
@@ -129,21 +127,3 @@ def test_recall_takes_the_first_result_that_is_consistent_and_else_changes_nothi
     assert m.tolist() == [1.0, 0.0, 0.0, 5.0]
     assert recall.again(lambda: m[2] == 1.0)
     assert m.tolist() == [0.0, 2.0, 1.0, 5.0]
-
-
-def test_a_car_takes_off_again_with_fewer_searches(monkeypatch: pytest.MonkeyPatch) -> None:
-    searches: list[float] = []
-    keep = Recall.keep
-
-    def count(recall: Recall, *given: Any) -> None:
-        searches.append(1.0)
-        keep(recall, *given)
-
-    monkeypatch.setattr(Recall, "keep", count)
-    plant = pt.compile(SplitPathCar())
-    first = plant.simulate(16.0)
-    before = len(searches)
-    again = plant.simulate(16.0)
-    assert len(searches) - before < before
-    assert [(e.name, e.new) for e in again.events] == [(e.name, e.new) for e in first.events]
-    assert again["body.v"] == pytest.approx(first["body.v"], abs=1e-9)
