@@ -121,10 +121,7 @@ class SphericalCamDifferential(Differential, Lossy):
         yield self.kappa_back == locking(behind, ahead, self.cam, self, _LAWS)
         load = self.crown.tau / 2
         size = switch(load >= 0, load, -load, continuous=True)
-        # While the branch of the switch is not yet that of the load, the bounds stand the wrong way round. Stuck halves do not break
-        # loose for that.
-        peak = ca.if_else(size < 0, -1, 1)
-        yield friction(self.w_rel, self.tau, -self.kappa_back * size, self.kappa * size, peak=peak)
+        yield friction(self.w_rel, self.tau, -self.kappa_back * size, self.kappa * size)
         yield from self._dissipate()
 
     def energy(self) -> Symbol:

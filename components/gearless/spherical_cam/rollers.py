@@ -94,14 +94,32 @@ def contact(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> C
     cos_3, sin_3 = cos_4 * c + sin_4 * s, sin_4 * c - cos_4 * s
     side = (turn[0] / sin_4, turn[1] / sin_4, turn[2] / sin_4)
     normal = ((cos_3 * x - c * e_x) / sin_4, cos_3 * y / sin_4, (cos_3 * z - c * e_z) / sin_4)
-    return Contact(side, normal, _spin(cam, cos_4, since - u, by), math.hypot(cam.M / cam.N, 1.0) * of.fabs(sin_3))
+    return Contact(side, normal, _spin(cam, u, since, by), math.hypot(cam.M / cam.N, 1.0) * of.fabs(sin_3))
 
 
-def _spin(cam: SphericalCam, cos_4: Any, until: Any, by: Algebra) -> Any:
-    """-1 while the axis of relative rotation lies inside the roller. A roller that does not carry yet keeps +1: its turning is no event."""
+def _spin(cam: SphericalCam, u: Any, since: float, by: Algebra) -> Any:
+    """-1 while the axis of relative rotation lies inside the roller. A roller that carries nothing keeps +1: its turning is no event."""
     if cam.alpha_1 - cam.alpha_3 - cam.beta_1 >= cam.alpha_4:  # beta_4 in the middle of a stroke, its least
         return 1.0
-    return by.choose(by.of.fmax(math.cos(cam.alpha_4) - cos_4, until) > 0, 1.0, -1.0, "spin")
+    ends = [float(_outside(cam, u, since)) for u in _reach(cam)]
+    outside = by.of.fmin(
+        _outside(cam, u, since, by), min(ends)
+    )  # it is continuous also where the place jumps to the next roller
+    return by.choose(outside > 0, 1.0, -1.0, "spin")
+
+
+def _outside(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> Any:
+    """Positive where the axis of relative rotation lies outside of a roller, or the roller carries nothing: before ``since``, or past the tip."""
+    cos_4 = math.sin(cam.beta_1) * math.cos(cam.alpha_3) + math.cos(cam.beta_1) * math.sin(cam.alpha_3) * by.of.cos(
+        cam.M / cam.N * u
+    )
+    return by.of.fmax(by.of.fmax(math.cos(cam.alpha_4) - cos_4, since - u), u - (cam.half + cam.sigma))
+
+
+def _reach(cam: SphericalCam) -> tuple[float, float]:
+    """The least and the greatest angle u of ``place``."""
+    centre = (cam.half + cam.sigma) / 2
+    return centre - math.pi / cam.M, centre + math.pi / cam.M
 
 
 def place(cam: SphericalCam, s: Any, by: Algebra = NUMBERS) -> tuple[Any, Any]:
