@@ -109,11 +109,13 @@ def _spin(cam: SphericalCam, u: Any, since: float, by: Algebra) -> Any:
 
 
 def _outside(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> Any:
-    """Positive where the axis of relative rotation lies outside of a roller, or the roller carries nothing: before ``since``, or past the tip."""
-    cos_4 = math.sin(cam.beta_1) * math.cos(cam.alpha_3) + math.cos(cam.beta_1) * math.sin(cam.alpha_3) * by.of.cos(
-        cam.M / cam.N * u
-    )
-    return by.of.fmax(by.of.fmax(math.cos(cam.alpha_4) - cos_4, since - u), u - (cam.half + cam.sigma))
+    """Positive where the axis of relative rotation is outside of the roller, or this carries nothing: before ``since``, past the tip."""
+    e_x, e_z = math.sin(cam.beta_1), math.cos(cam.beta_1)
+    cos_4 = e_x * math.cos(cam.alpha_3) + e_z * math.sin(cam.alpha_3) * by.of.cos(cam.M / cam.N * u)
+    past = (
+        cam.half + cam.sigma + _reach(cam)[1]
+    ) / 2  # well past the tip, so that it is no event of a roller that hands over
+    return by.of.fmax(by.of.fmax(math.cos(cam.alpha_4) - cos_4, since - u), u - past)
 
 
 def _reach(cam: SphericalCam) -> tuple[float, float]:
