@@ -98,30 +98,24 @@ def contact(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> C
 
 
 def _spin(cam: SphericalCam, u: Any, since: float, by: Algebra) -> Any:
-    """-1 while the axis of relative rotation lies inside the roller. A roller that carries nothing keeps +1: its turning is no event."""
+    """-1 while the axis of relative rotation lies inside the roller. A roller that carries nothing keeps +1: its turning is no event.
+
+    It carries nothing before ``since`` and past the tip. The event is continuous also where ``place`` jumps, from ``last`` to ``first``.
+    """
     if cam.alpha_1 - cam.alpha_3 - cam.beta_1 >= cam.alpha_4:  # beta_4 in the middle of a stroke, its least
         return 1.0
-    ends = [float(_outside(cam, u, since)) for u in _reach(cam)]
-    outside = by.of.fmin(
-        _outside(cam, u, since, by), min(ends)
-    )  # it is continuous also where the place jumps to the next roller
-    return by.choose(outside > 0, 1.0, -1.0, "spin")
-
-
-def _outside(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> Any:
-    """Positive where the axis of relative rotation is outside of the roller, or this carries nothing: before ``since``, past the tip."""
     e_x, e_z = math.sin(cam.beta_1), math.cos(cam.beta_1)
-    cos_4 = e_x * math.cos(cam.alpha_3) + e_z * math.sin(cam.alpha_3) * by.of.cos(cam.M / cam.N * u)
-    past = (
-        cam.half + cam.sigma + _reach(cam)[1]
-    ) / 2  # well past the tip, so that it is no event of a roller that hands over
-    return by.of.fmax(by.of.fmax(math.cos(cam.alpha_4) - cos_4, since - u), u - past)
 
+    def outside(at: Any, of: Any) -> Any:
+        cos_4 = e_x * math.cos(cam.alpha_3) + e_z * math.sin(cam.alpha_3) * of.cos(cam.M / cam.N * at)
+        return math.cos(cam.alpha_4) - cos_4
 
-def _reach(cam: SphericalCam) -> tuple[float, float]:
-    """The least and the greatest angle u of ``place``."""
     centre = (cam.half + cam.sigma) / 2
-    return centre - math.pi / cam.M, centre + math.pi / cam.M
+    first, last = centre - math.pi / cam.M, centre + math.pi / cam.M
+    past = (cam.half + cam.sigma + last) / 2  # well past the tip, so that it is no event of a roller that hands over
+    top = max(since - first, outside(first, np), outside(last, np))
+    idle = by.of.fmax((since - u) * (top / (since - first)), (u - past) * (top / (last - past)))
+    return by.choose(by.of.fmax(outside(u, by.of), idle) > 0, 1.0, -1.0, "spin")
 
 
 def place(cam: SphericalCam, s: Any, by: Algebra = NUMBERS) -> tuple[Any, Any]:
