@@ -188,9 +188,9 @@ class Square(ca.Callback):
     def has_jacobian(self) -> bool:
         return self.slope
 
-    def get_jacobian(self, name: str, inputs: Any, outputs: Any, options: Any) -> Any:
+    def get_jacobian(self, name: str, inames: Any, onames: Any, opts: Any) -> Any:
         w, out = ca.MX.sym("w"), ca.MX.sym("out")
-        return ca.Function(name, [w, out], [-0.2 * w], inputs, outputs, options)
+        return ca.Function(name, [w, out], [-0.2 * w], inames, onames, opts)
 
 
 def test_callback_without_derivative_is_refused_with_what_works() -> None:

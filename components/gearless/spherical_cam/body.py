@@ -92,10 +92,11 @@ class CamBody:
         moments, places = self._lines(cycle, np.asarray(s, float), torque)
         reaches = (self.inner, self.outer)
         normal = [m / size * (b**2 - a**2) / 2 for m, size, (a, b) in zip(moments, self._sizes, reaches, strict=True)]
-        total: Array = sum(
+        parts = [
             force[..., None] * np.stack(np.broadcast_arrays(*contact(cycle.cam, u, 0.0).normal), -1)
             for force, u in zip(normal, places, strict=True)
-        )
+        ]
+        total: Array = np.sum(parts, axis=0)
         return normal[0], normal[1], total
 
     def pressure(self, cycle: Cycle, s: ArrayLike, torque: ArrayLike) -> tuple[Array, Array]:
