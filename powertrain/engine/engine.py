@@ -20,8 +20,8 @@ from powertrain.engine.continuity import Continuity
 from powertrain.engine.indicators import Indicator, indicators
 from powertrain.engine.location import Locator
 from powertrain.engine.loop import Run
-from powertrain.engine.modes import ZONE, timed
-from powertrain.engine.packing import pack, unpack
+from powertrain.engine.modes import timed
+from powertrain.modes.tolerances import ZONE
 from powertrain.engine.pivots import match_rows
 from powertrain.engine.projection import project
 from powertrain.engine.resolve import Resolver
@@ -78,12 +78,6 @@ class Engine:
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"dae": pack(self.dae), "method": self.method, "compile": self.compile}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(unpack(state["dae"]), state["method"], state["compile"])  # type: ignore[misc]
 
     def run(
         self,
@@ -366,7 +360,7 @@ class Engine:
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"], memory)
         self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
-        self.admissible = Admissible(self.dae, memory, self.resolver.redundancy)
+        self.admissible = Admissible(self.dae, memory, self.resolver.notes)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
         self._untimed_whens = [
             (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None

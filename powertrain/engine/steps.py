@@ -23,9 +23,6 @@ PREFIX = "powertrain_"
 _SETTLED = 1e-9
 """Newton's steps below this share of the unknowns end."""
 
-_SHARE = 1e-5
-"""Error of a share of a torque between laws that hold the same motion."""
-
 
 @dataclass(frozen=True)
 class Common:
@@ -130,7 +127,7 @@ def rosenbrock_step(model: Common) -> ca.Function:
 
 def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Function:
     t, h = model.time[0], model.time[1]
-    scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end)) + tolerated(model)
+    scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     norm = ca.sqrt(ca.sumsqr(taken.error / scale) / max(model.y.numel(), 1))
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     samples.append(model.watch(t + h, taken.end))
@@ -138,12 +135,6 @@ def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Fu
     outside = ca.densify(model.guards(t + h, taken.end))
     results = [ca.densify(r) for r in (taken.end, taken.slope, info, ca.vec(taken.dense), outside)]
     return ca.Function(name, [model.time, model.y, model.m, model.p, slope, model.tolerance], ca.cse(results))
-
-
-def tolerated(model: Common) -> ca.DM:
-    """What is added to the tolerances of the unknowns: shares of a torque are chosen, and noise where the torque vanishes."""
-    unknowns, fractions = model.y.numel(), model.dae.fractions
-    return ca.vertcat(ca.DM(unknowns - fractions, 1), _SHARE * ca.DM.ones(fractions))
 
 
 def verdict_function(indicators: int) -> ca.Function:
