@@ -244,13 +244,9 @@ class _Plan:
         if open_rows:
             raise InitializationError(self._singular(open_rows))
         chosen, owned = choice.chosen, choice.owned
-        if self.linear and choice.last is not None:
-            y[owned] = choice.last
-            r, j = self._evaluate(t, y, m, p)
         for _ in range(_ITERATIONS):
             gap = r[chosen] - target[chosen]
             if not np.count_nonzero(gap):
-                choice.last = y[owned]
                 return choice
             step = choice.step(j, gap)
             if not np.isfinite(step).all():
@@ -341,7 +337,7 @@ class _Plan:
 class _Choice:
     """The rows that are solved, the unknowns they own, and where the entries of their square system lie.
 
-    ``last``: a solution, where the conditions are linear a good place to begin. ``displaces``: an implicit equation owns a state.
+    ``displaces``: an implicit equation owns a state.
     """
 
     def __init__(self, plan: _Plan, chosen: list[int], owned: list[int]) -> None:
@@ -353,7 +349,6 @@ class _Choice:
         i, k = row_place[plan.rows], column_place[plan.columns]
         self.inside = np.flatnonzero((i >= 0) & (k >= 0))
         self.i, self.k = i[self.inside], k[self.inside]
-        self.last: Array | None = None
         self.taken = frozenset(i - plan.nz for i in chosen)
         self.left = np.array([i for i in range(len(plan.conditions)) if i not in self.taken], int)
         self.open_states = sorted(set(range(plan.n)) - set(owned))

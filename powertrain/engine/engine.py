@@ -38,8 +38,6 @@ _MANY = 50
 """Unknowns above which a step calls functions and adds vectors, instead of one instruction for each number."""
 _LONG = 8000
 """Instructions of a step above which its machine code does so: written out it takes longer to compile, and to run."""
-_STABLE = 2.5
-"""Step size times largest eigenvalue up to which an explicit step is as long as an implicit one."""
 _EXPLICIT_STEPS = 5000.0
 """With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
 
@@ -74,7 +72,7 @@ class Engine:
         self._functions: dict[str, ca.Function] = {}
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
-        self.special = SpecialSteps(dae.m, self.book.modes, self._special, compile)
+        self.special = SpecialSteps(dae.m, self.book.modes, self._step)
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
@@ -140,41 +138,15 @@ class Engine:
                 self._steps[name] = self._step(name, None)
         return self._steps[name]
 
-    def _special(self, method: str, held: ca.SX, size: float) -> tuple[Calls, bool]:
-        """The step for the modes that ``held`` has as numbers; an explicit one where all is explicit then and ``size`` is stable."""
-        if method == "rodas5p" and self.method == "auto":
-            try:
-                model = steps.common(self.dae, self._shared().rows, held, explicit=True)
-            except (KeyError, ValueError):
-                pass
-            else:
-                if self._radius(model) * size < _STABLE:
-                    return self._step("dopri5", held, model), True
-        return self._step(method, held), False
-
-    def _radius(self, model: steps.Common) -> float:
-        """The largest eigenvalue of the states' Jacobian at the present instant; infinity where there is none."""
-        memory, (n, _, held, parameters) = self.memory, self.sizes
-        slopes = steps.jacobian(model)(
-            memory.time, memory.y[0][: model.y.numel()], memory.m[:held], memory.p[:parameters]
-        )
-        matrix = np.array(slopes[0], float)[:n, :n]
-        return float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0)) if np.isfinite(matrix).all() else np.inf
-
-    def _step(self, method: str, held: ca.SX | None, explicit: steps.Common | None = None) -> Calls:
-        """The step for any modes, or for those that ``held`` has as numbers; of the model in its ``explicit`` form, if given."""
+    def _step(self, method: str, held: ca.SX | None) -> Calls:
+        """The step for any modes, or for those that ``held`` has as numbers."""
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
         rows = self._shared().rows
-
-        def calling() -> ca.Function:
-            return make(steps.common(self.dae, rows, held, ca.MX, explicit is not None))
-
-        if sum(self.sizes[:2]) > _MANY:
-            function = calling()
-        else:
-            function = make(explicit or steps.common(self.dae, rows, held))
-            if self.compile and function.n_instructions() > _LONG:
-                function = calling()
+        function = None
+        if sum(self.sizes[:2]) <= _MANY:
+            function = make(steps.common(self.dae, rows, held))
+        if function is None or (self.compile and function.n_instructions() > _LONG):
+            function = make(steps.common(self.dae, rows, held, ca.MX))
         function = self._finished({method: function})[method]
         self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
         return bound[0].call, bound[1].call
