@@ -159,9 +159,14 @@ def _torque_symbols(torques: list[Torque]) -> tuple[Symbol, list[Symbol], Symbol
     tau, given = [], []
     for t in torques:
         value = t.law.torque if isinstance(t.law, FrictionLaw) else t.law.force
-        own = t.symbol if value.is_symbolic() else Symbol.sym(f"{t.mode.name()}.torque")
+        slope = ca.jacobian(value, t.symbol)
+        if value.is_symbolic() or slope.is_zero():  # the symbol is the torque itself, or an equation says that it is
+            own, root = t.symbol, t.symbol
+        else:
+            own = Symbol.sym(f"{t.mode.name()}.torque")
+            root = (own - ca.substitute(value, t.symbol, 0)) / slope
         tau.append(own)
-        given.append((own - ca.substitute(value, t.symbol, 0)) / ca.jacobian(value, t.symbol))
+        given.append(root)
     return column([t.symbol for t in torques]), tau, column(given)
 
 
