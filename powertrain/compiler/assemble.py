@@ -13,7 +13,7 @@ from powertrain.compiler.binding import bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Constant, Equation, Flat, Unknown, flatten
-from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Reset, Schedule, Switch, When
+from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Schedule, Switch, When
 from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.resolver import Resolver
@@ -22,6 +22,7 @@ from powertrain.compiler.torques import Torque, add_rates, declare_torques
 from powertrain.component import Component
 from powertrain.errors import ModelError
 from powertrain.laws import FrictionLaw, Law, UnilateralLaw, WhenLaw
+from powertrain.modes.tolerances import condition_tolerance, torque_tolerance
 from powertrain.recorder import GuardEntry, Place, reading
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 from powertrain.units import rate_unit
@@ -138,13 +139,15 @@ def _assemble(
             _friction(k, t, resolver, layout) for k, t in enumerate(laws) if isinstance(t.law, FrictionLaw)
         ),
         contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
-        shared=tuple({layout[key(torques[m.law].mode)]: m.sign for m in g.members} for g in resolver.groups),
-        fractions=sum(g.theta is not None for g in resolver.groups),
+        opened=_opened(resolver, rates),
         switches=tuple(
             Switch(
-                s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous
+                s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous,
+                condition_tolerance(resolver.meeting(opened), resolver.largest),
             )
-            for s, g in zip(recorder.switches, resolver.model([s.g for s in recorder.switches]), strict=True)
+            for s, g, opened in zip(
+                recorder.switches, resolver.model([s.g for s in recorder.switches]), resolver.open_conditions(), strict=True
+            )  # fmt: skip
         ),
         whens=tuple(
             _when(layout[key(flag)], place, law, resolver, layout, x, reduced)
@@ -187,7 +190,7 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> 
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
-    prescribed = not any(ca.which_depends(opened.rate, t.symbol, 1, False))
+    prescribed = not any(ca.which_depends(opened.rate, resolver.tau[k], 1, False))
     return Friction(
         t.mode.name(), str(t.place), layout[key(t.mode)], t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
@@ -197,9 +200,31 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> 
         limitless=tuple(
             mode for mode, bound in ((1.0, given.upper), (-1.0, given.lower)) if bound.is_constant() and np.isinf(float(bound))
         ),
-        may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), resolver.symbols, 1, False)),
-        idle=resolver.idle(k),
+        may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False)),
+        known=torque_tolerance(resolver.meeting(opened.rate) / resolver.reach(k), resolver.largest),
+        reach=resolver.reach(k),
     )  # fmt: skip
+
+
+def _opened(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
+    """The model for given torques; None without laws."""
+    laws = [t for t in resolver.laws if isinstance(t.law, FrictionLaw)]
+    contacts = [t for t in resolver.laws if isinstance(t.law, UnilateralLaw)]
+    if not laws and not contacts:
+        return None
+    friction = [t.law for t in laws if isinstance(t.law, FrictionLaw)]
+    place = {id(t): k for k, t in enumerate(resolver.laws)}
+    return Opened(
+        tau=column([resolver.tau[place[id(t)]] for t in [*laws, *contacts]]),
+        xdot=column(resolver.opened(rates)),
+        residual=column(resolver.open_residuals()),
+        speed=column([t.speed for t in [*laws, *contacts]]),
+        rate=column([t.rate for t in [*laws, *contacts]]),
+        lower=column([*(f.lower for f in friction), *(Symbol(-np.inf) for _ in contacts)]),
+        upper=column([*(f.upper for f in friction), *(Symbol(0) for _ in contacts)]),
+        reach=column([resolver.open_reach(place[id(t)]) for t in [*laws, *contacts]]),
+        conditions=column(resolver.open_conditions()),
+    )
 
 
 def _contact(t: Torque, layout: dict[int, int]) -> Contact:
@@ -215,7 +240,7 @@ def _with_impacts(dae: HybridDae, resolver: Resolver, torques: list[Torque]) -> 
     contacts = [i for i, t in enumerate(torques) if isinstance(t.law, UnilateralLaw)]
     if not contacts:
         return dae
-    forces = column([torques[i].symbol for i in contacts])
+    forces = column([resolver.tau[i] for i in contacts])
     rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
     opened = [*resolver.opened(rates), *(resolver.laws[i].rate for i in contacts)]
     (response,) = resolver.close([ca.jacobian(column(opened), forces)])

@@ -23,7 +23,7 @@ class Friction:
 
     ``prescribed``: no torque of this law ever moves it; ``acts``: yet other motions follow that torque.
     ``limitless``: modes in which its own torque has no limit, so that it cannot move that way.
-    ``idle``: while not 0, no torque of this law moves it; where it is stuck its torque is then (rate without it)/HOLDS.
+    ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``reach``: G_ii, without regard to what cancels in it.
     """
 
     name: str
@@ -41,12 +41,16 @@ class Friction:
     acts: bool = False
     limitless: tuple[float, ...] = ()
     may_free: bool = True
-    idle: ca.SX = field(default_factory=lambda: ca.SX(0))
+    known: ca.SX = field(default_factory=lambda: ca.SX(0))
+    reach: ca.SX = field(default_factory=lambda: ca.SX(1))
 
 
 @dataclass(frozen=True)
 class Switch:
-    """m[index] is 1 while g > 0 and 0 otherwise; ``time`` is the instant of the change where g is affine in time."""
+    """m[index] is 1 while g > 0 and 0 otherwise; ``time`` is the instant of the change where g is affine in time.
+
+    ``known`` is how well g is known.
+    """
 
     name: str
     where: str
@@ -54,6 +58,7 @@ class Switch:
     g: ca.SX
     time: ca.SX | None = None
     continuous: bool = False
+    known: ca.SX = field(default_factory=lambda: ca.SX(0))
 
 
 @dataclass(frozen=True)
@@ -124,12 +129,31 @@ class Smooth:
 
 
 @dataclass(frozen=True)
+class Opened:
+    """The model for given torques ``tau`` of its laws, friction first, then contacts; in (t, x, z, m, p, tau).
+
+    ``residual`` are the equations of the first entries of ``z``, those of the model; the others are torques. ``speed`` and ``rate`` are
+    those of the laws; what a law transmits against its motion, tau for friction and minus the force for a contact, lies between
+    ``lower`` and ``upper``; ``reach`` is how much it changes its own rate, without regard to what cancels. ``conditions`` are those of
+    the switches.
+    """
+
+    tau: ca.SX
+    xdot: ca.SX
+    residual: ca.SX
+    speed: ca.SX
+    rate: ca.SX
+    lower: ca.SX
+    upper: ca.SX
+    reach: ca.SX
+    conditions: ca.SX
+
+
+@dataclass(frozen=True)
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
-    ``shared`` are groups of friction laws on the same motion (index in m: sign of the motion against the group's): stuck together, they
-    share a torque of which only the sum is determined; the last ``fractions`` of ``z`` are the shares that are unknowns. ``impact_x``
-    and ``impact_a`` are the responses of der(x) and of the gaps' accelerations to the contact forces. ``residual_places`` are the lines
+    ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps' accelerations to the contact forces. ``residual_places`` are the lines
     of text behind the residuals. ``smooth`` must not jump.
     """
 
@@ -148,8 +172,7 @@ class HybridDae:
     whens: tuple[When, ...] = ()
     schedules: tuple[Schedule, ...] = ()
     guards: tuple[Guard, ...] = ()
-    shared: tuple[dict[int, float], ...] = ()
-    fractions: int = 0
+    opened: Opened | None = None
     residual_places: tuple[str, ...] = ()
     smooth: tuple[Smooth, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))

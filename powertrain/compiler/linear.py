@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from powertrain.symbols import Symbol
 
@@ -19,24 +20,44 @@ class SingularBlock(Exception):
         self.rows = rows
 
 
-Settle = Callable[[int, Symbol], Symbol]
-"""Changes the pivot of a row before it is divided by, as where it may vanish."""
+@dataclass(frozen=True)
+class Factors:
+    """Rows of the eliminated table in the order of their pivots, and what was subtracted: (target row, pivot row, factor)."""
+
+    table: list[Row]
+    order: list[tuple[int, int]]
+    operations: list[tuple[int, int, Symbol]]
+
+    def solve(self, right: Sequence[Symbol]) -> dict[int, Symbol]:
+        """The x with sum_j rows[i][j] x_j = right[i]."""
+        b = list(right)
+        for target, pivot, factor in self.operations:
+            b[target] = b[target] - factor * b[pivot]
+        solution: dict[int, Symbol] = {}
+        for i, j in reversed(self.order):
+            total = b[i]
+            for n, entry in self.table[i].items():
+                if n != j:
+                    total = total - entry * solution[n]
+            solution[j] = total / self.table[i][j]
+        return solution
 
 
 def solve(
-    rows: Sequence[Row],
-    right: Sequence[Symbol],
-    numbers: Sequence[Numbers],
-    settle: Settle | None = None,
-    varying: Sequence[set[int]] = (),
+    rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Numbers], varying: Sequence[set[int]] = ()
 ) -> dict[int, Symbol]:
-    """The x with sum_j rows[i][j] x_j = right[i], as expressions.
+    """The x with sum_j rows[i][j] x_j = right[i], as expressions; see ``factorize``."""
+    return factorize(rows, numbers, varying).solve(right)
+
+
+def factorize(rows: Sequence[Row], numbers: Sequence[Numbers], varying: Sequence[set[int]] = ()) -> Factors:
+    """Gaussian elimination of sparse rows.
 
     ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those
     not below a hundredth of the row's largest value. ``varying`` are the columns whose entry in a row may pass through zero later:
     pivots only where a row has no other, and such rows come last. Raises SingularBlock where a row has no pivot left.
     """
-    table, values, b = [dict(r) for r in rows], [dict(n) for n in numbers], list(right)
+    table, values = [dict(r) for r in rows], [dict(n) for n in numbers]
     rough = [set(v) for v in varying] or [set[int]() for _ in rows]
 
     def rank(i: int) -> tuple[bool, int, int]:
@@ -49,6 +70,7 @@ def solve(
     heap = [rank(i) for i in range(len(table))]
     heapq.heapify(heap)
     open_rows, order = set(range(len(table))), []
+    operations: list[tuple[int, int, Symbol]] = []
     while heap:
         ranked = heapq.heappop(heap)
         i = ranked[-1]
@@ -61,24 +83,22 @@ def solve(
         j = min(large, key=lambda j: (j in rough[i], len(holders[j]), j))
         open_rows.discard(i)
         order.append((i, j))
-        if settle is not None:
-            table[i][j] = settle(i, table[i][j])
         for k in holders.pop(j):
             if k in open_rows:
                 rough[k] |= set(table[i]) if j in rough[k] or j in rough[i] else rough[i] & set(table[i])
-                _subtract(table, values, b, holders, k, i, j)
+                operations.append((k, i, _subtract(table, values, holders, k, i, j)))
                 heapq.heappush(heap, rank(k))
         for n in table[i]:
             if n in holders:
                 holders[n].discard(i)
-    return _back_substitution(table, b, order)
+    return Factors(table, order, operations)
 
 
 def _subtract(
-    table: list[Row], values: list[Numbers], b: list[Symbol], holders: dict[int, set[int]], k: int, i: int, j: int
-) -> None:
+    table: list[Row], values: list[Numbers], holders: dict[int, set[int]], k: int, i: int, j: int
+) -> Symbol:
+    """Takes the pivot row i from row k; returns by which factor."""
     factor, number = table[k].pop(j) / table[i][j], values[k].pop(j) / values[i][j]
-    b[k] = b[k] - factor * b[i]
     for n, entry in table[i].items():
         if n == j:
             continue
@@ -92,14 +112,4 @@ def _subtract(
         table[k][n] = new
         values[k][n] = 0.0 if abs(old - change) <= 1e-11 * (abs(old) + abs(change)) else old - change
         holders[n].add(k)
-
-
-def _back_substitution(table: list[Row], b: list[Symbol], order: list[tuple[int, int]]) -> dict[int, Symbol]:
-    solution: dict[int, Symbol] = {}
-    for i, j in reversed(order):
-        total = b[i]
-        for n, entry in table[i].items():
-            if n != j:
-                total = total - entry * solution[n]
-        solution[j] = total / table[i][j]
-    return solution
+    return factor

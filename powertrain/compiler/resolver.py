@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 
 import casadi as ca
 
-from powertrain.compiler import sharing
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import Torque, cancels, parallel_groups, solve_torques, unmoved
+from powertrain.compiler.cancellation import terms
+from powertrain.compiler.torques import Torque, cancels, solve_torques
 from powertrain.laws import FrictionLaw
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 
@@ -31,34 +32,31 @@ class Resolver:
             else:
                 assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
         self.names, self._opened = column(solved.names), column(assigned)
-        self.symbols = column([t.symbol for t in torques])
-        self.laws = [self._open_law(t) for t in torques]
-        self.groups = parallel_groups(torques, self.laws, x, values)
-        parameters = {key(c.symbol): c.value for c in reduced.flat.parameters}
-        torque, bent, self._bent_rows = solve_torques(torques, self.laws, self.groups, parameters)
-        self.torque = column(torque)
+        self.roots, self.tau, self._given = _torque_symbols(torques)
+        self._opened = self._in_torques([self._opened])[0]
+        self.laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
+        found = solve_torques(self.laws, self.tau)
+        self.torque = column(found.tau)
         self.assigned = self.close([self._opened])[0]
-        self.z = [
-            *solved.implicit,
-            *(torques[i].symbol for i in bent),
-            *(g.theta for g in self.groups if g.theta is not None),
-        ]
-        self.z_places = [*map(str, solved.places), *(str(torques[i].place) for i in bent)]
-        self.z_places += [
-            " and ".join(torques[m.law].mode.name() for m in g.members) for g in self.groups if g.theta is not None
-        ]
+        self._implicit_laws = found.residuals
+        self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
+        self.z_places = [*map(str, solved.places), *(str(torques[i].place) for i in found.implicit)]
 
     def opened(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p) and the torques of the laws."""
-        return _substituted(expressions, self.names, self._opened)
+        return self._in_torques(_substituted(expressions, self.names, self._opened))
 
     def close(self, expressions: list[Symbol]) -> list[Symbol]:
         """Opened expressions with the torques of the laws put in."""
-        return list(ca.substitute(expressions, [self.symbols], [self.torque])) if expressions else []
+        return _substituted(expressions, column(self.tau), self.torque)
 
     def now(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p)."""
-        return _substituted(expressions, ca.vertcat(self.names, self.symbols), ca.vertcat(self.assigned, self.torque))
+        return self.close(self._in_torques(_substituted(expressions, self.names, self._opened)))
+
+    def _in_torques(self, expressions: list[Symbol]) -> list[Symbol]:
+        """Expressions of the roots behind the torques in terms of the torques."""
+        return _substituted(expressions, self.roots, self._given)
 
     def model(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of any variable of the model in terms of (t, x, z, m, p)."""
@@ -103,42 +101,73 @@ class Resolver:
         return column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
 
     def closed_laws(self) -> list[Torque]:
-        """The laws in terms of (t, x, z, m, p); those that share a motion break loose by their joint interval."""
-        laws = [_mapped(law, self.close) for law in self.laws]
-        for group in self.groups:
-            for k, member in enumerate(group.members):
-                both, torque, low, high = self.close(list(sharing.joint_interval(group.members, k)))
-                law = laws[member.law].law
-                assert isinstance(law, FrictionLaw)
-                joint = replace(
-                    law,
-                    torque=ca.if_else(both, torque, law.torque),
-                    lower=ca.if_else(both, low / law.peak, law.lower),
-                    upper=ca.if_else(both, high / law.peak, law.upper),
-                )
-                laws[member.law] = replace(laws[member.law], law=joint)
-        return laws
-
-    def idle(self, k: int) -> Symbol:
-        """Where not 0, the torque of this law does not move it."""
-        parameters = {key(c.symbol): c.value for c in self.reduced.flat.parameters}
-        return self.close([unmoved(self.laws[k], parameters)])[0]
+        """The laws in terms of (t, x, z, m, p)."""
+        return [_mapped(law, self.close) for law in self.laws]
 
     def acts(self, k: int) -> bool:
         """Whether anything that moves follows the torque of this law, be it through a sensor."""
         derivative = self.reduced.flat.recorder.derivative
         rates = self.opened([*(derivative(s) for s in ca.vertsplit(self.x)), *self._residuals])
         rates += [law.rate for i, law in enumerate(self.laws) if i != k]
-        slopes = [e for rate in rates for e in ca.vertsplit(ca.densify(ca.jacobian(rate, self.symbols[k])))]
+        slopes = [e for rate in rates for e in ca.vertsplit(ca.densify(ca.jacobian(rate, self.tau[k])))]
         return any(not e.is_zero() and not cancels(e) for e in slopes)
 
     def residuals(self) -> list[Symbol]:
-        """The equations of the implicit unknowns ``z``: of the model, of laws that are not linear, of fractions of a shared torque."""
-        shared = [sharing.fraction_residual(g.members, g.theta) for g in self.groups if g.theta is not None]
-        return self.now([*self._residuals]) + self.close([*self._bent_rows, *shared])
+        """The equations of the implicit unknowns ``z``: of the model, and of laws that are not linear in the torques."""
+        return self.now([*self._residuals]) + self.close([*self._implicit_laws])
 
-    def _open_law(self, t: Torque) -> Torque:
-        return _mapped(t, self.opened)
+    def meeting(self, opened: Symbol) -> Symbol:
+        """The sizes of what the laws' torques add to an opened expression, sum_j |d/dtau_j tau_j|."""
+        slopes = ca.jacobian(opened, column(self.tau)) if self.tau else Symbol(1, 0)
+        places = slopes.sparsity().get_col()
+        parts = [ca.fabs(slopes.nz[k] * self.tau[j]) for k, j in enumerate(places)]
+        return self.close([sum(parts, Symbol(0))])[0]
+
+    @cached_property
+    def largest(self) -> Symbol:
+        """The size of the largest torque or force of all laws."""
+        size = Symbol(0)
+        for torque in ca.vertsplit(self.torque) if self.tau else []:
+            size = ca.fmax(size, ca.fabs(torque))
+        return size
+
+    def reach(self, k: int) -> Symbol:
+        """How much the torque of a law changes its own rate, without regard to what cancels; 1 where it does not."""
+        return self.close([self.open_reach(k)])[0]
+
+    def open_reach(self, k: int) -> Symbol:
+        """The same for given torques."""
+        slope = ca.jacobian(self.laws[k].rate, self.tau[k])
+        return Symbol(1) if slope.is_zero() else terms(slope)
+
+    def open_residuals(self) -> list[Symbol]:
+        """The model's implicit equations for given torques."""
+        return self.opened([*self._residuals])
+
+    def open_conditions(self) -> list[Symbol]:
+        """The conditions of all switches for given torques."""
+        return self.opened(self.reduced.rewrite([s.g for s in self.reduced.flat.recorder.switches]))
+
+    def _open_law(self, t: Torque, own: Symbol) -> Torque:
+        law = _mapped(t, self.opened)
+        name = "torque" if isinstance(t.law, FrictionLaw) else "force"
+        return replace(law, law=replace(law.law, **{name: own}))
+
+
+def _torque_symbols(torques: list[Torque]) -> tuple[Symbol, list[Symbol], Symbol]:
+    """The roots behind the torques of all laws, the torques, and the roots in terms of these."""
+    tau, given = [], []
+    for t in torques:
+        value = t.law.torque if isinstance(t.law, FrictionLaw) else t.law.force
+        slope = ca.jacobian(value, t.symbol)
+        if value.is_symbolic() or slope.is_zero():  # the symbol is the torque itself, or an equation says that it is
+            own, root = t.symbol, t.symbol
+        else:
+            own = Symbol.sym(f"{t.mode.name()}.torque")
+            root = (own - ca.substitute(value, t.symbol, 0)) / slope
+        tau.append(own)
+        given.append(root)
+    return column([t.symbol for t in torques]), tau, column(given)
 
 
 def _mapped(t: Torque, change: Callable[[list[Symbol]], list[Symbol]]) -> Torque:

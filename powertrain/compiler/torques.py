@@ -1,7 +1,15 @@
 """The torques and forces of friction laws and contacts: one unknown each, found together at every instant from the modes of the laws.
 
-A sliding law gives its torque; a stuck one makes the rate of its relative speed zero. With the motion's equations already solved for given
-torques, both are rows of one small system in the torques, whose locked part is symmetric and positive definite.
+With the motion solved for given torques tau, the rates of the laws' speeds are affine, v = a - G tau, with G symmetric and positive
+semidefinite. A sliding law gives its torque; a stuck one makes its rate zero. Where stuck laws hold the same motion G is singular, and
+only the sum of their torques follows from v = 0. So each stuck law has a compliance that is tiny against the inertia it acts on,
+
+    v_i - eps G_ii (tau_i - q_i) = 0,
+
+first with q = 0, then with q = the torques found (a proximal point step). Laws that hold the same motion then share its torque as equally
+stiff springs would, and what a stuck law creeps by is eps^2 of what its torque accelerates: round-off.
+
+R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14 (1976) 877.
 """
 
 from __future__ import annotations
@@ -11,9 +19,8 @@ from dataclasses import dataclass, field
 from typing import NoReturn
 
 import casadi as ca
-import numpy as np
 
-from powertrain.compiler import linear, sharing
+from powertrain.compiler import linear
 from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
@@ -23,17 +30,17 @@ from powertrain.laws import FrictionLaw, Law, UnilateralLaw
 from powertrain.recorder import Place
 from powertrain.symbols import Symbol, column, free_symbols, key, total_derivative
 
-_FLOOR = 1e-9
-"""Pivots of stuck laws below this part of what they are alone count as zero."""
-HOLDS = 1e-6
-"""Pivot of a law that no torque can hold: where it would have to be held its torque is beyond all bounds."""
+COMPLIANCE = 1e-9
+"""eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""
+IMPLICIT_COMPLIANCE = 1e-11
+"""eps of laws that are not linear in the torques: they are solved with pivoting, and without the second step."""
 _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
 
 
 @dataclass
 class Torque:
-    """A friction law or contact, whose torque is the unknown ``symbol``."""
+    """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset."""
 
     place: Place
     law: FrictionLaw | UnilateralLaw
@@ -129,104 +136,101 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 
 
 @dataclass(frozen=True)
-class Group:
-    """Friction laws on the same motion, with the unknown fraction where their bounds depend on torques."""
+class Torques:
+    """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
-    members: tuple[sharing.Member, ...]
-    theta: Symbol | None
-
-
-def parallel_groups(
-    torques: list[Torque], opened: Sequence[Torque], x: Symbol, values: dict[int, float]
-) -> list[Group]:
-    """The groups of laws whose relative speeds are always proportional. ``opened`` holds the laws in terms of states and torques."""
-    symbols = column([t.symbol for t in torques])
-    movable = [
-        i for i, t in enumerate(opened)
-        if isinstance(t.law, FrictionLaw) and not t.algebraic and ca.which_depends(t.rate, torques[i].symbol, 1, False)[0]
-    ]  # fmt: skip
-    if len(movable) < 2:
-        return []
-    gradients = ca.densify(ca.jacobian(column([opened[i].speed for i in movable]), x))
-    inside = ca.symvar(gradients)
-    point = ca.DM([values.setdefault(key(s), generic(s)) for s in inside]) if inside else ca.DM(0, 1)
-    numbers = np.array(ca.Function("powertrain_parallel", [column(inside)], [gradients])(point), float)
-    groups = []
-    for rows in sharing.parallel(numbers):
-        members = [_member(movable[row], sign, opened[movable[row]]) for row, sign in rows]
-        members.sort(key=lambda m: (not m.infinite, _hollow(m, symbols, values)))
-        bounds = ca.vertcat(*(ca.vertcat(m.lower, m.upper) for m in members))
-        name = "share." + "+".join(torques[m.law].mode.name() for m in members)
-        tied = any(ca.which_depends(bounds, symbols, 1, False))
-        groups.append(Group(tuple(members), Symbol.sym(name) if tied else None))
-    return groups
-
-
-def _hollow(member: sharing.Member, torques: Symbol, values: dict[int, float]) -> bool:
-    """Whether a law has no bounds without torques. Such a law comes late: the first stuck one of a group holds the motion."""
-    width = ca.substitute(member.upper - member.lower, torques, ca.DM.zeros(torques.numel()))
-    inside = ca.symvar(width)
-    point = ca.DM([values.get(key(s), generic(s)) for s in inside]) if inside else ca.DM(0, 1)
-    return float(ca.Function("powertrain_width", [column(inside)], [width])(point)) == 0.0
-
-
-def _member(index: int, sign: float, t: Torque) -> sharing.Member:
-    law = t.law
-    assert isinstance(law, FrictionLaw)
-    infinite = any(b.is_constant() and np.isinf(float(b)) for b in (law.lower, law.upper))
-    return sharing.Member(index, sign, t.mode == 0, law.torque, law.peak * law.lower, law.peak * law.upper, infinite)
-
-
-def solve_torques(
-    torques: list[Torque], opened: Sequence[Torque], groups: list[Group], parameters: dict[int, float]
-) -> tuple[list[Symbol], list[int], list[Symbol]]:
-    """The torques as expressions of states, implicit unknowns and modes; which of them stay implicit; and the residuals of these.
-
-    A torque stays implicit where the laws are not linear in it, as with an efficiency that depends on the load.
+    ``implicit`` are the laws that are not linear in the torques (an efficiency that depends on the load): their own ``tau`` stays an
+    unknown, for which ``residuals`` are zero.
     """
-    if not torques:
-        return [], [], []
-    everything = column([t.symbol for t in torques])
-    rows = [_law_row(t, torques[i].symbol, everything) for i, t in enumerate(opened)]
-    for group in groups:
-        for k, member in enumerate(group.members[1:], 1):
-            joint, shared = sharing.share(group.members, k, group.theta)
-            rows[member.law] = ca.if_else(ca.logic_and(member.stuck, joint), shared, rows[member.law])
-    symbols, given = [t.symbol for t in torques], None
-    bent = _bent(rows, symbols)
-    if bent:  # a table of several arguments hides that it does not depend on torques
-        rows, given = _without_torques(rows, symbols)
-        bent = _bent(rows, symbols)
-    implicit = [i for i, t in enumerate(torques) if key(t.symbol) in bent]
-    explicit = [i for i in range(len(rows)) if i not in implicit]
-    solution = [t.symbol for t in torques]
-    linear_rows, stuck = [rows[i] for i in explicit], [torques[i].mode == 0 for i in explicit]
-    idle = [unmoved(opened[i], parameters) for i in explicit]
-    found = _solve_linear(linear_rows, [solution[i] for i in explicit], stuck, idle)
+
+    tau: list[Symbol]
+    implicit: list[int]
+    residuals: list[Symbol]
+
+
+def solve_torques(laws: Sequence[Torque], tau: Sequence[Symbol]) -> Torques:
+    """All torques for given modes; ``laws`` in terms of states and of the torques ``tau``."""
+    if not laws:
+        return Torques([], [], [])
+    modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
+    held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
+    loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
+    rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
+    rows, parts = _affine(rows, list(tau))
+    curved = _curved(rows, list(tau))
+    explicit = [i for i in range(len(laws)) if i not in curved]
+    yields = [_compliance(t, own) for t, own in zip(laws, tau, strict=True)]
+    soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
+    found = _solved([rows[i] for i in explicit], [tau[i] for i in explicit], [COMPLIANCE * soft[i] for i in explicit])
+    whole = list(tau)
     for i, value in zip(explicit, found, strict=True):
-        solution[i] = value
-    left = [rows[i] for i in implicit]
-    if given is not None:
-        whole = ca.vertsplit(ca.substitute(column([*solution, *left]), *given))
-        solution, left = whole[: len(solution)], whole[len(solution) :]
-    return solution, implicit, left
+        whole[i] = value
+    residuals = [rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved]
+    everything = ca.vertsplit(ca.substitute(column([*whole, *residuals]), *parts)) if parts else [*whole, *residuals]
+    return Torques(everything[: len(laws)], curved, everything[len(laws) :])
 
 
-def unmoved(t: Torque, parameters: dict[int, float]) -> Symbol:
-    """Whether a torque does not move its own friction law: where the terms of its influence cancel each other.
-
-    They may do so at instants, or for the ``parameters``, as between two equal wheels that roll on one body.
+def _rate_held(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
+    """What is zero while the law is stuck or the contact closed. Under a motion that no torque of its own changes, a law takes the
+    smallest torque that its bounds allow.
     """
-    slope = ca.jacobian(t.rate, t.symbol)
+    if isinstance(t.law, UnilateralLaw) or any(ca.which_depends(t.rate, own, 1, False)):
+        return t.rate
+    tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), tau, 1, False))
+    return own - (Symbol(0) if tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0)))
+
+
+def _loose(t: Torque, own: Symbol) -> Symbol:
+    """What is zero while the law slides or the contact is open."""
     if isinstance(t.law, UnilateralLaw):
+        return own
+    return own - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
+
+
+def _compliance(t: Torque, own: Symbol) -> Symbol:
+    """-G_ii for a friction law, whose torque opposes its rate, and +G_ii for a contact: by the terms of G_ii where these cancel."""
+    slope = ca.jacobian(t.rate, own)
+    if slope.is_zero():
         return Symbol(0)
-    cancels = ca.fabs(slope) <= _ROUND_OFF * terms(slope)
-    inside = free_symbols(slope)
-    if all(key(s) in parameters for s in inside):
-        numbers = ca.DM([parameters[key(s)] for s in inside]) if inside else ca.DM(0, 1)
-        if not float(ca.Function("powertrain_unmoved", [column(inside)], [cancels])(numbers)):
-            return Symbol(0)
-    return cancels
+    return terms(slope) if isinstance(t.law, UnilateralLaw) else -terms(slope)
+
+
+def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:
+    """Which of the symbols the slopes of the rows depend on."""
+    slopes = ca.jacobian(column(rows), column(symbols))
+    inside = {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.vec(slopes.nz[:]))))}
+    return [i for i, s in enumerate(symbols) if key(s) in inside]
+
+
+def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tuple[Symbol, Symbol] | None]:
+    """The rows, where they do not look affine with symbols for all parts without torques, and these symbols with their expressions.
+
+    A table of several arguments hides that it does not depend on torques.
+    """
+    if not _curved(rows, symbols):
+        return rows, None
+    torques, whole = {key(s) for s in symbols}, column(rows)
+    others = column([s for s in free_symbols(whole) if key(s) not in torques])
+    short, names, parts = ca.extract_parametric(whole, others, {})
+    return ca.vertsplit(short), (column(names), column(parts))
+
+
+def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> list[Symbol]:
+    """The unknowns of affine rows, each row's own unknown its pivot, after one proximal step: row + soft (unknown - q) = 0."""
+    if not rows:
+        return []
+    whole, symbols = column(rows), column(unknowns)
+    jacobian = ca.jacobian(whole, symbols) + ca.diag(column(soft))
+    right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
+    entries: list[linear.Row] = [{} for _ in rows]
+    numbers: list[linear.Numbers] = [{} for _ in rows]
+    elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
+    for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
+        entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
+    factors = linear.factorize(entries, numbers)
+    first = factors.solve(right)
+    second = factors.solve([b + s * first[i] for i, (b, s) in enumerate(zip(right, soft, strict=True))])
+    return [second[j] for j in range(len(rows))]
 
 
 def cancels(slope: Symbol) -> bool:
@@ -235,60 +239,3 @@ def cancels(slope: Symbol) -> bool:
     numbers = ca.DM([generic(s) for s in inside]) if inside else ca.DM(0, 1)
     off = ca.fabs(slope) <= _ROUND_OFF * terms(slope)
     return bool(float(ca.Function("powertrain_cancels", [column(inside)], [off])(numbers)))
-
-
-def _bent(rows: list[Symbol], symbols: list[Symbol]) -> set[int]:
-    """What the slopes of the rows depend on."""
-    slopes = ca.jacobian(column(rows), column(symbols))
-    return {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.vec(slopes.nz[:]))))} & {
-        key(s) for s in symbols
-    }
-
-
-def _without_torques(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tuple[Symbol, Symbol]]:
-    """The rows with a symbol for every part that holds no torque, and these symbols with their expressions."""
-    torques, whole = {key(s) for s in symbols}, column(rows)
-    others = column([s for s in free_symbols(whole) if key(s) not in torques])
-    short, names, parts = ca.extract_parametric(whole, others, {})
-    return ca.vertsplit(short), (column(names), column(parts))
-
-
-def _solve_linear(rows: list[Symbol], unknowns: list[Symbol], stuck: list[Symbol], idle: list[Symbol]) -> list[Symbol]:
-    """The unknowns of linear rows, each row's own unknown taken as its pivot.
-
-    A stuck law whose motion the other stuck laws already hold has no pivot left; with a tiny one in its place it takes no torque,
-    unless it would have to hold against them: then its torque is beyond all bounds. Nor has a law that is ``idle``: unmoved by its torque.
-    """
-    if not rows:
-        return []
-    whole, symbols = column(rows), column(unknowns)
-    jacobian = ca.jacobian(whole, symbols)
-    right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
-    entries: list[linear.Row] = [{} for _ in rows]
-    numbers: list[linear.Numbers] = [{} for _ in rows]
-    elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
-    for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
-        entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
-    own = [row.get(i, Symbol(1)) for i, row in enumerate(entries)]
-
-    def settle(i: int, pivot: Symbol) -> Symbol:
-        if pivot.is_constant() or (len(rows) < 2 and idle[i].is_zero()):
-            return pivot
-        nothing = ca.logic_or(own[i] == 0, idle[i])
-        floor = ca.if_else(nothing, -HOLDS, _FLOOR * own[i])
-        small = ca.logic_or(idle[i], ca.fabs(pivot) <= _FLOOR * ca.fabs(own[i]))
-        return ca.if_else(ca.logic_and(stuck[i], small), floor, pivot)
-
-    solution = linear.solve(entries, right, numbers, settle)
-    return [solution[j] for j in range(len(rows))]
-
-
-def _law_row(t: Torque, own: Symbol, torques: Symbol) -> Symbol:
-    """The equation of a torque. At rest under a motion that it cannot change it is as small as its bounds allow."""
-    if isinstance(t.law, UnilateralLaw):
-        return ca.if_else(t.mode == 1, t.rate, t.law.force)
-    moved = any(ca.which_depends(t.rate, own, 1, False))
-    tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), torques, 1, False))
-    resting = Symbol(0) if moved or tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0))
-    sliding = t.law.torque - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
-    return ca.if_else(t.mode == 0, t.rate if moved else t.law.torque - resting, sliding)

@@ -8,10 +8,9 @@ import casadi as ca
 
 from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.engine.buffers import Memory
-from powertrain.engine.indicators import EPS
+from powertrain.modes.tolerances import EPS
 from powertrain.engine.jam import law_values, resting_note
-from powertrain.engine.modes import ZONE
-from powertrain.engine.redundancy import Redundancy
+from powertrain.modes.tolerances import ZONE
 from powertrain.errors import SimulationError
 
 
@@ -23,8 +22,9 @@ class Admissible:
     (through a sensor), the law is refused.
     """
 
-    def __init__(self, dae: HybridDae, memory: Memory, redundancy: Redundancy) -> None:
-        self.dae, self.memory, self.redundancy = dae, memory, redundancy
+    def __init__(self, dae: HybridDae, memory: Memory, notes: list[str]) -> None:
+        self.dae, self.memory, self.notes = dae, memory, notes
+        self._noted: set[int] = set()
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
         changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
         self._prescribed = [
@@ -58,7 +58,9 @@ class Admissible:
         )
 
     def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:
-        if not refused and self.redundancy.noted([law]):
+        if not self.notes:
+            self._noted.clear()
+        if not refused and k in self._noted:
             return
         _, torque, lower, upper, _, _ = law_values(self.dae, self.memory, side)[k].tolist()
         room = upper - lower > EPS
@@ -69,4 +71,6 @@ class Admissible:
                 f"{law.name} ({law.where}) rests at t = {t:.9g} s {why}: nothing determines this torque, which may lie anywhere from "
                 f"{lower:.6g} to {upper:.6g} {unit}. Take the part out, or put a shaft stiffness between it and what holds it."
             )
-        self.redundancy.add([law], resting_note(law, torque, lower, upper, t) if room else None)
+        self._noted.add(k)
+        if room:
+            self.notes.append(resting_note(law, torque, lower, upper, t))

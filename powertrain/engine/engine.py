@@ -20,8 +20,8 @@ from powertrain.engine.continuity import Continuity
 from powertrain.engine.indicators import Indicator, indicators
 from powertrain.engine.location import Locator
 from powertrain.engine.loop import Run
-from powertrain.engine.modes import ZONE, timed
-from powertrain.engine.packing import pack, unpack
+from powertrain.engine.modes import timed
+from powertrain.modes.tolerances import ZONE
 from powertrain.engine.pivots import match_rows
 from powertrain.engine.projection import project
 from powertrain.engine.resolve import Resolver
@@ -38,8 +38,6 @@ _MANY = 50
 """Unknowns above which a step calls functions and adds vectors, instead of one instruction for each number."""
 _LONG = 8000
 """Instructions of a step above which its machine code does so: written out it takes longer to compile, and to run."""
-_STABLE = 2.5
-"""Step size times largest eigenvalue up to which an explicit step is as long as an implicit one."""
 _EXPLICIT_STEPS = 5000.0
 """With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
 
@@ -74,16 +72,10 @@ class Engine:
         self._functions: dict[str, ca.Function] = {}
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
-        self.special = SpecialSteps(dae.m, self.book.modes, self._special)
+        self.special = SpecialSteps(dae.m, self.book.modes, self._step)
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"dae": pack(self.dae), "method": self.method, "compile": self.compile}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(unpack(state["dae"]), state["method"], state["compile"])  # type: ignore[misc]
 
     def run(
         self,
@@ -146,41 +138,15 @@ class Engine:
                 self._steps[name] = self._step(name, None)
         return self._steps[name]
 
-    def _special(self, method: str, held: ca.SX, size: float) -> tuple[Calls, bool]:
-        """The step for the modes that ``held`` has as numbers; an explicit one where all is explicit then and ``size`` is stable."""
-        if method == "rodas5p" and self.method == "auto":
-            try:
-                model = steps.common(self.dae, self._shared().rows, held, explicit=True)
-            except (KeyError, ValueError):
-                pass
-            else:
-                if self._radius(model) * size < _STABLE:
-                    return self._step("dopri5", held, model), True
-        return self._step(method, held), False
-
-    def _radius(self, model: steps.Common) -> float:
-        """The largest eigenvalue of the states' Jacobian at the present instant; infinity where there is none."""
-        memory, (n, _, held, parameters) = self.memory, self.sizes
-        slopes = steps.jacobian(model)(
-            memory.time, memory.y[0][: model.y.numel()], memory.m[:held], memory.p[:parameters]
-        )
-        matrix = np.array(slopes[0], float)[:n, :n]
-        return float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0)) if np.isfinite(matrix).all() else np.inf
-
-    def _step(self, method: str, held: ca.SX | None, explicit: steps.Common | None = None) -> Calls:
-        """The step for any modes, or for those that ``held`` has as numbers; of the model in its ``explicit`` form, if given."""
+    def _step(self, method: str, held: ca.SX | None) -> Calls:
+        """The step for any modes, or for those that ``held`` has as numbers."""
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
         rows = self._shared().rows
-
-        def calling() -> ca.Function:
-            return make(steps.common(self.dae, rows, held, ca.MX, explicit is not None))
-
-        if sum(self.sizes[:2]) > _MANY:
-            function = calling()
-        else:
-            function = make(explicit or steps.common(self.dae, rows, held))
-            if self.compile and function.n_instructions() > _LONG:
-                function = calling()
+        function = None
+        if sum(self.sizes[:2]) <= _MANY:
+            function = make(steps.common(self.dae, rows, held))
+        if function is None or (self.compile and function.n_instructions() > _LONG):
+            function = make(steps.common(self.dae, rows, held, ca.MX))
         function = self._finished({method: function})[method]
         self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
         return bound[0].call, bound[1].call
@@ -366,7 +332,7 @@ class Engine:
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"], memory)
         self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
-        self.admissible = Admissible(self.dae, memory, self.resolver.redundancy)
+        self.admissible = Admissible(self.dae, memory, self.resolver.notes)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
         self._untimed_whens = [
             (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None

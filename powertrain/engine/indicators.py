@@ -6,12 +6,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from powertrain.modes.tolerances import EPS
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
 
-EPS = 1e-10
-"""Hysteresis of speeds, gaps and switches, and relative one of torques."""
-IMPLICIT_EPS = 1e-8
-"""The relative hysteresis of torques that hang on implicit unknowns, which are found by iteration."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +28,7 @@ def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
             found.append(Indicator(friction, friction_free(dae, friction)))
     for switch in dae.switches:
         if switch.time is None and ca.depends_on(switch.g, ca.vertcat(dae.t, dae.x, dae.z)):
-            found.append(Indicator(switch, relation(dae.m[switch.index], switch.g)))
+            found.append(Indicator(switch, switch_margin(dae, switch)))
     for contact in dae.contacts:
         found.append(Indicator(contact, contact_change(dae, contact)))
     for when in dae.whens:
@@ -46,39 +43,35 @@ def relation(mode: ca.SX, g: ca.SX, eps: ca.SX | float = EPS) -> ca.SX:
     return (2 * mode - 1) * g + eps
 
 
+def switch_margin(dae: HybridDae, switch: Switch) -> ca.SX:
+    """The condition of a switch with its hysteresis."""
+    return relation(dae.m[switch.index], switch.g, switch.known)
+
+
 def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
     """``g``, affine in time, as the time since (until) its zero, so that its hysteresis is one of time."""
     return g / (ca.fabs(ca.jacobian(g, dae.t)) + 1e-300)
 
 
-def torque_margins(friction: Friction, eps: float = EPS) -> tuple[ca.SX, ca.SX]:
+def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
     """Distances of a stuck torque from the lower and the upper limit, the hysteresis included.
 
     Bounds that stand the wrong way round wait for a switch that is about to follow the torque: no reason to break loose.
     """
     high = friction.peak * ca.fmax(friction.upper, friction.lower)
     low = friction.peak * ca.fmin(friction.upper, friction.lower)
-    below = friction.torque - low + eps * (1.0 + finite_size(friction.lower))
-    return below, high + eps * (1.0 + finite_size(friction.upper)) - friction.torque
-
-
-def torque_eps(dae: HybridDae, friction: Friction) -> float:
-    """The hysteresis of a law's torques in this model."""
-    return IMPLICIT_EPS if ca.depends_on(ca.vertcat(friction.upper, friction.lower), dae.z) else EPS
-
-
-def finite_size(bound: ca.SX) -> ca.SX:
-    """The size of a bound; 0 for an infinite one."""
-    size = ca.fabs(bound)
-    return ca.if_else(size < 1e300, size, 0.0)
+    hysteresis = friction.known
+    return friction.torque - low + hysteresis, high - friction.torque + hysteresis
 
 
 def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
     """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits, or a prescribed speed stays zero."""
     mode = dae.m[friction.index]
-    below, above = torque_margins(friction, torque_eps(dae, friction))
+    below, above = torque_margins(friction)
     stuck = 2 * EPS - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
     loose = mode * friction.w + EPS
+    if friction.algebraic:  # between bounds that no torque can tell apart the way it slides makes no difference
+        loose = ca.fmax(loose, friction.known - (friction.upper - friction.lower))
     if friction.may_free:
         loose = ca.if_else(mode == 2, 1.0, loose)
     return ca.if_else(mode == 0, stuck, loose)

@@ -168,18 +168,16 @@ class Run:
                 return False
 
     def _choose(self) -> None:
-        """Take the steps for the present modes; note whether they are explicit and may turn out too short."""
-        steps, explicit = self.steps, self.method == "dopri5"
-        if not self.numeric:
+        """Take the steps for the present modes; note whether they may turn out too short."""
+        steps = self.steps
+        if not (self.numeric or self.engine.compile):  # machine code gains nothing from fewer instructions
             steps = self.engine.special.get(self.method, self.memory.m, steps)
-            explicit = explicit or self.engine.special.explicit
-        self.chosen = steps, explicit and self.engine.method == "auto"
-        self.since = self.recorder.steps, self.t
+        self.chosen = steps, self.method == "dopri5" and self.engine.method == "auto"
+        self.since = self.recorder.steps
 
     def _count(self) -> None:
         """Note how many steps were taken since ``_choose``."""
-        steps, t = self.since
-        self.engine.special.count(self.recorder.steps - steps, self.t - t)
+        self.engine.special.count(self.recorder.steps - self.since)
 
     def _smaller(self, e: float, t: float, h: float, side: int, steps: Calls) -> tuple[float, Calls]:
         """The next trial size after a rejected step, and its function: before a run is given up, algebraic unknowns get one that pivots."""
@@ -201,13 +199,9 @@ class Run:
         return self.stiff >= _STIFF_STEPS
 
     def _implicit(self) -> Calls:
-        """Change to the implicit method: for good, or in these modes."""
-        self.stiff = 0.0
-        if self.method == "dopri5":
-            self.method = "rodas5p"
-            self.steps = self.engine.stepper(self.method)
-        else:
-            self.engine.special.refuse(self.method)
+        """Change to the implicit method for good."""
+        self.stiff, self.method = 0.0, "rodas5p"
+        self.steps = self.engine.stepper(self.method)
         self.chosen = self.steps, False
         return self.steps
 

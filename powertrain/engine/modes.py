@@ -7,20 +7,16 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Switch, When
-from powertrain.compiler.torques import HOLDS
 from powertrain.engine.indicators import (
-    EPS,
     approaching,
-    finite_size,
     friction_free,
     in_time,
     relation,
-    torque_eps,
+    switch_margin,
     torque_margins,
 )
+from powertrain.modes.tolerances import EPS, ZONE
 
-ZONE = 2 * EPS
-"""Speeds below this count as zero."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +48,8 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
         held[friction.index] = friction_rule(dae, friction, jumped, slack)
     for switch in dae.switches:
         old = dae.m[switch.index]
-        g = switch.g if switch.time is None else in_time(dae, switch.g)
-        new = ca.if_else(relation(old, g) <= 0, 1 - old, old)
+        left = switch_margin(dae, switch) if switch.time is None else relation(old, in_time(dae, switch.g))
+        new = ca.if_else(left <= 0, 1 - old, old)
         if switch.time is not None:
             new = ca.if_else(fires[switch.index] > 0, ca.jacobian(switch.g, dae.t) > 0, new)
         held[switch.index] = new
@@ -84,7 +80,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
 def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
     """The next mode of one friction law."""
     mode, w, rate = dae.m[friction.index], friction.w, friction.rate
-    below, above = torque_margins(friction, torque_eps(dae, friction))
+    below, above = torque_margins(friction)
     sign = ca.if_else(w > 0, 1.0, -1.0)
     zone = ca.SX(1) if friction.algebraic else ca.fabs(w) <= ZONE
     if friction.prescribed:
@@ -93,9 +89,9 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
-        up, down = (0.0, 0.0) if friction.algebraic else held_rates(friction)
-        forward = rate > -EPS - slack if friction.algebraic else rate > up - slack
-        backward = rate < EPS + slack if friction.algebraic else rate < slack - down
+        least = slack * friction.reach * friction.known + (EPS if friction.algebraic else 0)
+        nothing = friction.upper - friction.lower <= friction.known
+        forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
         loose = ca.if_else(
             mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)
         )
@@ -105,12 +101,6 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     leaves = friction_free(dae, friction) <= 0
     free = ca.if_else(mode == 2, ca.logic_not(leaves), leaves)
     return ca.if_else(free, 2.0, new)
-
-
-def held_rates(friction: Friction) -> tuple[ca.SX, ca.SX]:
-    """The rates up to which an idle law can be held forward and backward: round-off, as its torque does not move it."""
-    low, high = (HOLDS * friction.peak * finite_size(bound) for bound in (friction.lower, friction.upper))
-    return ca.if_else(friction.idle, high, 0.0), ca.if_else(friction.idle, low, 0.0)
 
 
 def snapped(dae: HybridDae) -> tuple[ca.SX, ca.SX]:

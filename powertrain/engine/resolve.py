@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -11,20 +11,17 @@ import numpy as np
 from powertrain.compiler.hybrid import Contact, HybridDae, When
 from powertrain.engine.buffers import Array, Bound, Memory, view
 from powertrain.engine.consistent import Algebra, NotConsistent
-from powertrain.engine.enumeration import enumerate_modes, strict
-from powertrain.engine.jam import jam_message, undetermined_laws, undetermined_message
-from powertrain.engine.recall import Recall
-from powertrain.engine.redundancy import Redundancy
-from powertrain.engine.resting import Resting
+from powertrain.engine.jam import jam_message
+from powertrain.modes.tolerances import ZONE
 from powertrain.engine.steps import PREFIX
 from powertrain.engine.uniqueness import Uniqueness
 from powertrain.errors import SimulationError
+from powertrain.modes.complementarity import Complementarity, Point
 
 _PASSES = 20
 _ROUNDS = 10_000
-_SLACK = 1e-9
-_TRIES = 100_000
-"""Combinations tried in one run, above which all laws are no longer tried where those that change do not suffice."""
+_LINEARIZED = 16
+"""How often the complementarity problem is linearised anew where laws are not linear in the torques, or conditions of speeds follow."""
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -40,33 +37,27 @@ class Resolver:
         self._update, self._fresh = update, fresh
         self._values = _Events(dae, memory) if dae.whens or dae.contacts else None
         self.extra: list[tuple[str, str]] = []
+        self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
-        self.redundancy = Redundancy(dae, memory)
         self.uniqueness = Uniqueness(dae, memory)
-        self.resting = Resting(dae, memory, self.redundancy)
-        self._recall = Recall(memory.m)
-        self._tries = 0
         self._flags = view(memory.flags)
 
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
         self.extra, self._unsolved = [], None
-        self.resting.look_back(side)
         for _ in range(_ROUNDS):
-            if self._fixed_point(side):
-                self.resting.look(side)
+            if self._iterate(side):
                 return
         names = sorted({name for name, _ in self.extra})
         raise SimulationError(
             f"at t = {self.memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}"
         )
 
-    def _fixed_point(self, side: int) -> bool:
-        """Iterate the mode rules; False if a reset or an impact happened and the round must start again."""
+    def _iterate(self, side: int) -> bool:
+        """Semismooth Newton: all laws by their rules from the same torques; False if a reset or an impact happened."""
         memory, call, flags = self.memory, self._update[side].call, self._flags
         m, held = memory.m, memory.held
         seen: set[bytes] = set()
-        varied: set[int] = set()
         for n in range(_PASSES):
             if not self._solvable(side):
                 break
@@ -77,46 +68,58 @@ class Resolver:
                 memory.fire.fill(0.0)
                 memory.jumped[0] = 0.0
             if not flags[0]:
-                return self._finite(side, varied)
-            if n > 2:
-                varied.update(np.flatnonzero(m != held).tolist())
-                key = m.tobytes()
-                if key in seen:
-                    break
-                seen.add(key)
-            m[:] = held
-        return self._pivot(side, varied)
-
-    def _pivot(self, side: int, varied: set[int]) -> bool:
-        """Flip the first violated law only, until none is left or the modes repeat; then enumerate."""
-        memory, call = self.memory, self._update[side].call
-        m, held, flags = memory.m, memory.held, memory.flags
-        seen: set[bytes] = set()
-        while m.tobytes() not in seen:
-            seen.add(m.tobytes())
-            if not self._solvable(side):
+                return True
+            key = m.tobytes()
+            if key in seen:
                 break
-            call()
-            if (flags[1] or flags[2]) and self._discontinuity(side):
-                return False
-            if not flags[0]:
-                return self._finite(side, varied)
-            changed = np.flatnonzero(m != held)
-            varied.update(changed.tolist())
-            m[changed[0]] = held[changed[0]]
-        return self._enumerate(side, varied)
+            seen.add(key)
+            m[:] = held
+        return self._complementary(side)
 
-    def _finite(self, side: int, varied: set[int]) -> bool:
-        """Stuck laws that lock the same motion leave their torques undetermined: look for a combination that gives the same motion."""
-        if isfinite(self._flags[3]):
-            self.redundancy.note(side)
-            return True
-        laws = undetermined_laws(self.dae, self.memory, side)
-        if len(laws) < 2:
-            return True
-        self._enumerate(side, varied, undetermined_message(laws, self.memory.time[0]))
-        self.redundancy.add(laws)
-        return True
+    @cached_property
+    def _problem(self) -> Complementarity | None:
+        return None if self.dae.opened is None else Complementarity(self.dae)
+
+    def _complementary(self, side: int) -> bool:
+        """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
+        memory, call, flags = self.memory, self._update[side].call, self._flags
+        m, held = memory.m, memory.held
+        ray: tuple[int, ...] = ()
+        if self._problem is not None:
+            tau = np.zeros(self._problem.laws.count)
+            for n in range(_LINEARIZED):
+                answer = self._problem.solve(self._point(side), tau, ZONE, bends=n == 0)
+                if answer.tau is None:
+                    ray = ray or answer.ray
+                    if n > 1:
+                        break
+                    continue
+                tau = answer.tau
+                for index, mode in answer.modes.items():
+                    m[index] = mode
+                if not self._solvable(side):
+                    continue
+                memory.jumped[1] = 1.0
+                call()
+                memory.jumped[1] = 0.0
+                if (flags[1] or flags[2]) and self._discontinuity(side):
+                    return False
+                if not flags[0]:
+                    return True
+                others = [i for i in np.flatnonzero(m != held).tolist() if i not in self._problem.laws.index]
+                m[others] = held[others]
+        return self._prove(side, ray)
+
+    def _prove(self, side: int, ray: tuple[int, ...]) -> bool:
+        raise SimulationError(f"at t = {self.memory.time[0]:.9g} s modes not found, ray {ray}")
+
+    def _point(self, side: int) -> Point:
+        memory, dae = self.memory, self.dae
+        y = memory.y[side]
+        z = y[self.n : self.n + dae.z.numel()].copy()
+        return Point(
+            float(memory.time[0]), y[: self.n].copy(), z, memory.m[: dae.m.numel()].copy(), memory.p[: dae.p.numel()]
+        )
 
     def check_unique(self, side: int) -> None:
         """Refuse modes beside which others are possible with other torques."""
@@ -128,39 +131,9 @@ class Resolver:
             modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
             raise SimulationError(jam_message(self.dae, self.memory, side, modes, pieces, 2 ** len(pieces)))
 
-    @property
-    def notes(self) -> list[str]:
-        """What is not unique."""
-        return self.redundancy.notes
-
     def forget(self) -> None:
         """Drop the notes of the last run."""
-        self.redundancy.forget()
-        self.resting.forget()
-        self._recall.forget()
-        self._tries = 0
-
-    def _enumerate(self, side: int, varied: set[int], message: str | None = None) -> bool:
-        if self._recall.again(lambda: self._try(side) is not None and strict(self.dae, self.memory, side)):
-            self.redundancy.note(side)
-            return True
-        for narrow in (True, False):
-            found = enumerate_modes(self.dae, self.memory, side, varied, lambda: self._try(side), narrow)
-            self._tries += found.combinations
-            if found.modes or self._tries > _TRIES:
-                break
-        if len(found.modes) == 1:
-            before = self.memory.m.copy()
-            self.memory.m[:] = found.modes[0]
-            self._recall.keep(found.involved, before)
-            self._solve(side)
-            self.redundancy.note(side)
-            return True
-        if self._unsolved is not None and not found.involved:
-            raise self._unsolved
-        raise SimulationError(
-            message or jam_message(self.dae, self.memory, side, found.modes, found.involved, found.combinations)
-        )
+        self.notes.clear()
 
     def _solvable(self, side: int) -> bool:
         """Solve the algebraic equations for the present modes; whether they have a solution."""
@@ -176,16 +149,12 @@ class Resolver:
     def _try(self, side: int) -> Array | None:
         """The rates with the present modes, or None if these are not consistent."""
         memory = self.memory
-        if self.algebra is not None:
-            try:
-                self.algebra.solve(side)
-            except NotConsistent:
-                return None
-        rates = self._rates(side)
-        largest = max(map(abs, rates.tolist()), default=0.0)
-        if not largest < np.inf:
+        if not self._solvable(side):
             return None
-        memory.jumped[1] = _SLACK * (1.0 + largest)
+        rates = self._rates(side)
+        if not np.isfinite(rates).all():
+            return None
+        memory.jumped[1] = 1.0
         self._update[side].call()
         memory.jumped[1] = 0.0
         return None if memory.flags[0] else rates

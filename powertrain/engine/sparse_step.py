@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 from powertrain.engine import rodas5p
 from powertrain.engine.buffers import CHECKS, Array, Bound, Memory, zeros
-from powertrain.engine.steps import PREFIX, Common, tolerated
+from powertrain.engine.steps import PREFIX, Common
 from powertrain.engine.verdict import verdict
 
 _A = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.A])
@@ -23,7 +23,6 @@ class SparseStep:
     def __init__(self, model: Common, memory: Memory, side: int) -> None:
         self._memory, self._from, self._to = memory, memory.y[side], memory.y[1 - side]
         self._states, self._n = model.dae.x.numel(), model.y.numel()
-        self._tolerated = np.array(tolerated(model)).ravel()
         self._point, self._now = zeros(self._n), zeros(1)
         self._rate, self._slope = zeros(self._n), zeros(self._n)
         self._g, self._outside = zeros(model.indicators), memory.outside
@@ -92,7 +91,7 @@ class SparseStep:
     def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:
         """Error norm, dense output and indicators."""
         memory, n = self._memory, self._n
-        scale = memory.tolerance[1] + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end)) + self._tolerated
+        scale = memory.tolerance[1] + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
         self._norm[0] = np.sqrt(np.mean((stages[7] / scale) ** 2))
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)

@@ -14,7 +14,6 @@ from powertrain.engine import dopri5, rodas5p
 from powertrain.engine.buffers import CHECKS
 from powertrain.engine.indicators import indicators
 from powertrain.engine.modes import mode_pass, snapped, timed
-from powertrain.engine.settled import solution, with_algebra
 from powertrain.engine.sparse_lu import factorize
 from powertrain.engine.step import Step, on_polynomial
 from powertrain.engine.verdict import verdict
@@ -23,9 +22,6 @@ PREFIX = "powertrain_"
 _SETTLED = 1e-9
 """Newton's steps below this share of the unknowns end."""
 
-_SHARE = 1e-5
-"""Error of a share of a torque between laws that hold the same motion."""
-
 
 @dataclass(frozen=True)
 class Common:
@@ -33,7 +29,7 @@ class Common:
 
     ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX``, where everything is written out
     into one list of instructions, as suits CasADi's interpreter, or ``ca.MX``, where functions are called, as suits the C compiler where
-    the list is long. ``settled`` gives z where it is explicit; then nothing else reads z, and its ``rates`` are zero.
+    the list is long.
     """
 
     dae: HybridDae
@@ -49,7 +45,6 @@ class Common:
     partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
     rows: Sequence[int] | None
     indicators: int
-    settled: Callable[[ca.SX, ca.SX], ca.SX] | None = None
 
 
 def common(
@@ -57,25 +52,19 @@ def common(
     rows: Sequence[int] | None = None,
     held: ca.SX | None = None,
     kind: Any = ca.SX,
-    explicit: bool = False,
 ) -> Common:
     """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns; ``held`` is m with numbers for known modes.
 
-    ``explicit`` puts z in by its solution; ValueError where there is none. KeyError where ``held`` takes a pivot away.
+    KeyError where ``held`` takes a pivot away.
     """
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
     counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
     found, counted = ca.densify(found), ca.densify(counted)
-    z: ca.SX | None = None
     if held is not None:
         general = ca.Function(PREFIX + "general", [dae.t, dae.x, dae.z, dae.m, dae.p], [rates, found, counted])
-        if explicit:
-            z = solution(lambda z: general.call([dae.t, dae.x, z, held, dae.p])[0][n:, :], dae.z, rows)
-        rates, found, counted = general.call([dae.t, dae.x, dae.z if z is None else z, held, dae.p])
-        if explicit:
-            rates[n:, :] = 0
+        rates, found, counted = general.call([dae.t, dae.x, dae.z, held, dae.p])
     called = kind is not ca.SX
     m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
     known: dict[str, ca.Function] = {}
@@ -103,7 +92,6 @@ def common(
         partials=lambda t, u: call("partials", partials, t, u),
         rows=rows,
         indicators=found.numel(),
-        settled=None if z is None else lambda t, u: call("settled", lambda: [ca.densify(z)], t, u)[0],
     )
 
 
@@ -112,8 +100,6 @@ def explicit_step(model: Common) -> ca.Function:
     slope = model.kind.sym("slope", model.y.numel())
     t, h = model.time[0], model.time[1]
     taken = dopri5.step(model.rates, t, h, model.y, slope)
-    if model.settled is not None:
-        taken = with_algebra(taken, model.settled, model.dae.x.numel(), t, h)
     return _step_function(model, PREFIX + "dopri5", slope, taken)
 
 
@@ -130,7 +116,7 @@ def rosenbrock_step(model: Common) -> ca.Function:
 
 def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Function:
     t, h = model.time[0], model.time[1]
-    scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end)) + tolerated(model)
+    scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     norm = ca.sqrt(ca.sumsqr(taken.error / scale) / max(model.y.numel(), 1))
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     samples.append(model.watch(t + h, taken.end))
@@ -138,12 +124,6 @@ def _step_function(model: Common, name: str, slope: ca.SX, taken: Step) -> ca.Fu
     outside = ca.densify(model.guards(t + h, taken.end))
     results = [ca.densify(r) for r in (taken.end, taken.slope, info, ca.vec(taken.dense), outside)]
     return ca.Function(name, [model.time, model.y, model.m, model.p, slope, model.tolerance], ca.cse(results))
-
-
-def tolerated(model: Common) -> ca.DM:
-    """What is added to the tolerances of the unknowns: shares of a torque are chosen, and noise where the torque vanishes."""
-    unknowns, fractions = model.y.numel(), model.dae.fractions
-    return ca.vertcat(ca.DM(unknowns - fractions, 1), _SHARE * ca.DM.ones(fractions))
 
 
 def verdict_function(indicators: int) -> ca.Function:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.engine.modes import ZONE
+from powertrain.modes.tolerances import ZONE
 from powertrain.steadystate.choices import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.steadystate.lanes import Rows
 from powertrain.steadystate.newton import SINGULAR

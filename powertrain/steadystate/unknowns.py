@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Friction
 from powertrain.engine.buffers import Array
-from powertrain.engine.modes import ZONE
+from powertrain.modes.tolerances import ZONE
 from powertrain.steadystate.choices import FORWARD, STUCK, Group, held_rows
 from powertrain.steadystate.columns import Columns
 from powertrain.steadystate.equilibrium import Equilibrium

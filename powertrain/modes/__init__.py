@@ -1,0 +1,1 @@
+"""Which modes of the laws hold: one complementarity problem behind events, starts and operating points."""

@@ -1,0 +1,264 @@
+"""The modes of all laws at one instant, from one linear complementarity problem.
+
+For given torques tau the rates of the laws' speeds and their bounds are affine, v = a - G tau and L(tau) <= tau <= U(tau). Laws that slide
+have tau = U (w > 0) or tau = L (w < 0); of those at rest
+
+    tau = L + q,   v = v+ - v-,   0 <= q  complementary to  v- >= 0,   0 <= U - tau  complementary to  v+ >= 0,
+
+and a bound that bends where a condition g of torques changes its sign is affine in g+, with g = g+ - g- and both complementary. A contact
+is a law that transmits minus its force, between -inf and 0, against the acceleration of its gap. Each law at rest has the compliance of
+``powertrain.compiler.torques``, so that the torques are unique where laws hold the same motion. Rates are counted as torques, v_i/G_ii.
+
+R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, SIAM 2009; B. Brogliato, Nonsmooth Mechanics, Springer 2016,
+chapter 5 (the principle of Gauss with friction).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.compiler.torques import COMPLIANCE
+from powertrain.modes.lemke import lemke
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where modes are sought: time, states, implicit unknowns, held values (with the present modes), parameters."""
+
+    t: float
+    x: Array
+    z: Array
+    m: Array
+    p: Array
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Laws at one point for torques near ``tau``: value + slope (tau' - tau) for every quantity, the implicit unknowns moved along."""
+
+    speed: Array
+    rate: Array
+    lower: Array
+    upper: Array
+    reach: Array
+    g: Array
+    rate_slope: Array
+    lower_slope: Array
+    upper_slope: Array
+    g_slope: Array
+
+
+@dataclass(frozen=True)
+class Answer:
+    """``modes`` (index in m: mode) and torques; or the laws (places in ``tau``) of the ray on which the method ended."""
+
+    modes: dict[int, float]
+    tau: Array | None
+    ray: tuple[int, ...]
+
+
+class Laws:
+    """All friction laws and contacts of a model as functions of their torques."""
+
+    def __init__(self, dae: HybridDae) -> None:
+        opened = dae.opened
+        assert opened is not None
+        self.dae = dae
+        self.count = opened.tau.numel()
+        self.index = [f.index for f in dae.frictions] + [c.index for c in dae.contacts]
+        self.frictions = len(dae.frictions)
+        self.algebraic = np.array([f.algebraic for f in dae.frictions] + [False] * len(dae.contacts), bool)
+        self.prescribed = np.array([f.prescribed for f in dae.frictions] + [False] * len(dae.contacts), bool)
+        self.may_free = np.array([f.may_free for f in dae.frictions] + [False] * len(dae.contacts), bool)
+        self._model_unknowns = opened.residual.numel()
+        z = dae.z[: self._model_unknowns]
+        moved = ca.vertcat(z, opened.tau)
+        values = [opened.residual, opened.speed, opened.rate, opened.lower, opened.upper, opened.conditions]
+        slopes = [ca.densify(ca.jacobian(e, moved)) for e in values]
+        inputs = [dae.t, dae.x, z, dae.m, dae.p, opened.tau]
+        outputs = [*map(ca.densify, values), *slopes, ca.densify(opened.reach)]
+        self._function = ca.Function("powertrain_laws_opened", inputs, outputs)
+
+    def at(self, point: Point, tau: Array) -> Linear:
+        """The laws near ``tau`` (``-force`` for contacts); nan where an equation has no value there."""
+        z = point.z[: self._model_unknowns]
+        sign = np.where(np.arange(self.count) < self.frictions, 1.0, -1.0)
+        found = [np.array(v, float) for v in self._function(point.t, point.x, z, point.m, point.p, sign * tau)]
+        residual, speed, rate, lower, upper, g = (v.ravel() for v in found[:6])
+        n = self._model_unknowns
+        slopes = []
+        if n:
+            r_z, r_tau = found[6][:, :n], found[6][:, n:] * sign
+            try:
+                step, moved = -np.linalg.solve(r_z, residual), -np.linalg.solve(r_z, r_tau)
+            except np.linalg.LinAlgError:
+                step, moved = np.full(n, np.nan), np.full((n, self.count), np.nan)
+        for value, slope in zip((speed, rate, lower, upper, g), found[7:12], strict=True):
+            along = slope[:, n:] * sign
+            if n:
+                value += slope[:, :n] @ step
+                along = along + slope[:, :n] @ moved
+            slopes.append(along)
+        return Linear(speed, rate, lower, upper, found[12].ravel(), g, *slopes[1:])
+
+
+@dataclass(frozen=True)
+class _Bends:
+    """Conditions of torques in the bounds and rates, and what each adds for g > 0, per unit of g."""
+
+    places: list[int]
+    rate: Array
+    lower: Array
+    upper: Array
+
+
+class Complementarity:
+    """Solves the complementarity problem of one model at any point."""
+
+    def __init__(self, dae: HybridDae) -> None:
+        self.laws, self.dae = Laws(dae), dae
+        self.switches = [s.index for s in dae.switches]
+        self.continuous = np.array([s.continuous for s in dae.switches], bool)
+
+    def solve(self, point: Point, tau: Array, zone: float, bends: bool) -> Answer:
+        """The modes for laws that are linear near ``tau``; ``bends``: conditions of torques are part of the problem, else held."""
+        laws = self.laws
+        near = laws.at(point, tau)
+        places = self._bending(near) if bends else []
+        m = point.m.copy()
+        m[[self.switches[k] for k in places]] = 0.0
+        base = laws.at(Point(point.t, point.x, point.z, m, point.p), tau) if places else near
+        bend = self._bends(Point(point.t, point.x, point.z, m, point.p), tau, base, places)
+        return _Problem(laws, base, bend, tau, self._at_rest(point, base, zone), zone).answer(self.switches)
+
+    def _at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+        """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
+        rest: Mask = (np.abs(near.speed) <= zone) | self.laws.algebraic
+        for k, contact in enumerate(self.dae.contacts, self.laws.frictions):
+            rest[k] = point.m[contact.index] > 0.5
+        rest &= ~(self.laws.may_free & (near.upper - near.lower <= 1e-10))
+        return rest
+
+    def _bending(self, near: Linear) -> list[int]:
+        return [k for k in np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0) if self.continuous[k]]
+
+    def _bends(self, point: Point, tau: Array, base: Linear, places: list[int]) -> _Bends:
+        """Where a bound bends, its slopes on both sides differ by a multiple of the slope of the condition."""
+        found = [np.zeros((self.laws.count, len(places))) for _ in range(3)]
+        for j, k in enumerate(places):
+            m = point.m.copy()
+            m[self.switches[k]] = 1.0
+            other = self.laws.at(Point(point.t, point.x, point.z, m, point.p), tau)
+            along = base.g_slope[k] / (base.g_slope[k] @ base.g_slope[k])
+            for column, a, b in zip(
+                found,
+                (other.rate_slope, other.lower_slope, other.upper_slope),
+                (base.rate_slope, base.lower_slope, base.upper_slope),
+                strict=True,
+            ):
+                column[:, j] = np.nan_to_num(a - b) @ along
+        return _Bends(places, *found)
+
+
+class _Problem:
+    """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
+
+    def __init__(self, laws: Laws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+        self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone
+        n, self.places = laws.count, np.flatnonzero(rest)
+        lower, upper = _finite(near.lower), _finite(near.upper)
+        self.forward = (near.speed > zone) & ~rest
+        self.free = laws.may_free & (near.upper - near.lower <= 1e-10) & ~rest
+        slope_l, slope_u = np.nan_to_num(near.lower_slope), np.nan_to_num(near.upper_slope)
+        l0, u0 = lower - slope_l @ tau, upper - slope_u @ tau
+        # tau = base + own q + added g+: laws at rest lower + q, those that slide at their bound
+        bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
+        added = np.where(self.forward[:, None], bend.upper, bend.lower)
+        # a law without lower limit is counted from its upper one, downwards
+        self.hangs = rest & np.isinf(near.lower)
+        bound = np.where(self.hangs, u0, bound)
+        slope = np.where(self.hangs[:, None], slope_u, slope)
+        added = np.where(self.hangs[:, None], bend.upper, added)
+        open_contact = ~rest & np.isinf(near.lower) & (np.arange(n) >= laws.frictions)
+        bound[open_contact], slope[open_contact], added[open_contact] = 0.0, 0.0, 0.0
+        inverse = np.linalg.inv(np.eye(n) - slope)
+        own = np.zeros((n, self.places.size))
+        own[self.places, np.arange(self.places.size)] = np.where(self.hangs[self.places], -1.0, 1.0)
+        self.tau_0, self.tau_q, self.tau_g = inverse @ bound, inverse @ own, inverse @ added
+        self.two = self.places[np.isfinite(near.lower[self.places]) & np.isfinite(near.upper[self.places])]
+        self.rate_0, self.width_0 = near.rate - near.rate_slope @ tau, u0 - l0
+        self.width_slope = slope_u - slope_l
+        self.g_0 = near.g - near.g_slope @ tau
+
+    def answer(self, switches: list[int]) -> Answer:
+        """The modes of the laws at rest, of those that slide, and of the bending conditions."""
+        M, q, scale = self._matrices()
+        if not (np.isfinite(M).all() and np.isfinite(q).all()):
+            return Answer({}, None, ())
+        found = lemke(M, q / scale)
+        r, t, s = self.places.size, self.two.size, len(self.bend.places)
+        if found.z is None:
+            kinds = [*self.places, *self.two]
+            return Answer({}, None, tuple(sorted({int(kinds[k]) for k in found.ray if k < r + t})))
+        z = found.z * scale
+        tau = self.tau_0 + self.tau_q @ z[:r] + self.tau_g @ z[r + t :]
+        n = r + t + s
+        modes: dict[int, float] = {}
+        second = {int(k): j for j, k in enumerate(self.two)}
+        for i, k in enumerate(self.places.tolist()):
+            at_first = i in found.basic  # v of the other sign is basic: the law is at the bound it is counted from
+            at_other = k in second and n + r + second[k] in found.basic
+            first = 1.0 if self.hangs[k] else -1.0
+            modes[self.laws.index[k]] = self._mode(k, first if at_first else -first if at_other else 0.0, z, i, r, second)
+        for k in np.flatnonzero(~self.rest).tolist():
+            if k < self.laws.frictions:
+                modes[self.laws.index[k]] = 2.0 if self.free[k] else 1.0 if self.forward[k] else -1.0
+        for j, k in enumerate(self.bend.places):
+            modes[switches[k]] = 1.0 if n + r + t + j in found.basic else 0.0
+        return Answer(modes, tau, ())
+
+    def _mode(self, k: int, mode: float, z: Array, i: int, r: int, second: dict[int, int]) -> float:
+        if k >= self.laws.frictions:
+            return 0.0 if mode else 1.0
+        return mode
+
+    def _matrices(self) -> tuple[Array, Array, float]:
+        """The problem in (q, v+ of laws with two limits, g+), with rates as torques, and the scale of its vector."""
+        R, T, s = self.places, self.two, len(self.bend.places)
+        r, t = R.size, T.size
+        size = self.near.reach[R]
+        tau_z = np.hstack([self.tau_q, np.zeros((self.laws.count, t)), self.tau_g])
+        v_z = self.near.rate_slope @ tau_z
+        v_z[:, r + t :] += self.bend.rate
+        v_0 = self.rate_0 + self.near.rate_slope @ self.tau_0
+        v_z, v_0 = v_z[R] / size[:, None] - COMPLIANCE * tau_z[R], v_0[R] / size - COMPLIANCE * self.tau_0[R]
+        turn = np.where(self.hangs[R], -1.0, 1.0)
+        M, q = np.zeros((r + t + s, r + t + s)), np.zeros(r + t + s)
+        M[:r], q[:r] = -turn[:, None] * v_z, -turn * v_0
+        rows = {int(k): i for i, k in enumerate(R)}
+        for j, k in enumerate(T.tolist()):
+            i = rows[k]
+            M[i, r + j] += 1.0
+            M[r + j] = self.width_slope[k] @ tau_z
+            M[r + j, r + t :] += self.bend.upper[k] - self.bend.lower[k]
+            M[r + j, i] -= 1.0
+            q[r + j] = self.width_0[k] + self.width_slope[k] @ self.tau_0
+        places = self.bend.places
+        g_z = self.near.g_slope[places] @ tau_z
+        g_size = np.abs(self.near.g_slope[places]).max(axis=1, initial=1e-300)
+        M[r + t :] = -g_z / g_size[:, None]
+        M[r + t :, r + t :] += np.diag(1.0 / g_size)
+        q[r + t :] = -(self.g_0[places] + self.near.g_slope[places] @ self.tau_0) / g_size
+        return M, q, max(1e-9, float(np.abs(q).max(initial=0.0)))
+
+
+def _finite(bounds: Array) -> Array:
+    return np.where(np.isfinite(bounds), bounds, 0.0)

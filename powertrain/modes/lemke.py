@@ -1,0 +1,103 @@
+"""Lemke's method for the linear complementarity problem, with the lexicographic rule: it ends in a solution or on a ray, never in a circle.
+
+    w = q + M z,   w >= 0,   z >= 0,   w'z = 0
+
+A tableau in extended precision: what a tiny compliance leaves must not be mistaken for round-off, nor the other way round.
+
+R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, SIAM 2009, algorithm 4.4.5 and section 4.9.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Long = NDArray[np.longdouble]
+
+PIVOT = 1e-13
+"""Entries below this share of the largest of their column are round-off."""
+ROUND_OFF = 1e-13
+"""How far values may be led below zero, for vectors of the order of one."""
+LARGE = 0.01
+"""Of rows that are tied those count whose pivot is at least this share of the largest."""
+TIE = 1e-15
+"""Entries that differ by less than this share are tied in the lexicographic order."""
+_MOST = 50
+"""Pivots per variable after which round-off must have led the method in a circle."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """``z`` solves the problem, and ``basic`` are the variables (0 .. n-1: w, n .. 2n-1: z) that may be positive.
+
+    Without a solution ``z`` is None, and ``ray`` are the pairs that grow along the ray on which the method ended; for a copositive-plus
+    ``M`` a ray proves that there is none. ``ray`` is empty where round-off ended the search.
+    """
+
+    z: Array | None
+    basic: frozenset[int]
+    ray: tuple[int, ...]
+    pivots: int
+
+
+def lemke(M: Array, q: Array) -> Solution:
+    """A solution of the problem with the matrix ``M`` (n, n) and the vector ``q`` (n), whose entries are of the order of one."""
+    n = q.size
+    if not (q < 0.0).any():
+        return Solution(np.zeros(n), frozenset(range(n)), (), 0)
+    tableau: Long = np.hstack([np.eye(n), -M, -np.ones((n, 1)), q[:, None]]).astype(np.longdouble)
+    basis, artificial = list(range(n)), 2 * n
+    row = int(n - 1 - np.argmin(q[::-1]))  # of equal ones the last: its perturbation is the smallest
+    leaving = _exchange(tableau, basis, row, artificial)
+    for pivots in range(1, _MOST * n):
+        entering = leaving + n if leaving < n else leaving - n
+        column = tableau[:, entering]
+        small = PIVOT * np.abs(column).max()
+        rows = np.flatnonzero(column > small)
+        if not rows.size:
+            growing = {basis[k] % n for k in np.flatnonzero(np.abs(column) > small) if basis[k] != artificial}
+            return Solution(None, frozenset(basis), tuple(sorted(growing | {entering % n})), pivots)
+        leaving = _exchange(tableau, basis, _leaving_row(tableau, rows, entering, basis.index(artificial)), entering)
+        if leaving == artificial:
+            z = np.zeros(n)
+            for k, variable in enumerate(basis):
+                if variable >= n:
+                    z[variable - n] = max(float(tableau[k, -1]), 0.0)
+            return Solution(z, frozenset(basis), (), pivots + 1)
+    return Solution(None, frozenset(basis), (), _MOST * n)
+
+
+def _leaving_row(tableau: Long, rows: NDArray[np.intp], entering: int, artificial: int) -> int:
+    """The row of the least ratio; of tied ones that of the artificial variable, else the lexicographically least.
+
+    Rows are tied that lead no value below zero by more than round-off, and small pivots are avoided among them: P. M. J. Harris, Pivot
+    selection methods of the Devex LP code, Mathematical Programming 5 (1973) 1.
+    """
+    column, values = tableau[:, entering], tableau[:, -1]
+    longest = ((np.maximum(values[rows], 0.0) + ROUND_OFF) / column[rows]).min()
+    tied = rows[values[rows] / column[rows] <= longest]
+    if artificial in tied:
+        return artificial
+    tied = tied[column[tied] >= LARGE * column[tied].max()]
+    for j in range(values.size):
+        if tied.size == 1:
+            break
+        entries = tableau[tied, j] / column[tied]
+        tied = tied[entries <= entries.min() + TIE * (1.0 + abs(entries.min()))]
+    return int(tied[0])
+
+
+def _exchange(tableau: Long, basis: list[int], row: int, entering: int) -> int:
+    """Brings a variable into the basis; returns the one that leaves."""
+    tableau[row] /= tableau[row, entering]
+    factors = tableau[:, entering].copy()
+    factors[row] = 0.0
+    touched = np.flatnonzero(factors)
+    tableau[touched] -= factors[touched, None] * tableau[row]
+    tableau[:, entering] = 0.0
+    tableau[row, entering] = 1.0
+    leaving, basis[row] = basis[row], entering
+    return leaving

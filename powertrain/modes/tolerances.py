@@ -1,0 +1,28 @@
+"""What counts as zero, and how well things are known: all tolerances of modes, each with its unit and its reason."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+EPS = 1e-10
+"""Hysteresis of speeds (rad/s, m/s), of gaps (m), and of conditions without torques: far above the accuracy of events in time."""
+ZONE = 2 * EPS
+"""Speeds (rad/s, m/s) below this are rest."""
+LEAST_TORQUE = 1e-9
+"""Torques and forces (N.m, N) below this are nothing."""
+RESOLVED = 1e-8
+"""How well all torques of a model are known together, relative to the largest: round-off through stiff couplings."""
+SHARED = 1e-7
+"""How well a torque is known that laws on one motion share by their compliance, relative to those that meet there: round-off over eps."""
+SLACK = 1e-9
+"""How far below zero the rate of a law may lie that begins to slide, relative to what the torques that meet in it accelerate."""
+
+
+def torque_tolerance(meeting: ca.SX, largest: ca.SX) -> ca.SX:
+    """How well the torque of a law is known: ``meeting`` are those that meet in it, ``largest`` is that of the model."""
+    return LEAST_TORQUE + SHARED * meeting + RESOLVED * largest
+
+
+def condition_tolerance(torques: ca.SX, largest: ca.SX) -> ca.SX:
+    """How well the condition of a switch is known, to which the laws' torques add ``torques``."""
+    return ca.SX(EPS) if torques.is_zero() else torque_tolerance(torques, largest)
