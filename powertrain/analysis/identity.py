@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import pickle
 from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from functools import partial
 from types import CodeType, FunctionType
 from typing import Any
@@ -13,7 +14,6 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.engine.packing import pack
 from powertrain.errors import ParameterError
 from powertrain.symbols import column
 
@@ -30,12 +30,27 @@ def identity(*values: Any) -> str:
 def model_identity(compiled: Compiled) -> str:
     """A hash of the equations, laws, signals, parameters and start conditions of a compiled model."""
     dae, flat = compiled.dae, compiled.flat
-    packed, expressions = pack(dae), column([entry.expression for entry in compiled.signals.values()])
-    signals = ca.Function("powertrain_signals", [dae.t, dae.x, dae.z, dae.m, dae.p], [expressions])
+    expressions: list[ca.SX] = []
+    rest = _without_expressions(dae, expressions)
+    expressions.append(column([entry.expression for entry in compiled.signals.values()]))
+    given = dae.opened.tau if dae.opened else ca.SX(0, 1)
+    equations = ca.Function("powertrain_identity", [dae.t, dae.x, dae.z, dae.m, dae.p, given], expressions)
     starts = [(u.name, u.start, u.guess) for u in flat.unknowns.values()], [str(e.residual) for e in flat.initial]
     texts = [(name, entry.unit, entry.doc) for name, entry in compiled.signals.items()]
     values = [(name, c.value, c.unit) for name, c in compiled.parameters.items()]
-    return identity(packed.function.serialize(), packed.skeleton, signals.serialize(), texts, values, starts)
+    return identity(equations.serialize(), rest, texts, values, starts)
+
+
+def _without_expressions(value: Any, expressions: list[ca.SX]) -> Any:
+    """The content of nested records; expressions in it are appended to ``expressions`` and leave their place there."""
+    if isinstance(value, ca.SX):
+        expressions.append(value)
+        return len(expressions)
+    if isinstance(value, tuple):
+        return [_without_expressions(item, expressions) for item in value]
+    if is_dataclass(value):
+        return type(value).__name__, [_without_expressions(getattr(value, f.name), expressions) for f in fields(value)]
+    return value
 
 
 def _pieces(value: Any) -> Iterator[bytes]:

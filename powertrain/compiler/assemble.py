@@ -22,7 +22,7 @@ from powertrain.compiler.torques import Torque, add_rates, declare_torques
 from powertrain.component import Component
 from powertrain.errors import ModelError
 from powertrain.laws import FrictionLaw, Law, UnilateralLaw, WhenLaw
-from powertrain.modes.tolerances import condition_tolerance, torque_tolerance
+from powertrain.modes.tolerances import condition_tolerance
 from powertrain.recorder import GuardEntry, Place, reading
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 from powertrain.units import rate_unit
@@ -201,7 +201,7 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> 
             mode for mode, bound in ((1.0, given.upper), (-1.0, given.lower)) if bound.is_constant() and np.isinf(float(bound))
         ),
         may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False)),
-        known=torque_tolerance(resolver.meeting(opened.rate) / resolver.reach(k), resolver.largest),
+        known=resolver.known(k),
         reach=resolver.reach(k),
     )  # fmt: skip
 

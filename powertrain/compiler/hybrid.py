@@ -16,6 +16,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.modes.tolerances import EPS, LEAST_TORQUE
+
 
 @dataclass(frozen=True)
 class Friction:
@@ -41,7 +43,7 @@ class Friction:
     acts: bool = False
     limitless: tuple[float, ...] = ()
     may_free: bool = True
-    known: ca.SX = field(default_factory=lambda: ca.SX(0))
+    known: ca.SX = field(default_factory=lambda: ca.SX(LEAST_TORQUE))
     reach: ca.SX = field(default_factory=lambda: ca.SX(1))
 
 
@@ -58,7 +60,7 @@ class Switch:
     g: ca.SX
     time: ca.SX | None = None
     continuous: bool = False
-    known: ca.SX = field(default_factory=lambda: ca.SX(0))
+    known: ca.SX = field(default_factory=lambda: ca.SX(EPS))
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import casadi as ca
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.cancellation import terms
-from powertrain.compiler.torques import Torque, cancels, solve_torques
+from powertrain.compiler.torques import Torque, cancels, mobility, solve_torques
 from powertrain.laws import FrictionLaw
+from powertrain.modes.tolerances import alone_tolerance, torque_tolerance
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 
 
@@ -131,14 +131,22 @@ class Resolver:
             size = ca.fmax(size, ca.fabs(torque))
         return size
 
+    def known(self, k: int) -> Symbol:
+        """How well the torque of a law is known: to round-off, unless others take part in its motion."""
+        rate = self.laws[k].rate
+        others = column([own for own in self.tau if key(own) != key(self.tau[k])])
+        if not any(ca.which_depends(rate, others, 1, False)):
+            return alone_tolerance(self.close([self.tau[k]])[0])
+        return torque_tolerance(self.meeting(rate) / self.reach(k), self.largest)
+
     def reach(self, k: int) -> Symbol:
-        """How much the torque of a law changes its own rate, without regard to what cancels; 1 where it does not."""
+        """How much the torque of a law changes its own rate; 1 where it does not."""
         return self.close([self.open_reach(k)])[0]
 
     def open_reach(self, k: int) -> Symbol:
         """The same for given torques."""
         slope = ca.jacobian(self.laws[k].rate, self.tau[k])
-        return Symbol(1) if slope.is_zero() else terms(slope)
+        return Symbol(1) if slope.is_zero() else mobility(slope)
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""

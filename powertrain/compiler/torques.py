@@ -34,6 +34,8 @@ COMPLIANCE = 1e-9
 """eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
 """eps of laws that are not linear in the torques: they are solved with pivoting, and without the second step."""
+_GIVEN = 1e-6
+"""A law's own motion counts as given by others where its G_ii is below this share of its terms."""
 _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
 
@@ -188,11 +190,17 @@ def _loose(t: Torque, own: Symbol) -> Symbol:
 
 
 def _compliance(t: Torque, own: Symbol) -> Symbol:
-    """-G_ii for a friction law, whose torque opposes its rate, and +G_ii for a contact: by the terms of G_ii where these cancel."""
+    """-G_ii for a friction law, whose torque opposes its rate, and +G_ii for a contact."""
     slope = ca.jacobian(t.rate, own)
     if slope.is_zero():
         return Symbol(0)
-    return terms(slope) if isinstance(t.law, UnilateralLaw) else -terms(slope)
+    return mobility(slope) if isinstance(t.law, UnilateralLaw) else -mobility(slope)
+
+
+def mobility(slope: Symbol) -> Symbol:
+    """|G_ii|, how much a law's torque changes its own rate; the size of its terms where the motion is given and they cancel."""
+    size = terms(slope)
+    return ca.if_else(ca.fabs(slope) > _GIVEN * size, ca.fabs(slope), size)
 
 
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:

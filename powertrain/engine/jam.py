@@ -1,4 +1,4 @@
-"""What to say where the modes of the laws have no solution, or several, or torques that are not determined."""
+"""What to say where the modes of the laws have no solution, or several, or are not found."""
 
 from __future__ import annotations
 
@@ -28,76 +28,61 @@ def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]
     return np.array(row).reshape(len(dae.frictions), len(fields))
 
 
-def jam_message(
-    dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], involved: Sequence[int], combinations: int
-) -> str:
-    """No consistent combination, several, or too many to try."""
-    laws: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
-    names = {law.index: law.name for law in laws}
-    sliding = {law.index for law in dae.frictions}
-    parts = ", ".join(names[i] for i in involved)
-    values = law_values(dae, memory, side)
-    lines = [
-        f"  {law.name} ({law.where}): torque {row[1]:.6g} {law.unit}, bounds {row[2]:.6g} .. {row[3]:.6g} {law.unit}, speed {row[0]:.3g}"
-        for law, row in zip(dae.frictions, values, strict=True)
-        if _takes_part(law, dae, involved)
-    ]
-    if modes:
-        options = " or ".join(
-            "(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in involved) + ")" for m in modes[:3]
-        )
-        problem = f"{len(modes)} combinations of modes are possible, with different accelerations or torques: {options}"
-        advice = "The laws lock each other in more than one way (self-locking); a little compliance or damping between them decides."
-    elif combinations > 20_000:
-        problem = f"the modes are not found, and {combinations} combinations are too many to try"
-        advice = "Separate some of the laws by a shaft stiffness."
+def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
+    """No modes of these laws (indices in m) are consistent, whichever of the ``pieces`` of their bounds holds."""
+    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
+    parts = ", ".join(law.name for law in known if law.index in laws)
+    lines = _quoted(dae, memory, side, laws)
+    if lines or any(contact.index in laws for contact in dae.contacts):
+        where = f"in none of the {pieces} pieces of the bounds are modes" if pieces > 1 else "no modes are"
+        problem = f"{where} consistent (the mechanism jams)"
+        advice = "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
     else:
-        jam = bool(lines) or any(contact.index in involved for contact in dae.contacts)
-        problem = f"none of the {combinations} combinations of modes is consistent"
-        problem += " (the mechanism jams)" if jam else ""
-        advice = (
-            "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
-            if jam
-            else "The condition of a switch and what it switches contradict each other; give it a hysteresis, or let it act on a rate."
-        )
+        problem = "neither state of a switch is consistent"
+        advice = "The condition of a switch and what it switches contradict each other; give it a hysteresis, or let it act on a rate."
     return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
 
 
-def _takes_part(law: Friction, dae: HybridDae, involved: Sequence[int]) -> bool:
-    """Whether a law is among these, or a switch that its bounds follow, such as the side that drives a mesh."""
-    bounds = ca.vertcat(law.lower, law.upper)
-    return law.index in involved or any(ca.depends_on(bounds, dae.m[i]) for i in involved)
+def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], laws: Sequence[int]) -> str:
+    """Several modes of these laws (indices in m) are consistent, with different torques."""
+    names = {law.index: law.name for law in [*dae.frictions, *dae.switches, *dae.contacts]}
+    sliding = {law.index for law in dae.frictions}
+    options = " or ".join("(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in laws) + ")" for m in modes[:3])
+    return "\n".join(
+        [
+            f"at t = {memory.time[0]:.9g} s {len(modes)} combinations of modes are possible, with different accelerations or torques: "
+            f"{options}. Involved: {', '.join(names[i] for i in laws)}",
+            *_quoted(dae, memory, side, laws),
+            "The laws lock each other in more than one way (self-locking); a little compliance or damping between them decides.",
+        ]
+    )
+
+
+def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> str:
+    """Modes were sought in vain, and nothing proves that there are none."""
+    parts = ", ".join(law.name for law in [*dae.frictions, *dae.switches, *dae.contacts] if law.index in laws)
+    return "\n".join(
+        [
+            f"at t = {memory.time[0]:.9g} s consistent modes are not found, though there may be some. Involved: {parts}",
+            *_quoted(dae, memory, side, laws),
+            "Separate some of these by the stiffness of a shaft.",
+        ]
+    )
+
+
+def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> list[str]:
+    """One line for each law among these, and for each whose bounds follow a switch among these, such as the side that drives a mesh."""
+    if not dae.frictions:
+        return []
+    return [
+        f"  {law.name} ({law.where}): torque {row[1]:.6g} {law.unit}, bounds {row[2]:.6g} .. {row[3]:.6g} {law.unit}, speed {row[0]:.3g}"
+        for law, row in zip(dae.frictions, law_values(dae, memory, side), strict=True)
+        if law.index in laws or any(ca.depends_on(ca.vertcat(law.lower, law.upper), dae.m[i]) for i in laws)
+    ]
 
 
 def _mode(name: str, value: float, friction: bool) -> str:
     return f"{name} {_MODES.get(float(value), f'{value:g}') if friction else 'on' if value else 'off'}"
-
-
-def undetermined_laws(dae: HybridDae, memory: Memory, side: int) -> list[Friction]:
-    """The stuck laws whose torques are not finite."""
-    if not dae.frictions:
-        return []
-    torques = law_values(dae, memory, side)[:, 1]
-    pairs = zip(dae.frictions, torques, strict=True)
-    return [law for law, torque in pairs if memory.m[law.index] == 0 and not np.isfinite(torque)]
-
-
-def undetermined_message(laws: Sequence[Friction], t: float) -> str:
-    """Stuck laws that lock the same motion, and no way to share the torque between them."""
-    return (
-        f"at t = {t:.9g} s the torques of {_names(laws)} are not determined: all are stuck and lock the same motion. "
-        "Put a shaft stiffness between them, or remove one."
-    )
-
-
-def undetermined_note(laws: Sequence[Friction], t: float) -> str:
-    """Stuck laws that lock the same motion: the motion is unique, their torques are not."""
-    if len(laws) == 1:
-        return f"from t = {t:.9g} s: {_names(laws)} is stuck where nothing can move anyway; its torque is not unique"
-    return (
-        f"from t = {t:.9g} s: {_names(laws)} are stuck and lock the same motion; the sum of their torques is unique, "
-        "how they share it is not"
-    )
 
 
 def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
@@ -105,14 +90,6 @@ def resting_note(law: Friction, torque: float, lower: float, upper: float, t: fl
     return (
         f"from t = {t:.9g} s: {_names([law])} is stuck where nothing can move anyway; its torque is not unique: {torque:.6g} {law.unit} is "
         f"given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
-    )
-
-
-def held_note(law: Friction, t: float) -> str:
-    """A law at a limit of its torque that others hold at rest."""
-    return (
-        f"from t = {t:.9g} s: {_names([law])} is held at rest by other laws; it is given a limit of its torque, "
-        "which is not unique"
     )
 
 

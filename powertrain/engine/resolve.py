@@ -1,9 +1,11 @@
-"""All modes of all laws at one instant, found together: fixed point, principal pivoting, enumeration."""
+"""All modes of all laws at one instant, found together: semismooth Newton, else one complementarity problem."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import product
+from typing import NoReturn
 
 import casadi as ca
 import numpy as np
@@ -11,7 +13,7 @@ import numpy as np
 from powertrain.compiler.hybrid import Contact, HybridDae, When
 from powertrain.engine.buffers import Array, Bound, Memory, view
 from powertrain.engine.consistent import Algebra, NotConsistent
-from powertrain.engine.jam import jam_message
+from powertrain.engine.jam import jam_message, not_found_message, several_message
 from powertrain.modes.tolerances import ZONE
 from powertrain.engine.steps import PREFIX
 from powertrain.engine.uniqueness import Uniqueness
@@ -22,6 +24,8 @@ _PASSES = 20
 _ROUNDS = 10_000
 _LINEARIZED = 16
 """How often the complementarity problem is linearised anew where laws are not linear in the torques, or conditions of speeds follow."""
+_MOST_PIECES = 12
+"""Conditions of torques in the bounds: with more their combinations are too many to be looked at one by one."""
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -40,6 +44,7 @@ class Resolver:
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
+        self._pieces = set(self.uniqueness.pieces)
         self._flags = view(memory.flags)
 
     def resolve(self, side: int) -> None:
@@ -82,36 +87,64 @@ class Resolver:
 
     def _complementary(self, side: int) -> bool:
         """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
-        memory, call, flags = self.memory, self._update[side].call, self._flags
-        m, held = memory.m, memory.held
-        ray: tuple[int, ...] = ()
-        if self._problem is not None:
-            tau = np.zeros(self._problem.laws.count)
-            for n in range(_LINEARIZED):
-                answer = self._problem.solve(self._point(side), tau, ZONE, bends=n == 0)
-                if answer.tau is None:
-                    ray = ray or answer.ray
-                    if n > 1:
-                        break
-                    continue
-                tau = answer.tau
-                for index, mode in answer.modes.items():
-                    m[index] = mode
-                if not self._solvable(side):
-                    continue
-                memory.jumped[1] = 1.0
-                call()
-                memory.jumped[1] = 0.0
-                if (flags[1] or flags[2]) and self._discontinuity(side):
-                    return False
-                if not flags[0]:
-                    return True
-                others = [i for i in np.flatnonzero(m != held).tolist() if i not in self._problem.laws.index]
-                m[others] = held[others]
-        return self._prove(side, ray)
+        if self._problem is None:
+            self._jam(side, set(), 1)
+        start, pieces = self.memory.m.copy(), self.uniqueness.pieces
+        found, laws = self._linearized(side, held=False)
+        if found is not None:
+            return found
+        if len(pieces) > _MOST_PIECES:
+            raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
+        for piece in product((0.0, 1.0), repeat=len(pieces)):  # each is a problem of its own
+            self.memory.m[:] = start
+            self.memory.m[pieces] = piece
+            found, ray = self._linearized(side, held=True)
+            laws |= ray
+            if found is not None:
+                return found
+        self._jam(side, laws, 2 ** len(pieces))
 
-    def _prove(self, side: int, ray: tuple[int, ...]) -> bool:
-        raise SimulationError(f"at t = {self.memory.time[0]:.9g} s modes not found, ray {ray}")
+    def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
+        """No modes of these laws, and of those that contradict themselves, are consistent."""
+        if self._unsolved is not None and not laws:
+            raise self._unsolved
+        against = np.flatnonzero(self.memory.m != self.memory.held).tolist()
+        raise SimulationError(jam_message(self.dae, self.memory, side, sorted({*laws, *against}), pieces))
+
+    def _linearized(self, side: int, held: bool = False) -> tuple[bool | None, set[int]]:
+        """Modes of the laws linearised where the last solution was, until these are consistent.
+
+        True or False as ``_iterate``, or None, and the laws of the ray on which the search ended. Bounds that bend with torques are part of
+        the first problem, unless ``held``.
+        """
+        memory, flags, problem = self.memory, self._flags, self._problem
+        assert problem is not None
+        m, ray = memory.m, set[int]()
+        tau = np.zeros(problem.laws.count)
+        for n in range(_LINEARIZED):
+            answer = problem.solve(self._point(side), tau, ZONE, bends=n == 0 and not held)
+            if answer.tau is None:
+                ray |= {problem.laws.index[k] for k in answer.ray}
+                if n or held:
+                    break
+                continue
+            tau = answer.tau
+            for index, mode in answer.modes.items():
+                m[index] = mode
+            if not self._solvable(side):
+                continue
+            memory.jumped[1] = 1.0
+            self._update[side].call()
+            memory.jumped[1] = 0.0
+            if (flags[1] or flags[2]) and self._discontinuity(side):
+                return False, ray
+            if not flags[0]:
+                return True, ray
+            others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
+            if held and not self._pieces.isdisjoint(others):
+                break
+            m[others] = memory.held[others]
+        return None, ray
 
     def _point(self, side: int) -> Point:
         memory, dae = self.memory, self.dae
@@ -129,7 +162,7 @@ class Resolver:
             self._update[side].call()
         if others:
             modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
-            raise SimulationError(jam_message(self.dae, self.memory, side, modes, pieces, 2 ** len(pieces)))
+            raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
 
     def forget(self) -> None:
         """Drop the notes of the last run."""

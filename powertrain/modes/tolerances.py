@@ -14,6 +14,8 @@ RESOLVED = 1e-8
 """How well all torques of a model are known together, relative to the largest: round-off through stiff couplings."""
 SHARED = 1e-7
 """How well a torque is known that laws on one motion share by their compliance, relative to those that meet there: round-off over eps."""
+ALONE = 1e-12
+"""How well a torque is known that no other law's torque meets, relative to itself: round-off."""
 SLACK = 1e-9
 """How far below zero the rate of a law may lie that begins to slide, relative to what the torques that meet in it accelerate."""
 
@@ -21,6 +23,11 @@ SLACK = 1e-9
 def torque_tolerance(meeting: ca.SX, largest: ca.SX) -> ca.SX:
     """How well the torque of a law is known: ``meeting`` are those that meet in it, ``largest`` is that of the model."""
     return LEAST_TORQUE + SHARED * meeting + RESOLVED * largest
+
+
+def alone_tolerance(torque: ca.SX) -> ca.SX:
+    """How well the torque of a law is known that moves on its own."""
+    return LEAST_TORQUE + ALONE * ca.fabs(torque)
 
 
 def condition_tolerance(torques: ca.SX, largest: ca.SX) -> ca.SX:

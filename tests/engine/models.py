@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Friction, HybridDae, Switch
+from powertrain.compiler.hybrid import Friction, HybridDae, Opened, Switch
+from powertrain.compiler.torques import COMPLIANCE
+from powertrain.modes.tolerances import alone_tolerance, torque_tolerance
 
 
 def solve_linear(matrix: ca.SX, right: ca.SX) -> ca.SX:
@@ -118,13 +120,17 @@ def bodies(
     torque = ca.SX.sym("torque", laws)
     limits = bounds(torque, m)  # type: ignore[operator]
     acceleration = inverse @ (push - gradient.T @ torque)
-    rows = []
+    own = [float(ca.mtimes([gradient[k, :], inverse, gradient[k, :].T])) for k in range(laws)]
+    rows, soft = [], []
     for k in range(laws):
         lower, upper = limits[k]
         loose = torque[k] - ca.if_else(m[k] == 1, upper, ca.if_else(m[k] == -1, lower, 0))
         rows.append(ca.if_else(m[k] == 0, -(gradient[k, :] @ acceleration), loose))
-    equations = ca.vertcat(*rows)
-    found = solve_linear(ca.jacobian(equations, torque), -ca.substitute(equations, torque, ca.SX.zeros(laws)))
+        soft.append(ca.if_else(m[k] == 0, COMPLIANCE * own[k], 0.0))
+    equations, compliance = ca.vertcat(*rows), ca.vertcat(*soft)
+    matrix = ca.jacobian(equations, torque) + ca.diag(compliance)
+    right = -ca.substitute(equations, torque, ca.SX.zeros(laws))
+    found = solve_linear(matrix, right + compliance * solve_linear(matrix, right))
 
     def final(e: ca.SX | float) -> ca.SX:
         return ca.substitute(ca.SX(e), torque, found)
@@ -142,10 +148,22 @@ def bodies(
             ca.SX(peak),
             final(rates[k]),
             may_free=False,
+            known=torque_tolerance(ca.sum1(ca.fabs(found)), ca.mmax(ca.fabs(found))) if laws > 1 else alone_tolerance(found),
+            reach=ca.SX(own[k]),
         )
         for k in range(laws)
     )
-    found_switches = switches(found, m) if switches is not None else ()  # type: ignore[operator]
-    return dae(
-        t, x, m, p, final(acceleration), [f"w{k}" for k in range(n)], frictions=frictions, switches=found_switches
+    found_switches, conditions = ((), ()) if switches is None else (switches(found, m), switches(torque, m))  # type: ignore[operator]
+    opened = Opened(
+        tau=torque,
+        xdot=acceleration,
+        residual=ca.SX(0, 1),
+        speed=gradient @ x,
+        rate=rates,
+        lower=ca.vertcat(*(ca.SX(low) for low, _ in limits)),
+        upper=ca.vertcat(*(ca.SX(high) for _, high in limits)),
+        reach=ca.SX(own),
+        conditions=ca.vertcat(ca.SX(0, 1), *(switch.g for switch in conditions)),
     )
+    names = [f"w{k}" for k in range(n)]
+    return dae(t, x, m, p, final(acceleration), names, frictions=frictions, switches=found_switches, opened=opened)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import shutil
 import time
 
@@ -160,13 +159,6 @@ def test_times_with_both_limits_and_without() -> None:
     assert m[at, 1].tolist() == [2.0, -1.0]
     assert trajectory.at(grid, with_events=False)[0] == pytest.approx(grid)
     assert trajectory.at([0.4], with_events=False)[3][0, 1] == -1.0
-
-
-def test_engines_pickle_and_run_the_same() -> None:
-    engine = Engine(coupled_clutches())
-    again = pickle.loads(pickle.dumps(engine))
-    runs = [e.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5).final for e in (engine, again)]
-    assert np.array_equal(runs[0], runs[1])
 
 
 def test_a_second_run_does_not_depend_on_the_first() -> None:

