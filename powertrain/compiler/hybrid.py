@@ -25,7 +25,7 @@ class Friction:
 
     ``prescribed``: no torque of this law ever moves it; ``acts``: yet other motions follow that torque.
     ``limitless``: modes in which its own torque has no limit, so that it cannot move that way.
-    ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``reach``: G_ii, without regard to what cancels in it.
+    ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``reach``: G_ii.
     """
 
     name: str
@@ -136,8 +136,8 @@ class Opened:
 
     ``residual`` are the equations of the first entries of ``z``, those of the model; the others are torques. ``speed`` and ``rate`` are
     those of the laws; what a law transmits against its motion, tau for friction and minus the force for a contact, lies between
-    ``lower`` and ``upper``; ``reach`` is how much it changes its own rate, without regard to what cancels. ``conditions`` are those of
-    the switches.
+    ``lower`` and ``upper``; ``reach`` is how much it changes its own rate, and ``compliance`` how much it yields, relative to
+    ``COMPLIANCE``. ``conditions`` are those of the switches.
     """
 
     tau: ca.SX
@@ -148,6 +148,7 @@ class Opened:
     lower: ca.SX
     upper: ca.SX
     reach: ca.SX
+    compliance: ca.SX
     conditions: ca.SX
 
 

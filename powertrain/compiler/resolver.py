@@ -11,7 +11,7 @@ import casadi as ca
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import Torque, cancels, mobility, solve_torques
+from powertrain.compiler.torques import Torque, cancels, compliance, mobility, solve_torques
 from powertrain.laws import FrictionLaw
 from powertrain.modes.tolerances import alone_tolerance, torque_tolerance
 from powertrain.symbols import Symbol, column, free_symbols, key, time
@@ -147,6 +147,10 @@ class Resolver:
         """The same for given torques."""
         slope = ca.jacobian(self.laws[k].rate, self.tau[k])
         return Symbol(1) if slope.is_zero() else mobility(slope)
+
+    def open_compliance(self, k: int) -> Symbol:
+        """How much a law yields while it is stuck, for given torques."""
+        return compliance(self.laws[k], self.tau[k], column(self.tau))
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""

@@ -161,7 +161,8 @@ def solve_torques(laws: Sequence[Torque], tau: Sequence[Symbol]) -> Torques:
     rows, parts = _affine(rows, list(tau))
     curved = _curved(rows, list(tau))
     explicit = [i for i in range(len(laws)) if i not in curved]
-    yields = [_compliance(t, own) for t, own in zip(laws, tau, strict=True)]
+    signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
+    yields = [sign * compliance(t, own, column(list(tau))) for t, own, sign in zip(laws, tau, signs, strict=True)]
     soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
     found = _solved([rows[i] for i in explicit], [tau[i] for i in explicit], [COMPLIANCE * soft[i] for i in explicit])
     whole = list(tau)
@@ -189,18 +190,27 @@ def _loose(t: Torque, own: Symbol) -> Symbol:
     return own - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
 
 
-def _compliance(t: Torque, own: Symbol) -> Symbol:
-    """-G_ii for a friction law, whose torque opposes its rate, and +G_ii for a contact."""
+def compliance(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
+    """How much a law yields, relative to eps: as much as its torque changes its own rate.
+
+    A law that moves on its own shares its torque with none, and yields only where its motion is given by others.
+    """
     slope = ca.jacobian(t.rate, own)
     if slope.is_zero():
         return Symbol(0)
-    return mobility(slope) if isinstance(t.law, UnilateralLaw) else -mobility(slope)
+    others = column([s for s in ca.vertsplit(tau) if key(s) != key(own)])
+    if any(ca.which_depends(t.rate, others, 1, False)):
+        return mobility(slope)
+    return ca.if_else(_given(slope), terms(slope), 0)
 
 
 def mobility(slope: Symbol) -> Symbol:
     """|G_ii|, how much a law's torque changes its own rate; the size of its terms where the motion is given and they cancel."""
-    size = terms(slope)
-    return ca.if_else(ca.fabs(slope) > _GIVEN * size, ca.fabs(slope), size)
+    return ca.if_else(_given(slope), terms(slope), ca.fabs(slope))
+
+
+def _given(slope: Symbol) -> Symbol:
+    return ca.fabs(slope) <= _GIVEN * terms(slope)
 
 
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:

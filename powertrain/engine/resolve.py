@@ -47,9 +47,16 @@ class Resolver:
         self._pieces = set(self.uniqueness.pieces)
         self._flags = view(memory.flags)
 
-    def resolve(self, side: int) -> None:
-        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
+    def resolve(self, side: int, start: bool = False) -> None:
+        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared.
+
+        At a ``start`` no modes are known that would be a good guess.
+        """
         self.extra, self._unsolved = [], None
+        if start and self._problem is not None:
+            guess = self.memory.m.copy()
+            if self._linearized(side, held=False)[0] is None:
+                self.memory.m[:] = guess
         for _ in range(_ROUNDS):
             if self._iterate(side):
                 return

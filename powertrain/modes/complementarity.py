@@ -49,6 +49,7 @@ class Linear:
     lower: Array
     upper: Array
     reach: Array
+    yields: Array
     g: Array
     rate_slope: Array
     lower_slope: Array
@@ -84,7 +85,7 @@ class Laws:
         values = [opened.residual, opened.speed, opened.rate, opened.lower, opened.upper, opened.conditions]
         slopes = [ca.densify(ca.jacobian(e, moved)) for e in values]
         inputs = [dae.t, dae.x, z, dae.m, dae.p, opened.tau]
-        outputs = [*map(ca.densify, values), *slopes, ca.densify(opened.reach)]
+        outputs = [*map(ca.densify, values), *slopes, ca.densify(opened.reach), ca.densify(opened.compliance)]
         self._function = ca.Function("powertrain_laws_opened", inputs, outputs)
 
     def at(self, point: Point, tau: Array) -> Linear:
@@ -107,7 +108,8 @@ class Laws:
                 value += slope[:, :n] @ step
                 along = along + slope[:, :n] @ moved
             slopes.append(along)
-        return Linear(speed, rate, lower, upper, found[12].ravel(), g, *slopes[1:])
+        reach, yields = found[12].ravel(), COMPLIANCE * found[13].ravel()
+        return Linear(speed, rate, lower, upper, reach, yields, g, *slopes[1:])
 
 
 @dataclass(frozen=True)
@@ -239,7 +241,8 @@ class _Problem:
         v_z = self.near.rate_slope @ tau_z
         v_z[:, r + t :] += self.bend.rate
         v_0 = self.rate_0 + self.near.rate_slope @ self.tau_0
-        v_z, v_0 = v_z[R] / size[:, None] - COMPLIANCE * tau_z[R], v_0[R] / size - COMPLIANCE * self.tau_0[R]
+        yields = self.near.yields[R] / size
+        v_z, v_0 = v_z[R] / size[:, None] - yields[:, None] * tau_z[R], v_0[R] / size - yields * self.tau_0[R]
         turn = np.where(self.hangs[R], -1.0, 1.0)
         M, q = np.zeros((r + t + s, r + t + s)), np.zeros(r + t + s)
         M[:r], q[:r] = -turn[:, None] * v_z, -turn * v_0

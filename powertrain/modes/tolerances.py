@@ -14,8 +14,8 @@ RESOLVED = 1e-8
 """How well all torques of a model are known together, relative to the largest: round-off through stiff couplings."""
 SHARED = 1e-7
 """How well a torque is known that laws on one motion share by their compliance, relative to those that meet there: round-off over eps."""
-ALONE = 1e-12
-"""How well a torque is known that no other law's torque meets, relative to itself: round-off."""
+ALONE = 1e-10
+"""How well a torque is known that no other law's torque meets, relative to itself: where Newton's method ends."""
 SLACK = 1e-9
 """How far below zero the rate of a law may lie that begins to slide, relative to what the torques that meet in it accelerate."""
 

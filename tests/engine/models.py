@@ -121,12 +121,12 @@ def bodies(
     limits = bounds(torque, m)  # type: ignore[operator]
     acceleration = inverse @ (push - gradient.T @ torque)
     own = [float(ca.mtimes([gradient[k, :], inverse, gradient[k, :].T])) for k in range(laws)]
-    rows, soft = [], []
+    rows, soft, shared = [], [], float(laws > 1)
     for k in range(laws):
         lower, upper = limits[k]
         loose = torque[k] - ca.if_else(m[k] == 1, upper, ca.if_else(m[k] == -1, lower, 0))
         rows.append(ca.if_else(m[k] == 0, -(gradient[k, :] @ acceleration), loose))
-        soft.append(ca.if_else(m[k] == 0, COMPLIANCE * own[k], 0.0))
+        soft.append(ca.if_else(m[k] == 0, COMPLIANCE * own[k] * shared, 0.0))
     equations, compliance = ca.vertcat(*rows), ca.vertcat(*soft)
     matrix = ca.jacobian(equations, torque) + ca.diag(compliance)
     right = -ca.substitute(equations, torque, ca.SX.zeros(laws))
@@ -163,6 +163,7 @@ def bodies(
         lower=ca.vertcat(*(ca.SX(low) for low, _ in limits)),
         upper=ca.vertcat(*(ca.SX(high) for _, high in limits)),
         reach=ca.SX(own),
+        compliance=shared * ca.SX(own),
         conditions=ca.vertcat(ca.SX(0, 1), *(switch.g for switch in conditions)),
     )
     names = [f"w{k}" for k in range(n)]
