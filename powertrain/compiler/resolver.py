@@ -11,7 +11,7 @@ import casadi as ca
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import Torque, cancels, compliance, mobility, solve_torques
+from powertrain.compiler.torques import Torque, cancels, compliance, mobility, shares, solve_torques
 from powertrain.laws import FrictionLaw
 from powertrain.modes.tolerances import alone_tolerance, torque_tolerance
 from powertrain.symbols import Symbol, column, free_symbols, key, time
@@ -133,11 +133,13 @@ class Resolver:
 
     def known(self, k: int) -> Symbol:
         """How well the torque of a law is known: to round-off, unless others take part in its motion."""
-        rate = self.laws[k].rate
-        others = column([own for own in self.tau if key(own) != key(self.tau[k])])
-        if not any(ca.which_depends(rate, others, 1, False)):
+        if not self.shares(k):
             return alone_tolerance(self.close([self.tau[k]])[0])
-        return torque_tolerance(self.meeting(rate) / self.reach(k), self.largest)
+        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest)
+
+    def shares(self, k: int) -> bool:
+        """Whether the torques of other laws take part in the motion of this one."""
+        return shares(self.laws[k], self.tau[k], column(self.tau))
 
     def reach(self, k: int) -> Symbol:
         """How much the torque of a law changes its own rate; 1 where it does not."""

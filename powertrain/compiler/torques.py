@@ -198,10 +198,13 @@ def compliance(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
     slope = ca.jacobian(t.rate, own)
     if slope.is_zero():
         return Symbol(0)
-    others = column([s for s in ca.vertsplit(tau) if key(s) != key(own)])
-    if any(ca.which_depends(t.rate, others, 1, False)):
-        return mobility(slope)
-    return ca.if_else(_given(slope), terms(slope), 0)
+    return mobility(slope) if shares(t, own, tau) else ca.if_else(_given(slope), terms(slope), 0)
+
+
+def shares(t: Torque, own: Symbol, tau: Symbol) -> bool:
+    """Whether the torques of other laws take part in the motion of this one."""
+    others = [s for s in ca.vertsplit(tau) if key(s) != key(own)]
+    return any(ca.which_depends(t.rate, column(others), 1, False))
 
 
 def mobility(slope: Symbol) -> Symbol:

@@ -84,7 +84,7 @@ class Memory:
         self.g = zeros(indicators)
         self.worst = zeros(1)
         self.held = zeros(held)
-        self.flags = zeros(4)
+        self.flags = zeros(5)
         self.edges = zeros(len(dae.whens))
         self.closing = zeros(len(dae.contacts))
         self.fire = zeros(timed)

@@ -21,7 +21,8 @@ from powertrain.modes.tolerances import EPS, ZONE
 
 @dataclass(frozen=True)
 class Pass:
-    """The next held values, and flags: [entries that change, whens with a rising edge, contacts that close, sum of all torques]."""
+    """The next held values, and flags: [entries that change, whens with a rising edge, contacts that close, sum of all torques,
+    laws at a limit that others hold at rest]."""
 
     held: ca.SX
     flags: ca.SX
@@ -73,8 +74,16 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     new_held = ca.vertcat(*held)
     changes = ca.sum1(new_held != dae.m) if held else ca.SX(0)
     torques = sum((friction.torque for friction in dae.frictions), ca.SX(0))
-    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques)
+    idle = sum((idles(dae, friction) for friction in dae.frictions if friction.shared), ca.SX(0))
+    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle)
     return Pass(new_held, ca.densify(flags), ca.vertcat(*edges), ca.vertcat(*closing))
+
+
+def idles(dae: HybridDae, friction: Friction) -> ca.SX:
+    """Whether a law at a limit of its torque is at rest all the same, held by others: how they share the torque is open then."""
+    mode, width = dae.m[friction.index], friction.upper - friction.lower
+    still = ca.logic_and(ca.fabs(friction.w) <= ZONE, ca.fabs(friction.rate) <= friction.reach * friction.known)
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), width > friction.known)
 
 
 def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:

@@ -80,13 +80,24 @@ class Resolver:
                 memory.fire.fill(0.0)
                 memory.jumped[0] = 0.0
             if not flags[0]:
-                return True
+                return True if flags[4] == 0.0 else self._shared(side)
             key = m.tobytes()
             if key in seen:
                 break
             seen.add(key)
             m[:] = held
         return self._complementary(side)
+
+    def _shared(self, side: int) -> bool:
+        """Some laws are at a limit while others hold them: of all that is consistent take what their compliance says."""
+        if self._problem is None:
+            return True
+        modes = self.memory.m.copy()
+        found = self._linearized(side, held=False)[0]
+        if found is None:
+            self.memory.m[:] = modes
+            self._solvable(side)
+        return found is not False
 
     @cached_property
     def _problem(self) -> Complementarity | None:

@@ -131,7 +131,7 @@ def test_disengaged_one_way_clutch_is_a_freewheel() -> None:
     result = pt.simulate(examples.OneWayClutchDisengaged(), 2.0, rtol=1e-8, atol=1e-10)
     free = result["oneWayClutch.mode"] == 1
     assert np.abs(result["oneWayClutch.tau"][free]).max() < 1e-9
-    assert result["oneWayClutch.tau"].max() < 1e-9
+    assert result["oneWayClutch.tau"].max() < 2e-9
     assert result["oneWayClutch.w_rel"].min() > -1e-9
     np.testing.assert_allclose(result["oneWayClutch.lossPower"], 0.0, atol=1e-9)
 

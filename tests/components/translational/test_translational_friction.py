@@ -117,7 +117,7 @@ def test_a_mass_stays_at_its_stop_until_it_is_pulled_back(sign: int, rub: float)
     there = (t > arrival + 1e-6) & (t < departure - 1e-6)
     np.testing.assert_allclose(s[t < arrival], (10 - rub) / 4 * t[t < arrival] ** 2, atol=1e-8)
     np.testing.assert_allclose(s[there], 0.9, atol=1e-8)
-    assert (v[there] == 0).all()
+    assert np.abs(v[there]).max() < 1e-14
     force = sign * (result["parts[1].f"] + result["parts[1].f_max"] - result["parts[1].f_min"])
     held = 10 - 5 * np.maximum(t - 2, 0)
     np.testing.assert_allclose(force[there], held[there], atol=1e-9)
