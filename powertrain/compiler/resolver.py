@@ -134,7 +134,7 @@ class Resolver:
     def known(self, k: int) -> Symbol:
         """How well the torque of a law is known: to round-off, unless others take part in its motion."""
         if not self.shares(k):
-            return alone_tolerance(self.close([self.tau[k]])[0])
+            return alone_tolerance(self.largest)
         return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest)
 
     def shares(self, k: int) -> bool:

@@ -30,11 +30,11 @@ from powertrain.laws import FrictionLaw, Law, UnilateralLaw
 from powertrain.recorder import Place
 from powertrain.symbols import Symbol, column, free_symbols, key, total_derivative
 
-COMPLIANCE = 1e-9
+COMPLIANCE = 1e-8
 """eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
 """eps of laws that are not linear in the torques: they are solved with pivoting, and without the second step."""
-_GIVEN = 1e-6
+_GIVEN = 1e-12
 """A law's own motion counts as given by others where its G_ii is below this share of its terms."""
 _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""

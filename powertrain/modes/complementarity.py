@@ -80,7 +80,7 @@ class Laws:
         self.prescribed = np.array([f.prescribed for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self.may_free = np.array([f.may_free for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self._model_unknowns = opened.residual.numel()
-        z = dae.z[: self._model_unknowns]
+        z = dae.z[: self._model_unknowns] if self._model_unknowns else ca.SX(0, 1)
         moved = ca.vertcat(z, opened.tau)
         values = [opened.residual, opened.speed, opened.rate, opened.lower, opened.upper, opened.conditions]
         slopes = [ca.densify(ca.jacobian(e, moved)) for e in values]
@@ -180,6 +180,7 @@ class _Problem:
         self.forward = (near.speed > zone) & ~rest
         self.free = laws.may_free & (near.upper - near.lower <= 1e-10) & ~rest
         slope_l, slope_u = np.nan_to_num(near.lower_slope), np.nan_to_num(near.upper_slope)
+        tau = tau.astype(np.longdouble)  # what bounds add cancels again, and a compliance must be left
         l0, u0 = lower - slope_l @ tau, upper - slope_u @ tau
         # tau = base + own q + added g+: laws at rest lower + q, those that slide at their bound
         bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
@@ -191,7 +192,7 @@ class _Problem:
         added = np.where(self.hangs[:, None], bend.upper, added)
         open_contact = ~rest & np.isinf(near.lower) & (np.arange(n) >= laws.frictions)
         bound[open_contact], slope[open_contact], added[open_contact] = 0.0, 0.0, 0.0
-        inverse = np.linalg.inv(np.eye(n) - slope)
+        inverse = _inverse(np.eye(n) - slope)
         own = np.zeros((n, self.places.size))
         own[self.places, np.arange(self.places.size)] = np.where(self.hangs[self.places], -1.0, 1.0)
         self.tau_0, self.tau_q, self.tau_g = inverse @ bound, inverse @ own, inverse @ added
@@ -225,7 +226,7 @@ class _Problem:
                 modes[self.laws.index[k]] = 2.0 if self.free[k] else 1.0 if self.forward[k] else -1.0
         for j, k in enumerate(self.bend.places):
             modes[switches[k]] = 1.0 if n + r + t + j in found.basic else 0.0
-        return Answer(modes, tau, ())
+        return Answer(modes, tau.astype(np.float64), ())
 
     def _mode(self, k: int, mode: float, z: Array, i: int, r: int, second: dict[int, int]) -> float:
         if k >= self.laws.frictions:
@@ -244,7 +245,7 @@ class _Problem:
         yields = self.near.yields[R] / size
         v_z, v_0 = v_z[R] / size[:, None] - yields[:, None] * tau_z[R], v_0[R] / size - yields * self.tau_0[R]
         turn = np.where(self.hangs[R], -1.0, 1.0)
-        M, q = np.zeros((r + t + s, r + t + s)), np.zeros(r + t + s)
+        M, q = np.zeros((r + t + s, r + t + s), np.longdouble), np.zeros(r + t + s, np.longdouble)
         M[:r], q[:r] = -turn[:, None] * v_z, -turn * v_0
         rows = {int(k): i for i, k in enumerate(R)}
         for j, k in enumerate(T.tolist()):
@@ -261,6 +262,12 @@ class _Problem:
         M[r + t :, r + t :] += np.diag(1.0 / g_size)
         q[r + t :] = -(self.g_0[places] + self.near.g_slope[places] @ self.tau_0) / g_size
         return M, q, max(1e-9, float(np.abs(q).max(initial=0.0)))
+
+
+def _inverse(matrix: Array) -> Array:
+    """The inverse in extended precision, by one step of Newton's method from that in double precision."""
+    found = np.linalg.inv(matrix).astype(np.longdouble)
+    return found @ (2 * np.eye(len(matrix)) - matrix @ found)
 
 
 def _finite(bounds: Array) -> Array:

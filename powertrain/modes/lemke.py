@@ -62,10 +62,10 @@ def lemke(M: Array, q: Array) -> Solution:
             return Solution(None, frozenset(basis), tuple(sorted(growing | {entering % n})), pivots)
         leaving = _exchange(tableau, basis, _leaving_row(tableau, rows, entering, basis.index(artificial)), entering)
         if leaving == artificial:
-            z = np.zeros(n)
+            z = np.zeros(n, np.longdouble)
             for k, variable in enumerate(basis):
                 if variable >= n:
-                    z[variable - n] = max(float(tableau[k, -1]), 0.0)
+                    z[variable - n] = max(tableau[k, -1], 0)
             return Solution(z, frozenset(basis), (), pivots + 1)
     return Solution(None, frozenset(basis), (), _MOST * n)
 

@@ -15,7 +15,7 @@ RESOLVED = 1e-8
 SHARED = 1e-7
 """How well a torque is known that laws on one motion share by their compliance, relative to those that meet there: round-off over eps."""
 ALONE = 1e-10
-"""How well a torque is known that no other law's torque meets, relative to itself: where Newton's method ends."""
+"""How well a torque is known that no other law's torque meets, relative to the largest: where Newton's and Lemke's methods end."""
 SLACK = 1e-9
 """How far below zero the rate of a law may lie that begins to slide, relative to what the torques that meet in it accelerate."""
 
@@ -25,9 +25,9 @@ def torque_tolerance(meeting: ca.SX, largest: ca.SX) -> ca.SX:
     return LEAST_TORQUE + SHARED * meeting + RESOLVED * largest
 
 
-def alone_tolerance(torque: ca.SX) -> ca.SX:
+def alone_tolerance(largest: ca.SX) -> ca.SX:
     """How well the torque of a law is known that moves on its own."""
-    return LEAST_TORQUE + ALONE * ca.fabs(torque)
+    return LEAST_TORQUE + ALONE * largest
 
 
 def condition_tolerance(torques: ca.SX, largest: ca.SX) -> ca.SX:
