@@ -208,30 +208,27 @@ class _Problem:
             return Answer({}, None, ())
         found = lemke(M, q / scale)
         r, t, s = self.places.size, self.two.size, len(self.bend.places)
-        if found.z is None:
+        if found.z is None or found.w is None:
             kinds = [*self.places, *self.two]
             return Answer({}, None, tuple(sorted({int(kinds[k]) for k in found.ray if k < r + t})))
-        z = found.z * scale
+        z, w = found.z * scale, found.w
         tau = self.tau_0 + self.tau_q @ z[:r] + self.tau_g @ z[r + t :]
         n = r + t + s
+        second = {int(k): r + j for j, k in enumerate(self.two)}
         modes: dict[int, float] = {}
-        second = {int(k): j for j, k in enumerate(self.two)}
         for i, k in enumerate(self.places.tolist()):
-            at_first = i in found.basic  # v of the other sign is basic: the law is at the bound it is counted from
-            at_other = k in second and n + r + second[k] in found.basic
+            # it slides where a rate is basic; one that is zero is a law at rest
+            at_first = i in found.basic and w[i] > 0.0
+            at_other = k in second and n + second[k] in found.basic and z[second[k]] > 0.0
             first = 1.0 if self.hangs[k] else -1.0
-            modes[self.laws.index[k]] = self._mode(k, first if at_first else -first if at_other else 0.0, z, i, r, second)
+            mode = first if at_first else -first if at_other else 0.0
+            modes[self.laws.index[k]] = mode if k < self.laws.frictions else float(mode == 0.0)
         for k in np.flatnonzero(~self.rest).tolist():
             if k < self.laws.frictions:
                 modes[self.laws.index[k]] = 2.0 if self.free[k] else 1.0 if self.forward[k] else -1.0
         for j, k in enumerate(self.bend.places):
             modes[switches[k]] = 1.0 if n + r + t + j in found.basic else 0.0
         return Answer(modes, tau.astype(np.float64), ())
-
-    def _mode(self, k: int, mode: float, z: Array, i: int, r: int, second: dict[int, int]) -> float:
-        if k >= self.laws.frictions:
-            return 0.0 if mode else 1.0
-        return mode
 
     def _matrices(self) -> tuple[Array, Array, float]:
         """The problem in (q, v+ of laws with two limits, g+), with rates as torques, and the scale of its vector."""

@@ -31,13 +31,14 @@ _MOST = 50
 
 @dataclass(frozen=True)
 class Solution:
-    """``z`` solves the problem, and ``basic`` are the variables (0 .. n-1: w, n .. 2n-1: z) that may be positive.
+    """``z`` and ``w`` solve the problem, and ``basic`` are the variables (0 .. n-1: w, n .. 2n-1: z) that may be positive.
 
     Without a solution ``z`` is None, and ``ray`` are the pairs that grow along the ray on which the method ended; for a copositive-plus
     ``M`` a ray proves that there is none. ``ray`` is empty where round-off ended the search.
     """
 
     z: Array | None
+    w: Array | None
     basic: frozenset[int]
     ray: tuple[int, ...]
     pivots: int
@@ -47,7 +48,7 @@ def lemke(M: Array, q: Array) -> Solution:
     """A solution of the problem with the matrix ``M`` (n, n) and the vector ``q`` (n), whose entries are of the order of one."""
     n = q.size
     if not (q < 0.0).any():
-        return Solution(np.zeros(n), frozenset(range(n)), (), 0)
+        return Solution(np.zeros(n), q, frozenset(range(n)), (), 0)
     tableau: Long = np.hstack([np.eye(n), -M, -np.ones((n, 1)), q[:, None]]).astype(np.longdouble)
     basis, artificial = list(range(n)), 2 * n
     row = int(n - 1 - np.argmin(q[::-1]))  # of equal ones the last: its perturbation is the smallest
@@ -59,15 +60,13 @@ def lemke(M: Array, q: Array) -> Solution:
         rows = np.flatnonzero(column > small)
         if not rows.size:
             growing = {basis[k] % n for k in np.flatnonzero(np.abs(column) > small) if basis[k] != artificial}
-            return Solution(None, frozenset(basis), tuple(sorted(growing | {entering % n})), pivots)
+            return Solution(None, None, frozenset(basis), tuple(sorted(growing | {entering % n})), pivots)
         leaving = _exchange(tableau, basis, _leaving_row(tableau, rows, entering, basis.index(artificial)), entering)
         if leaving == artificial:
-            z = np.zeros(n, np.longdouble)
-            for k, variable in enumerate(basis):
-                if variable >= n:
-                    z[variable - n] = max(tableau[k, -1], 0)
-            return Solution(z, frozenset(basis), (), pivots + 1)
-    return Solution(None, frozenset(basis), (), _MOST * n)
+            values = np.zeros(2 * n, np.longdouble)
+            values[basis] = np.maximum(tableau[:, -1], 0)
+            return Solution(values[n:], values[:n], frozenset(basis), (), pivots + 1)
+    return Solution(None, None, frozenset(basis), (), _MOST * n)
 
 
 def _leaving_row(tableau: Long, rows: NDArray[np.intp], entering: int, artificial: int) -> int:
