@@ -26,6 +26,8 @@ _LINEARIZED = 16
 """How often the complementarity problem is linearised anew where laws are not linear in the torques, or conditions of speeds follow."""
 _MOST_PIECES = 12
 """Conditions of torques in the bounds: with more their combinations are too many to be looked at one by one."""
+_POLISHING = 3
+"""Steps from a solution with compliance to one without: the first is in error by the compliance only."""
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -122,6 +124,22 @@ class Resolver:
                 return found
         self._jam(side, laws, 2 ** len(pieces))
 
+    def _polished(self, side: int) -> bool | None:
+        """A few steps of semismooth Newton from a solution that is exact but for the compliance; None where they do not end."""
+        memory, flags = self.memory, self._flags
+        for _ in range(_POLISHING):
+            if not self._solvable(side):
+                return None
+            memory.jumped[1] = 1.0
+            self._update[side].call()
+            memory.jumped[1] = 0.0
+            if (flags[1] or flags[2]) and self._discontinuity(side):
+                return False
+            if not flags[0]:
+                return True
+            memory.m[:] = memory.held
+        return None
+
     def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
         """No modes of these laws, and of those that contradict themselves, are consistent."""
         if self._unsolved is not None and not laws:
@@ -135,7 +153,7 @@ class Resolver:
         True or False as ``_iterate``, or None, and the laws of the ray on which the search ended. Bounds that bend with torques are part of
         the first problem, unless ``held``.
         """
-        memory, flags, problem = self.memory, self._flags, self._problem
+        memory, problem = self.memory, self._problem
         assert problem is not None
         m, ray = memory.m, set[int]()
         tau = np.zeros(problem.laws.count)
@@ -149,15 +167,14 @@ class Resolver:
             tau = answer.tau
             for index, mode in answer.modes.items():
                 m[index] = mode
+            modes = m.copy()
+            happened = self._polished(side)
+            if happened is not None:
+                return happened, ray
+            m[:] = modes
             if not self._solvable(side):
                 continue
-            memory.jumped[1] = 1.0
             self._update[side].call()
-            memory.jumped[1] = 0.0
-            if (flags[1] or flags[2]) and self._discontinuity(side):
-                return False, ray
-            if not flags[0]:
-                return True, ray
             others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
             if held and not self._pieces.isdisjoint(others):
                 break
