@@ -34,7 +34,7 @@ ORDER = [
     "engine: survey verdict step settled dopri5 rodas5p steps book",
     "engine: chatter schedules trajectory location projection consistent special",
     "engine: jam redundancy resting uniqueness enumeration recall resolve admissible",
-    "engine: continuity sparse_step failure loop engine",
+    "engine: continuity zeno sparse_step failure loop engine",
     "signals nonfinite events export conditions initial result plant",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",

@@ -28,6 +28,7 @@ from powertrain.engine.resolve import Resolver
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.special import Calls, SpecialSteps
 from powertrain.engine.trajectory import Trajectory
+from powertrain.engine.zeno import Zeno, resetting
 from powertrain.errors import InitializationError, ParameterError, SimulationError
 
 Method = Literal["auto", "dopri5", "rodas5p"]
@@ -78,6 +79,7 @@ class Engine:
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
+        self.zeno = Zeno(dae, self.memory) if resetting(dae) else None
 
     def __getstate__(self) -> dict[str, Any]:
         return {"dae": pack(self.dae), "method": self.method, "compile": self.compile}
