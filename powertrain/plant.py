@@ -56,14 +56,18 @@ class Plant(Generic[M]):
         """Names and values of all parameters that can be changed from run to run."""
         return {name: c.value for name, c in self.compiled.parameters.items()}
 
-    def parameter_vector(self, parameters: Mapping[str, float] | None = None) -> Array:
-        """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range."""
+    def parameter_vector(self, parameters: Mapping[str, float] | None = None, *, together: bool = True) -> Array:
+        """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range.
+
+        ``together``: what must hold between parameters is looked at, too.
+        """
         p = self._defaults.copy()
         for name, value in by_name("parameters", parameters).items():
             if name not in self._position:
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
-        self._limits.check(p)
+        if together:
+            self._limits.check(p)
         return p
 
     @property
@@ -73,10 +77,9 @@ class Plant(Generic[M]):
 
     def check_together(self, names: Sequence[str], sets: Array, parameters: Mapping[str, float] | None = None) -> None:
         """ParameterError for values of the named parameters, one set a column, that do not go with each other or with the rest."""
-        if names:
-            p = np.repeat(self.parameter_vector(parameters)[:, None], sets.shape[1], axis=1)
-            p[[self._position[name] for name in names]] = sets
-            self._limits.check(p)
+        p = np.repeat(self.parameter_vector(parameters, together=False)[:, None], sets.shape[1], axis=1)
+        p[[self._position[name] for name in names]] = sets
+        self._limits.check(p)
 
     def simulate(
         self,

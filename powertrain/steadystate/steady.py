@@ -185,9 +185,9 @@ def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float], p
 
 
 def common_values(plant: Plant[Any], parameters: Mapping[str, float] | None, inputs: Mapping[str, float]) -> Array:
-    """The values of all parameters, then of all inputs."""
+    """The values of all parameters, then of all inputs; those of the grid do not have to go together with the others here."""
     values = {n: u.guess for n, u in plant.compiled.inputs.items()} | {n: float(v) for n, v in inputs.items()}
-    return np.concatenate([plant.parameter_vector(parameters), np.array(list(values.values()), float)])
+    return np.concatenate([plant.parameter_vector(parameters, together=False), np.array(list(values.values()), float)])
 
 
 def _version() -> str:
