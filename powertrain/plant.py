@@ -5,13 +5,12 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import by_name, count, number, numbers_by_name, one_of, options_checked, positive, row
+from powertrain.arguments import by_name, count, flag, number, numbers_by_name, one_of, options_checked, positive, row
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
@@ -110,8 +109,7 @@ class Plant(Generic[M]):
         Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
         """
         grid = _grid(start, stop, times, points)
-        if not isinstance(compile, bool):
-            raise ParameterError(f"compile = {short(compile)} is neither True nor False")
+        flag("compile", compile)
         for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
             positive(name, value)
         p = self.parameter_vector(parameters)
