@@ -94,7 +94,7 @@ def test_little_is_sent_for_a_case() -> None:
 
 
 def test_a_case_that_cannot_be_sent() -> None:
-    cases = [{"parameters": {"inertia.J": 1.0}}, {"starts": {"inertia.w": (number for number in [1.0])}}]
+    cases: list[Any] = [{"parameters": {"inertia.J": 1.0}}, {"starts": {"inertia.w": (number for number in [1.0])}}]
     with ThreadPoolExecutor(1) as threads, pytest.raises(pt.ParameterError, match=r"case 1: .* cannot be sent"):
         pt.sweep(SpinDown(), cases, stop=1.0, executor=threads)
 
