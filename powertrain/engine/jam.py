@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Switch
 from powertrain.engine.buffers import Array, Memory
 
+_NAMES = 6
+"""So many laws are named in a note."""
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 
 
@@ -91,29 +93,28 @@ def undetermined_message(laws: Sequence[Friction], t: float) -> str:
 
 
 def undetermined_note(laws: Sequence[Friction], t: float) -> str:
-    """Stuck laws that lock the same motion: the motion is unique, their torques are not."""
+    """Stuck laws that lock the same motion or close a loop: the motion is unique, their torques are not."""
     if len(laws) == 1:
-        return f"from t = {t:.9g} s: {_names(laws)} is stuck where nothing can move anyway; its torque is not unique"
+        return f"from t = {t:.9g} s: {laws[0].name} is stuck where nothing can move anyway; its torque is not unique"
+    names = [law.name for law in laws]
+    shown = names if len(names) <= _NAMES else [*names[: _NAMES - 1], f"{len(names) - _NAMES + 1} others"]
     return (
-        f"from t = {t:.9g} s: {_names(laws)} are stuck and lock the same motion; the sum of their torques is unique, "
-        "how they share it is not"
+        f"from t = {t:.9g} s: {', '.join(shown[:-1])} and {shown[-1]} are stuck together; how they share the torque is not unique, and "
+        "nothing else depends on it"
     )
 
 
 def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
     """A law at rest that its torque cannot move."""
     return (
-        f"from t = {t:.9g} s: {_names([law])} is stuck where nothing can move anyway; its torque is not unique: {torque:.6g} {law.unit} is "
+        f"from t = {t:.9g} s: {law.name} is stuck where nothing can move anyway; its torque is not unique: {torque:.6g} {law.unit} is "
         f"given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
     )
 
 
 def held_note(law: Friction, t: float) -> str:
     """A law at a limit of its torque that others hold at rest."""
-    return (
-        f"from t = {t:.9g} s: {_names([law])} is held at rest by other laws; it is given a limit of its torque, "
-        "which is not unique"
-    )
+    return f"from t = {t:.9g} s: {law.name} is held at rest by other laws; it is given a limit of its torque, which is not unique"
 
 
 def _names(laws: Sequence[Friction]) -> str:

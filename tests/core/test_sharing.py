@@ -48,7 +48,7 @@ def test_brake_beside_a_bearing_hold_together_and_break_together() -> None:
     (note,) = result.notes
     assert "parts[2].mode" in note
     assert "parts[3].mode" in note
-    assert "sum of their torques is unique" in note
+    assert "how they share the torque is not unique" in note
 
 
 def test_lossy_gear_beside_a_bearing_at_rest() -> None:

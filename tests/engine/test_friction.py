@@ -194,7 +194,7 @@ def test_laws_that_lock_the_same_motion_share_the_torque_somehow() -> None:
     trajectory, expected = (Engine(each).run([0.5], [], stop=12.0, rtol=1e-8, atol=1e-10) for each in (model, single))
     times = np.linspace(0, 12, 100)
     assert np.abs(trajectory.at(times, with_events=False)[1] - expected.at(times, with_events=False)[1]).max() < 1e-6
-    assert "law0 (hand) and law1 (hand) are stuck and lock the same motion" in trajectory.notes[0]
+    assert "law0 and law1 are stuck together; how they share" in trajectory.notes[0]
 
 
 def test_massless_node_with_friction() -> None:
@@ -235,7 +235,7 @@ def test_prescribed_motion_follows_the_sign_of_its_speed() -> None:
     assert [e.time for e in trajectory.events] == [pytest.approx(np.pi / 2, abs=1e-9)]
     resting = engine.run([0.0], [0.0], stop=3.0)
     assert not resting.events
-    assert "bearing (car.py:7) is stuck where nothing can move anyway; its torque is not unique" in resting.notes[0]
+    assert "bearing is stuck where nothing can move anyway; its torque is not unique" in resting.notes[0]
 
 
 def test_coupled_speeds_of_stuck_laws_are_set_to_zero_together() -> None:
