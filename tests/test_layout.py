@@ -32,7 +32,7 @@ ORDER = [
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
     "engine: sparse_lu buffers compiled packing pivots indicators modes",
     "engine: survey verdict step settled dopri5 rodas5p steps book",
-    "engine: chatter schedules trajectory location projection consistent special",
+    "engine: selflocking chatter schedules trajectory location projection consistent special",
     "engine: jam redundancy resting uniqueness enumeration recall resolve admissible",
     "engine: continuity zeno sparse_step failure loop engine",
     "signals nonfinite events export conditions initial result plant",
