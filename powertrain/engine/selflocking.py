@@ -36,7 +36,7 @@ class SelfLocking:
         for law, bad, low, high in zip(self._laws, inverted, lower, upper, strict=True):
             if bad and self._memory.m[law.index] != 0.0:
                 raise SimulationError(
-                    f"{_said(law)}. At t = {self._memory.time[0]:.9g} s it slides, and its limits would be {low:.6g} and {high:.6g} {law.unit}, "
+                    f"{_said(law)}. At t = {self._memory.time[0]:.9g} s it slides with limits of {low:.6g} and {high:.6g} {law.unit}, "
                     f"the wrong way round: friction would drive. {_ADVICE}"
                 )
 

@@ -21,7 +21,7 @@ class Shoe(pt.Component):
 
     def equations(self) -> pt.Equations:
         sizes = {"plain": self.F, "size": ca.fabs(self.F), "smooth": ca.sqrt(self.F**2 + 1e-4)}
-        yield self.N == 10.0 + self.k * sizes[self.size]
+        yield self.N - self.k * sizes[self.size] == 10.0
         yield pt.friction(self.w, self.F, -self.mu * self.N, self.mu * self.N)
         yield pt.der(self.w) == 1.0 - self.F
 
