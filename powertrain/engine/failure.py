@@ -88,5 +88,8 @@ def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -
     said = with_unit(f"{value:.9g}", guard.unit)
     if abs(value - limit) <= _AT_LIMIT * (1.0 + abs(limit)):
         said = f"it {'rises above' if above else 'falls below'} {with_unit(f'{limit:.9g}', guard.unit)}"
-    allowed = with_unit(f"{low:.9g} to {high:.9g}", guard.unit)
+    span = f"{low:.9g} to {high:.9g}"
+    if not np.isfinite([low, high]).all():
+        span = f"at least {low:.9g}" if high == np.inf else f"at most {high:.9g}"
+    allowed = with_unit(span, guard.unit)
     return f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s: {said}; allowed is {allowed}"

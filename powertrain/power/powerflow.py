@@ -74,7 +74,8 @@ def power_flow(
     if hasattr(grid, "data_vars"):
         return PowerFlow(*from_steady(plant.compiled, grid, whole))
     wanted = power_outputs(plant) | dict(by_name("outputs", outputs)) | _share(plant.compiled, variator, shafts, ratio)
-    return PowerFlow(*from_steady(plant.compiled, steady(plant, grid, outputs=wanted, **options), whole))
+    spanned: Any = grid
+    return PowerFlow(*from_steady(plant.compiled, steady(plant, spanned, outputs=wanted, **options), whole))
 
 
 def _share(

@@ -184,8 +184,8 @@ def _standing(cycle: DriveCycle, result: pt.Result[Any]) -> str:
     backwards = np.flatnonzero(result["engine.w"] < -STALLED)
     if backwards.size:
         return (
-            f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {result['engine.w'].min():.4g} rad/s. Look "
-            "at what loads the crank: accessories take their torque while it turns (as BearingFriction does), and none that would turn it"
+            f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {result['engine.w'].min():.4g} rad/s. "
+            "Look at what loads the crank: an accessory takes its torque while it turns, as BearingFriction does, and does not turn it"
         )
     distance = abs(float(result["body.s"][-1] - result["body.s"][0]))
     driven = f"the vehicle drove {distance:.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
