@@ -25,7 +25,7 @@ class Algebra:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.n, self.nz = dae, dae.x.numel(), dae.z.numel()
-        self._memory, self._y = memory, memory.y
+        self._y, self._self_locking = memory.y, SelfLocking(dae, memory)
         self._quick: list[Bound] = []
         self._nearer, self._unsettled = zeros(self.nz), zeros(1)
         self._residual, self._jacobian = zeros(self.nz), zeros(self.nz * self.nz)
@@ -105,4 +105,4 @@ class Algebra:
         rows = [int(k) for k in np.argsort(-sizes, kind="stable")[:4] if sizes[k] > 0.0]
         quoted = "\n  ".join(f"{self.dae.equation(k)}: left minus right is {self._residual[k]:.6g}" for k in rows)
         loop = "these equations have no solution near the guess (an algebraic loop); check them, or give guesses of their unknowns"
-        raise NotConsistent(f"{SelfLocking(self.dae, self._memory).found(side) or loop}\n  {quoted}")
+        raise NotConsistent(f"{self._self_locking.found(side) or loop}\n  {quoted}")

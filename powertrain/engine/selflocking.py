@@ -6,11 +6,13 @@ gives a torque of the other sign, upper < lower, with which friction would drive
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction, HybridDae
-from powertrain.engine.buffers import Memory
+from powertrain.engine.buffers import Array, Memory
 from powertrain.engine.indicators import IMPLICIT_EPS
 from powertrain.engine.modes import ZONE
 from powertrain.errors import SimulationError
@@ -23,15 +25,15 @@ class SelfLocking:
         self._memory, self._sizes = memory, (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
         torques = ca.vertcat(dae.z, dae.m)
         self._laws = [f for f in dae.frictions if ca.depends_on(ca.vertcat(f.lower, f.upper), torques)]
-        rows = [ca.horzcat(f.w, f.lower, f.upper, _slope(dae, f)) for f in self._laws]
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        self._values = ca.Function("powertrain_self_locking", inputs, [ca.densify(ca.vertcat(*rows))])
+        self._dae = dae
+        self._limits = self._function([ca.horzcat(f.w, f.lower, f.upper) for f in self._laws])
+        self._slopes: ca.Function | None = None
 
     def check(self, side: int) -> None:
         """SimulationError for a law that slides although its limits stand the wrong way round."""
         if not self._laws:
             return
-        w, lower, upper, _ = self._at(side).T
+        w, lower, upper = self._at(side, self._limits).T
         inverted = (np.abs(w) > ZONE) & (lower - upper > IMPLICIT_EPS * (1.0 + np.abs(lower) + np.abs(upper)))
         for law, bad, low, high in zip(self._laws, inverted, lower, upper, strict=True):
             if bad and self._memory.m[law.index] != 0.0:
@@ -44,15 +46,21 @@ class SelfLocking:
         """What to say of laws whose own equation has no solution; '' where there are none."""
         if not self._laws:
             return ""
-        slopes = self._at(side)[:, 3]
+        if self._slopes is None:
+            self._slopes = self._function([_slope(self._dae, f) for f in self._laws])
+        slopes = self._at(side, self._slopes)[:, 0]
         locked = [_said(law) for law, slope in zip(self._laws, slopes, strict=True) if slope >= 1.0]
         return f"{'; '.join(locked)}. {_ADVICE}" if locked else ""
 
-    def _at(self, side: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    def _function(self, rows: Sequence[ca.SX]) -> ca.Function:
+        dae = self._dae
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        return ca.Function("powertrain_self_locking", inputs, [ca.densify(ca.vertcat(*rows))])
+
+    def _at(self, side: int, function: ca.Function) -> Array:
         memory, (n, nz, nm, count) = self._memory, self._sizes
         y = memory.y[side]
-        found = self._values(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count])
-        return np.asarray(found, float).reshape(len(self._laws), 4)
+        return np.asarray(function(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count]), float)
 
 
 _LARGE = 1e6
