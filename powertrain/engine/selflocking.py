@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import casadi as ca
-import numpy as np
 
 from powertrain.compiler.hybrid import Friction, HybridDae
-from powertrain.engine.buffers import Array, Memory
-from powertrain.engine.indicators import IMPLICIT_EPS
+from powertrain.engine.buffers import Array, Bound, Memory, zeros
+from powertrain.engine.indicators import IMPLICIT_EPS, finite_size
+from powertrain.engine.jam import law_values
 from powertrain.engine.modes import ZONE
+from powertrain.engine.steps import PREFIX
 from powertrain.errors import SimulationError
 
 
@@ -22,21 +23,23 @@ class SelfLocking:
     """Looks at the laws whose limits depend on torques."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
-        self._memory, self._sizes = memory, (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
+        self._dae, self._memory = dae, memory
         torques = ca.vertcat(dae.z, dae.m)
         self._laws = [f for f in dae.frictions if ca.depends_on(ca.vertcat(f.lower, f.upper), torques)]
-        self._dae = dae
-        self._limits = self._function([ca.horzcat(f.w, f.lower, f.upper) for f in self._laws])
-        self._slopes: ca.Function | None = None
+        self._most, self._slopes = zeros(1), zeros(len(self._laws))
+        self._inverted = self._bound([ca.mmax(ca.vertcat(*[_inverted(dae, f) for f in self._laws]))], self._most)
+        self._bound_slopes: list[Bound] = []
 
     def check(self, side: int) -> None:
         """SimulationError for a law that slides although its limits stand the wrong way round."""
         if not self._laws:
             return
-        w, lower, upper = self._at(side, self._limits).T
-        inverted = (np.abs(w) > ZONE) & (lower - upper > IMPLICIT_EPS * (1.0 + np.abs(lower) + np.abs(upper)))
-        for law, bad, low, high in zip(self._laws, inverted, lower, upper, strict=True):
-            if bad and self._memory.m[law.index] != 0.0:
+        self._inverted[side].call()
+        if self._most[0] <= 0.0:
+            return
+        for law, row in zip(self._dae.frictions, law_values(self._dae, self._memory, side).tolist(), strict=True):
+            w, _, low, high, _, _ = row
+            if abs(w) > ZONE and self._memory.m[law.index] != 0.0 and low > high:
                 raise SimulationError(
                     f"{_said(law)}. At t = {self._memory.time[0]:.9g} s it slides with limits of {low:.6g} and {high:.6g} {law.unit}, "
                     f"the wrong way round: friction would drive. {_ADVICE}"
@@ -46,21 +49,22 @@ class SelfLocking:
         """What to say of laws whose own equation has no solution; '' where there are none."""
         if not self._laws:
             return ""
-        if self._slopes is None:
-            self._slopes = self._function([_slope(self._dae, f) for f in self._laws])
-        slopes = self._at(side, self._slopes)[:, 0]
-        locked = [_said(law) for law, slope in zip(self._laws, slopes, strict=True) if slope >= 1.0]
+        if not self._bound_slopes:
+            self._bound_slopes = self._bound([_slope(self._dae, f) for f in self._laws], self._slopes)
+        self._bound_slopes[side].call()
+        locked = [_said(law) for law, slope in zip(self._laws, self._slopes, strict=True) if slope >= 1.0]
         return f"{'; '.join(locked)}. {_ADVICE}" if locked else ""
 
-    def _function(self, rows: Sequence[ca.SX]) -> ca.Function:
-        dae = self._dae
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        return ca.Function("powertrain_self_locking", inputs, [ca.densify(ca.vertcat(*rows))])
-
-    def _at(self, side: int, function: ca.Function) -> Array:
-        memory, (n, nz, nm, count) = self._memory, self._sizes
-        y = memory.y[side]
-        return np.asarray(function(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count]), float)
+    def _bound(self, rows: Sequence[ca.SX], results: Array) -> list[Bound]:
+        """A function of these rows for either side; none without laws."""
+        if not self._laws:
+            return []
+        dae, memory, n = self._dae, self._memory, self._dae.x.numel()
+        time, y = ca.SX.sym("time", 2), ca.SX.sym("y", n + dae.z.numel())
+        inner = ca.Function(PREFIX + "limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*rows))])
+        found = inner.call([time[0], y[:n], y[n:], dae.m, dae.p])
+        function = ca.Function(PREFIX + "self_locking", [time, y, dae.m, dae.p], found)
+        return [Bound(function, [memory.time, side, memory.m, memory.p], [results]) for side in memory.y]
 
 
 _LARGE = 1e6
@@ -69,6 +73,13 @@ _ADVICE = "Let it start at rest, or put a stiffness into the way of the force th
 
 def _said(law: Friction) -> str:
     return f"{law.name} ({law.where}) is self-locking: its limit grows with its own torque, and faster"
+
+
+def _inverted(dae: HybridDae, law: Friction) -> ca.SX:
+    """Above zero where it slides with its limits the wrong way round."""
+    slides = ca.logic_and(dae.m[law.index] != 0, ca.fabs(law.w) > ZONE)
+    room = IMPLICIT_EPS * (1.0 + finite_size(law.lower) + finite_size(law.upper))
+    return ca.if_else(slides, law.lower - law.upper - room, -1.0)
 
 
 def _slope(dae: HybridDae, law: Friction) -> ca.SX:

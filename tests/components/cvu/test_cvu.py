@@ -126,7 +126,7 @@ def test_ratio_outside_its_range_is_an_error() -> None:
     )
     with pytest.raises(
         pt.SimulationError,
-        match=r"speed ratio of the variable unit \(parts\[0\].*rises above 2\.5; allowed is 0\.4 to 2\.5",
+        match=r"speed ratio of the variable unit \(parts\[0\].*above 2\.5; allowed is 0\.4 to 2\.5",
     ):
         run(model, 2.0)
     for values, message in (
