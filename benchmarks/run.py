@@ -15,7 +15,17 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import build_time, chain, coupled_clutches, drive_cycle, driveline, driveline_map, steady_map, sweep
+from benchmarks import (
+    build_time,
+    chain,
+    coupled_clutches,
+    drive_cycle,
+    driveline,
+    driveline_map,
+    steady_map,
+    sweep,
+    sweep_on_dask,
+)
 from benchmarks.native import no_compiler
 from benchmarks.timing import Row, table
 
@@ -26,6 +36,7 @@ FULL: dict[str, Runner] = {
     "chain": chain.run,
     "build_time": build_time.run,
     "sweep": sweep.run,
+    "sweep_on_dask": sweep_on_dask.run,
     "steady_map": steady_map.run,
     "driveline_map": driveline_map.run,
     "drive_cycle": drive_cycle.run,

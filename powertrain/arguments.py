@@ -46,6 +46,13 @@ def count(what: str, value: Any) -> int:
     return int(value)
 
 
+def flag(what: str, value: Any) -> bool:
+    """True or false."""
+    if not isinstance(value, bool | np.bool_):
+        raise ParameterError(f"{what} = {short(value)} is neither True nor False")
+    return bool(value)
+
+
 def text(what: str, value: Any) -> str:
     """A text."""
     if not isinstance(value, str):

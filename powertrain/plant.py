@@ -5,13 +5,12 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import by_name, count, number, numbers_by_name, one_of, options_checked, positive, row
+from powertrain.arguments import by_name, count, flag, number, numbers_by_name, one_of, options_checked, positive, row
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
@@ -56,14 +55,18 @@ class Plant(Generic[M]):
         """Names and values of all parameters that can be changed from run to run."""
         return {name: c.value for name, c in self.compiled.parameters.items()}
 
-    def parameter_vector(self, parameters: Mapping[str, float] | None = None) -> Array:
-        """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range."""
+    def parameter_vector(self, parameters: Mapping[str, float] | None = None, *, together: bool = True) -> Array:
+        """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range.
+
+        ``together``: what must hold between parameters is looked at, too.
+        """
         p = self._defaults.copy()
         for name, value in by_name("parameters", parameters).items():
             if name not in self._position:
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
-        self._limits.check(p)
+        if together:
+            self._limits.check(p)
         return p
 
     @property
@@ -73,10 +76,9 @@ class Plant(Generic[M]):
 
     def check_together(self, names: Sequence[str], sets: Array, parameters: Mapping[str, float] | None = None) -> None:
         """ParameterError for values of the named parameters, one set a column, that do not go with each other or with the rest."""
-        if names:
-            p = np.repeat(self.parameter_vector(parameters)[:, None], sets.shape[1], axis=1)
-            p[[self._position[name] for name in names]] = sets
-            self._limits.check(p)
+        p = np.repeat(self.parameter_vector(parameters, together=False)[:, None], sets.shape[1], axis=1)
+        p[[self._position[name] for name in names]] = sets
+        self._limits.check(p)
 
     def simulate(
         self,
@@ -107,8 +109,7 @@ class Plant(Generic[M]):
         Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
         """
         grid = _grid(start, stop, times, points)
-        if not isinstance(compile, bool):
-            raise ParameterError(f"compile = {short(compile)} is neither True nor False")
+        flag("compile", compile)
         for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
             positive(name, value)
         p = self.parameter_vector(parameters)

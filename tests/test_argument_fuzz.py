@@ -78,6 +78,7 @@ RUN = options(
     progress=values,
     tol=values,
 )
+unwritable = st.sampled_from([w for w in WEIRD if not isinstance(w, str | bytes) or not w] + ["/dev/null/runs", "a\0b"])
 NAMED = st.lists(st.sampled_from(NAMES), max_size=2) | values
 
 
@@ -94,6 +95,10 @@ def only_refused(call: Callable[[], Any]) -> None:
 
 def a_run(given: dict[str, Any]) -> Any:
     return PLANT.simulate(**{"stop": 0.01, "points": 2, **given})
+
+
+def a_sweep(given: dict[str, Any]) -> Any:
+    return pt.sweep(PLANT, **{"cases": [{}], "stop": 0.01, "points": 2, **given}).table
 
 
 CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
@@ -132,6 +137,59 @@ CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
     ),
     "linearize a model": (values, pt.linearize),
     "eigenmodes": (options(shapes=NAMED, at=mappings, parameters=mappings), lambda o: pt.eigenmodes(PLANT, **o)),
+    "sweep": (
+        options(
+            cases=values | st.lists(mappings | st.fixed_dictionaries({"parameters": mappings}), max_size=2),
+            to=unwritable,
+            record=NAMED,
+            scalars=mappings,
+            executor=values,
+            on_error=values | st.just("keep"),
+            progress=values,
+            rtol=values,
+            stop=values,
+        ),
+        a_sweep,
+    ),
+    "steady": (
+        options(
+            grid=mappings,
+            outputs=NAMED | mappings,
+            parameters=mappings,
+            inputs=mappings,
+            free=NAMED,
+            guesses=mappings,
+            time=values,
+            exhaustive=values,
+            first=values,
+            side=values,
+            progress=values,
+        ),
+        lambda o: pt.steady(PLANT, **{"grid": {"J1.w": 10.0}, "progress": False, **o}),
+    ),
+    "steady of a model": (st.tuples(values, values), lambda v: pt.steady(*v)),
+    "steady_gradient": (
+        options(
+            grid=mappings, wrt=NAMED, outputs=NAMED, parameters=mappings, inputs=mappings, free=NAMED, guesses=mappings
+        ),
+        lambda o: pt.steady_gradient(PLANT, **{"grid": {"J1.w": 10.0}, "wrt": "J1.w", "outputs": "u", **o}),
+    ),
+    "power_flow": (
+        options(
+            grid=mappings,
+            at=values,
+            whole=NAMED,
+            outputs=mappings,
+            variator=values,
+            shafts=values,
+            ratio=values,
+            inputs=mappings,
+            side=values,
+        ),
+        lambda o: pt.power_flow(PLANT, **{"grid": {"J1.w": 10.0}, **o}),
+    ),
+    "power_flow of a result": (options(at=values, whole=NAMED, outputs=mappings), lambda o: pt.power_flow(RESULT, **o)),
+    "power_flow of anything": (st.tuples(values, values), lambda v: pt.power_flow(*v)),
     "energy_audit": (values, pt.energy_audit),
     "schematic": (values, pt.schematic),
     "result": (st.sampled_from(NAMES) | values, RESULT.__getitem__),

@@ -60,7 +60,7 @@ def test_against_another_integrator(table: pt.Map, method: str) -> None:
 
 
 def test_leaving_the_range_ends_the_simulation() -> None:
-    with pytest.raises(pt.SimulationError, match=r"push: v .*table\(self.v\).* m/s, allowed .* 2 m/s") as caught:
+    with pytest.raises(pt.SimulationError, match=r"push: v .*table\(self.v\).* m/s; allowed is .* 2 m/s") as caught:
         pt.simulate(Pushed(table=line(20, 2.0)), 3.0)
     reached = caught.value.result
     assert reached["v"][-1] == pytest.approx(2.0, rel=1e-6)

@@ -75,6 +75,30 @@ def test_a_run_of_another_process_can_be_audited(processes: Executor) -> None:
     assert pt.linearize(SpinDown(), inputs=["inertia.flange_a.tau"], at=(run, 0.5)).A.shape == (2, 2)
 
 
+class Weighing(Counting):
+    """Threads that weigh what is sent to them."""
+
+    sent = 0
+
+    def submit(self, *arguments: Any, **named: Any) -> Future[Any]:
+        self.sent += sum(len(a) for a in arguments if isinstance(a, bytes))
+        return super().submit(*arguments, **named)
+
+
+def test_little_is_sent_for_a_case() -> None:
+    """A scheduler keeps a thousand of its last messages."""
+    with Weighing() as threads:
+        sweep(4000, executor=threads, points=2, scalars={"w": last_speed})
+        portions = len(threads.futures)
+    assert threads.sent < 30 * 4000 + 500 * portions
+
+
+def test_a_case_that_cannot_be_sent() -> None:
+    cases: list[Any] = [{"parameters": {"inertia.J": 1.0}}, {"starts": {"inertia.w": (number for number in [1.0])}}]
+    with ThreadPoolExecutor(1) as threads, pytest.raises(pt.ParameterError, match=r"case 1: .* cannot be sent"):
+        pt.sweep(SpinDown(), cases, stop=1.0, executor=threads)
+
+
 def test_a_worker_that_compiles_other_equations_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     worker._plant_of.cache_clear()
     monkeypatch.setattr(worker, "model_identity", lambda _: "another")

@@ -8,7 +8,8 @@ import pickle
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+import zlib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -83,8 +84,14 @@ class Outcome:
         return replace(self, run=run)
 
 
-def run_cases(job: Job, cases: Sequence[Case]) -> tuple[list[Outcome], float]:
+def to_worker(value: Any) -> bytes:
+    """A job or its cases as they travel: an executor may keep what it sent for a while, and cases are much alike."""
+    return zlib.compress(pickle.dumps(value), 1)
+
+
+def run_cases(sent_job: bytes, sent_cases: bytes) -> tuple[list[Outcome], float]:
     """What a worker does: the outcomes of the cases as they are sent, and how long they took in seconds."""
+    job, cases = _job_of(sent_job), _from_sender(sent_cases)
     try:
         with _compiling:
             plant = _plant_of(job.packed, job.model)
@@ -170,6 +177,16 @@ def _plain(error: PowertrainError) -> PowertrainError:
 def _kind(error: PowertrainError) -> type[PowertrainError]:
     """The nearest of the library's own classes."""
     return next(KINDS[cls.__name__] for cls in type(error).__mro__ if KINDS.get(cls.__name__) is cls)
+
+
+def _from_sender(sent: bytes) -> Any:
+    return pickle.loads(zlib.decompress(sent))
+
+
+@lru_cache(maxsize=4)
+def _job_of(sent: bytes) -> Job:
+    job: Job = _from_sender(sent)
+    return job
 
 
 @lru_cache(maxsize=4)

@@ -9,7 +9,7 @@ from itertools import islice
 from queue import SimpleQueue
 from typing import Any
 
-from powertrain.analysis.cases import Case, Job, Outcome, run_cases
+from powertrain.analysis.cases import Case, Job, Outcome, run_cases, to_worker
 from powertrain.errors import ParameterError, SimulationError
 
 PORTION = 0.3
@@ -35,7 +35,7 @@ def outcomes(job: Job, cases: Iterator[Case], count: int, executor: Executor) ->
 
 class _Dispatch:
     def __init__(self, job: Job, cases: Iterator[Case], count: int, executor: Executor) -> None:
-        self.job, self.executor, self.own = job, executor, False
+        self.job, self.executor, self.own = to_worker(job), executor, False
         self.cases, self.more, self.lost = cases, count > 0, deque[Case]()
         self.running: dict[Future[Any], list[Case]] = {}
         self.ended: SimpleQueue[Future[Any]] = SimpleQueue()
@@ -60,7 +60,7 @@ class _Dispatch:
         if not portion:
             return
         try:
-            future = self.executor.submit(run_cases, self.job, portion)
+            future = self.executor.submit(run_cases, self.job, _sent(portion))
         except BrokenExecutor:
             self.lost.extend(portion)
             return
@@ -90,7 +90,7 @@ class _Dispatch:
         for _ in range(ATTEMPTS):
             self.renew()
             try:
-                ((outcome,), _) = self.executor.submit(run_cases, self.job, [case]).result()
+                ((outcome,), _) = self.executor.submit(run_cases, self.job, _sent([case])).result()
             except Exception as error:
                 said = f"{type(error).__name__}: {error}".rstrip(": ")
                 continue
@@ -117,6 +117,14 @@ class _Dispatch:
             future.cancel()
         if self.own:
             self.executor.shutdown(wait=False, cancel_futures=True)
+
+
+def _sent(portion: list[Case]) -> bytes:
+    try:
+        return to_worker(portion)
+    except Exception as error:
+        numbers = ", ".join(str(case.number) for case in portion)
+        raise ParameterError(f"case {numbers}: what it gives cannot be sent to another process: {error}") from None
 
 
 def _workers(executor: Any) -> int:

@@ -16,7 +16,7 @@ from powertrain.analysis.cases import Job, Outcome, run_case
 from powertrain.analysis.dispatch import outcomes as dispatched
 from powertrain.analysis.identity import model_identity
 from powertrain.analysis.sweep import Found, Plan, Sweep
-from powertrain.arguments import names, path
+from powertrain.arguments import flag, names, path
 from powertrain.component import Component
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.plant import Plant, packed_model
@@ -70,8 +70,7 @@ def sweep(
     plant = model if isinstance(model, Plant) else Plant(model)
     if not isinstance(on_error, str) or on_error not in ("raise", "keep"):
         raise ParameterError(f'on_error = {on_error!r} is neither "raise" nor "keep"')
-    if not isinstance(progress, bool):
-        raise ParameterError(f"progress = {progress!r} is neither True nor False")
+    flag("progress", progress)
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise ParameterError(
             f"executor = {executor!r} is no executor: give one such as concurrent.futures.ProcessPoolExecutor(4)"

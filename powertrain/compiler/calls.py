@@ -16,12 +16,15 @@ from powertrain.symbols import Symbol, column, free_symbols
 
 def calling(expressions: Sequence[Symbol]) -> list[int]:
     """Which of the expressions contain a call."""
-    found = marks(expressions, lambda tape, k: int(tape.instruction_id(k) == ca.OP_CALL))
+    found = marks(expressions, lambda tape, k, _: int(tape.instruction_id(k) == ca.OP_CALL))
     return [i for i, mark in enumerate(found) if mark]
 
 
-def marks(expressions: Sequence[Symbol], mark: Callable[[ca.Function, int], int]) -> list[int]:
-    """For each expression the marks (bits) of all instructions it is computed by."""
+def marks(expressions: Sequence[Symbol], mark: Callable[[ca.Function, int, list[int]], int]) -> list[int]:
+    """For each expression the marks (bits) of all instructions it is computed by.
+
+    ``mark`` gives those of the k-th instruction, from the marks of its operands.
+    """
     everything = column(list(expressions))
     tape = ca.Function("powertrain_marks", [column(free_symbols(everything))], list(expressions))
     touched: dict[int, int] = {}
@@ -31,10 +34,10 @@ def marks(expressions: Sequence[Symbol], mark: Callable[[ca.Function, int], int]
         if operation == ca.OP_OUTPUT:
             found[outputs[0]] |= touched[inputs[0]]
             continue
-        bits = mark(tape, k)
-        if operation not in (ca.OP_CONST, ca.OP_INPUT, ca.OP_PARAMETER):
-            for i in inputs:
-                bits |= touched[i]
+        inner = [] if operation in (ca.OP_CONST, ca.OP_INPUT, ca.OP_PARAMETER) else [touched[i] for i in inputs]
+        bits = mark(tape, k, inner)
+        for b in inner:
+            bits |= b
         touched.update(dict.fromkeys(outputs, bits))
     return found
 

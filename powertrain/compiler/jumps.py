@@ -5,7 +5,7 @@ Values that only events change (parameters, modes, discrete variables, and varia
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
 import casadi as ca
@@ -13,14 +13,14 @@ import numpy as np
 
 from powertrain.compiler.calls import marks
 from powertrain.compiler.flatten import Flat, rewritten
-from powertrain.compiler.operations import JUMPING, STEPS, behind_jumps, nodes_of
+from powertrain.compiler.operations import JUMPING, STEPS, Ways, behind_jumps, may_jump, nodes_of
 from powertrain.compiler.walks import Jump, Setting, find_jump
 from powertrain.errors import ModelError, ParameterError
 from powertrain.laws import WhenLaw
 from powertrain.recorder import Place
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 
-_JUMPS, _CALLS, _NAN = 1, 2, 4
+_JUMPS, _CALLS, _NAN, _MOVES, _BENDS = 1, 2, 4, 8, 16
 _LONGEST = 60
 _REPEATS = (
     "for a signal of time write schedule(times, values), or switch(time >= t, a, b); for one that repeats count the periods in a discrete "
@@ -39,8 +39,8 @@ _EQUAL = (
 def refuse_jumps(flat: Flat) -> Flat:
     """ModelError for a jump that is not declared. What depends on held values alone stands in the result in terms of these."""
     texts = list(_texts(flat))
-    found = marks([e for _, e in texts], _mark)
-    held = _Held(flat) if any(found) else None
+    found = _marks(flat, [e for _, e in texts])
+    held = _Held(flat) if any(mark & _JUMPS for mark in found) else None
     settled: dict[int, Symbol] = {}
     for (place, expression), mark in zip(texts, found, strict=True):
         if mark & _NAN:
@@ -56,11 +56,23 @@ def refuse_jumps(flat: Flat) -> Flat:
     return rewritten(flat, lambda listed: [settled.get(key(e), e) for e in listed]) if settled else flat
 
 
-def _mark(tape: ca.Function, k: int) -> int:
-    operation = tape.instruction_id(k)
-    if operation == ca.OP_CONST:
-        return _NAN if np.isnan(tape.instruction_constant(k)) else 0
-    return _CALLS if operation == ca.OP_CALL else _JUMPS if operation in JUMPING else 0
+def _marks(flat: Flat, expressions: Sequence[Symbol]) -> list[int]:
+    """For each expression whether it may jump, calls a function, or is not a number."""
+    symbols = free_symbols(column(list(expressions)))
+    moves = [_MOVES * (key(s) not in flat.recorder.constants) for s in symbols]
+
+    def mark(tape: ca.Function, k: int, inner: list[int]) -> int:
+        operation = tape.instruction_id(k)
+        if operation == ca.OP_INPUT:
+            return moves[tape.instruction_input(k)[1]]
+        if operation == ca.OP_CONST:
+            return _NAN if np.isnan(tape.instruction_constant(k)) else 0
+        if operation == ca.OP_CALL:
+            return _CALLS
+        of = [Ways(bool(bits & _MOVES), bool(bits & _BENDS)) for bits in inner]
+        return _JUMPS * may_jump(operation, of) | _BENDS * Ways.of(operation, of).bends
+
+    return marks(expressions, mark)
 
 
 def _texts(flat: Flat) -> Iterator[tuple[Place, Symbol]]:

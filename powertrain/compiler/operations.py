@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
 from powertrain.symbols import Symbol, column, free_symbols, key
 
@@ -16,6 +17,10 @@ STEPS = frozenset({ca.OP_FLOOR, ca.OP_CEIL, ca.OP_FMOD, ca.OP_REMAINDER})
 SIDES = frozenset({ca.OP_SIGN, ca.OP_COPYSIGN, ca.OP_ATAN2})
 JUMPING = COMPARISONS | EQUALITIES | LOGIC | STEPS | SIDES
 """Operations that are not continuous."""
+KINKS = frozenset(
+    {ca.OP_FABS, ca.OP_SQRT, ca.OP_FMIN, ca.OP_FMAX, ca.OP_HYPOT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_ASIN, ca.OP_ACOS}
+)
+"""Operations that are not smooth. Where dividend and divisor vanish together and one has a kink, the quotient jumps: |w|/w."""
 _TRUTHS = COMPARISONS | EQUALITIES | LOGIC - {ca.OP_IF_ELSE_ZERO}
 
 
@@ -60,6 +65,27 @@ def operation(node: Symbol) -> int:
     return -1 if node.is_symbolic() or node.is_constant() or node.is_output() else int(node.op())
 
 
+@dataclass(frozen=True)
+class Ways:
+    """How the value of an operation changes: whether it moves, and whether it has a kink that moves."""
+
+    moves: bool = False
+    bends: bool = False
+
+    @classmethod
+    def of(cls, op: int, inner: Sequence[Ways]) -> Ways:
+        """Those of an operation from those of its operands."""
+        moves = any(n.moves for n in inner)
+        return cls(moves, any(n.bends for n in inner) or (moves and op in KINKS))
+
+
+def may_jump(op: int, inner: Sequence[Ways]) -> bool:
+    """Whether an operation on such operands may jump."""
+    if op == ca.OP_DIV:
+        return inner[1].moves and any(n.bends for n in inner)
+    return (op in JUMPING or op == ca.OP_TAN) and any(n.moves for n in inner)
+
+
 def behind_jumps(expression: Symbol) -> list[Symbol]:
     """The symbols that decide where operations of the expression jump."""
     deciding = [
@@ -75,7 +101,7 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Op
     found: list[Operation] = []
     new: dict[int, Symbol] = {}
     truths: dict[int, Symbol] = {}
-    moving: dict[int, bool] = {}
+    ways: dict[int, Ways] = {}
 
     def stand_in(node: Symbol, side: Symbol, natural: Symbol, alone: float) -> Symbol:
         symbol = Symbol.sym("alone")
@@ -84,7 +110,7 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Op
 
     def truth(node: Symbol) -> Symbol:
         """What stands where true or false is meant; a number is true where it is not zero."""
-        if not moving[key(node)] or operation(node) in _TRUTHS:
+        if not ways[key(node)].moves or operation(node) in _TRUTHS:
             return new[key(node)]
         if key(node) not in truths:
             truths[key(node)] = 1 - stand_in(node, node, node == 0, 1.0)
@@ -92,8 +118,8 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Op
 
     for node in nodes_of(expression):
         inner, op = operands(node), operation(node)
-        moving[key(node)] = moves(node) if node.is_symbolic() else any(moving[key(n)] for n in inner)
-        if not inner or not moving[key(node)]:
+        ways[key(node)] = Ways(moves(node)) if node.is_symbolic() else Ways.of(op, [ways[key(n)] for n in inner])
+        if not inner or not ways[key(node)].moves:
             new[key(node)] = node
             continue
         changed = [new[key(n)] for n in inner]
@@ -109,8 +135,8 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Op
             changed[:picks] = [truth(n) for n in inner[:picks]]
         elif op in COMPARISONS:
             found.append(Operation(node, node, inner[1] - inner[0]))
-        elif op in JUMPING:
-            found.append(_stepping(node, inner, op))
+        elif may_jump(op, [ways[key(n)] for n in inner]):
+            found.append(_quotient(node, inner, ways) if op == ca.OP_DIV else _stepping(node, inner, op))
         new[key(node)] = _again(node, changed)
     return found, new[key(expression)]
 
@@ -120,8 +146,16 @@ def _stepping(node: Symbol, inner: Sequence[Symbol], op: int) -> Operation:
         return Operation(node, node)
     if op in (ca.OP_FMOD, ca.OP_REMAINDER):
         return Operation(node, ca.floor((inner[0] - node) / inner[1] + 0.5))
+    if op == ca.OP_TAN:
+        return Operation(node, ca.floor(inner[0] / np.pi + 0.5))
     side = inner[1] if op == ca.OP_COPYSIGN else inner[0]
     return Operation(node, ca.sign(side), side)
+
+
+def _quotient(node: Symbol, inner: Sequence[Symbol], ways: Mapping[int, Ways]) -> Operation:
+    """Where the divisor passes zero; one with a kink may only touch it, as |w| does, and the sign of the dividend tells the sides apart."""
+    code = ca.sign(inner[1])
+    return Operation(node, code + 3 * ca.sign(inner[0]) if ways[key(inner[1])].bends else code)
 
 
 def _again(node: Symbol, inner: Sequence[Symbol]) -> Symbol:

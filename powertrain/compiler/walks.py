@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.operations import JUMPING, nodes_of, opened, operands, operation
+from powertrain.compiler.operations import Ways, may_jump, nodes_of, opened, operands, operation
 from powertrain.symbols import Symbol, column, free_symbols, key
 
 Array = NDArray[np.float64]
@@ -24,6 +24,8 @@ _FAR = np.logspace(-6, 9, 24)
 _PLACES = np.concatenate([-_FAR[::-1], [0.0], _FAR])
 _HALVINGS = 160
 _SEARCH = 60
+_MOST = 32
+"""So many changes of an operation are looked at, spread over all lines; of all quotients together twice as many."""
 _GOLDEN = 0.381966
 _ROUND, _NOISE, _TINY = 1e-8, 1e-14, 1e-280
 """A jump that counts as none: relative to the values at it, to the largest value on the way to it, and anyway."""
@@ -68,12 +70,12 @@ def find_jump(expression: Symbol, setting: Setting) -> Jump | None:
 def _jumping_term(expression: Symbol, setting: Setting) -> Symbol | None:
     """The one term of a sum that holds all operations that jump; None where there is no such operation."""
     holds: dict[int, bool] = {}
-    moving: dict[int, bool] = {}
+    ways: dict[int, Ways] = {}
     for node in nodes_of(expression):
-        inner = operands(node)
-        moving[key(node)] = setting.moves(node) if node.is_symbolic() else any(moving[key(n)] for n in inner)
-        own = operation(node) in JUMPING and moving[key(node)]
-        holds[key(node)] = own or any(holds[key(n)] for n in inner)
+        inner, op = operands(node), operation(node)
+        of = [ways[key(n)] for n in inner]
+        ways[key(node)] = Ways(setting.moves(node)) if node.is_symbolic() else Ways.of(op, of)
+        holds[key(node)] = may_jump(op, of) or any(holds[key(n)] for n in inner)
     if not holds[key(expression)]:
         return None
     while operation(expression) in (ca.OP_ADD, ca.OP_SUB, ca.OP_NEG):
@@ -106,10 +108,15 @@ class _Walk:
         stand_ins = [o.stand_in for o in stand if o.stand_in is not None]
         natural = column([o.natural for o in stand if o.natural is not None])
         self.index = {id(o): i for i, o in enumerate(stand)}
-        self._modes = _function([*inputs[:2]], [_resolved(modes)])
-        self._codes = _function(inputs, [codes, sides, natural])
-        self._inner = _function(inputs, [column([n for n in nodes_of(expression) if not n.is_constant()])])
-        self._value = _function([*inputs, column(stand_ins)], [ca.if_else(limits, inner_form, np.nan)])
+        quotients = np.array([operation(o.node) == ca.OP_DIV for o in self.operations])
+        self.most = np.where(quotients, max(1, 2 * _MOST // max(1, int(quotients.sum()))), _MOST)
+        self.switched = bool(modes)
+        self._modes = _function([*inputs[:2]], lambda: [_resolved(modes)])
+        self._codes = _function(inputs, lambda: [codes])
+        self._sides = _function(inputs, lambda: [sides])
+        self._natural = _function(inputs, lambda: [natural])
+        self._inner = _function(inputs, lambda: [column([n for n in nodes_of(expression) if not n.is_constant()])])
+        self._value = _function([*inputs, column(stand_ins)], lambda: [ca.if_else(limits, inner_form, np.nan)])
         self._draw(setting, r)
 
     def _draw(self, setting: Setting, fixed: list[Symbol]) -> None:
@@ -126,16 +133,18 @@ class _Walk:
         others = [[setting.draw(s, generator, k) for k in range(LINES)] for s in fixed]
         self.fixed = np.array(others, float).reshape(len(fixed), LINES)
 
-    def codes(self, line: NDArray[np.intp], place: Array) -> tuple[Array, Array]:
-        """The codes of all operations and what is zero where they change, with the switches as they belong."""
-        v, r, m = self._at(line, place)
-        code, side, _ = self._codes(v, r, m)
-        return np.asarray(code, float), np.asarray(side, float)
+    def codes(self, line: NDArray[np.intp], place: Array) -> Array:
+        """The codes of all operations, with the switches as they belong."""
+        return np.asarray(self._codes(*self._at(line, place))[0], float)
+
+    def sides(self, line: NDArray[np.intp], place: Array) -> Array:
+        """What is zero where the codes change."""
+        return np.asarray(self._sides(*self._at(line, place))[0], float)
 
     def _at(self, line: NDArray[np.intp], place: Array) -> tuple[Array, Array, Array]:
         v = self.point[:, line] + self.direction[:, line] * place
         r = self.fixed[:, line]
-        return v, r, np.asarray(self._modes(v, r)[0], float)
+        return v, r, np.asarray(self._modes(v, r)[0], float) if self.switched else np.empty((0, line.size))
 
     def jump(self) -> Jump | None:
         """The first jump on all lines."""
@@ -149,30 +158,32 @@ class _Walk:
 
     def _between(self, line: NDArray[np.intp], place: Array) -> tuple[Jump | None, set[int]]:
         """A jump between neighbouring places, and the operations that changed somewhere."""
-        code, _ = self.codes(line.ravel(), place.ravel())
-        code = code.reshape(len(self.operations), *place.shape)
+        code = self.codes(line.ravel(), place.ravel()).reshape(len(self.operations), *place.shape)
         changes = (code[:, :, 1:] != code[:, :, :-1]) & np.isfinite(code[:, :, 1:]) & np.isfinite(code[:, :, :-1])
-        rows, columns = np.nonzero(changes.any(0))
+        which, rows, columns = _spread(changes, self.most)
         if not rows.size:
             return None, set()
-        low, high = self._narrowed(line[rows, 0], place[rows, columns], place[rows, columns + 1])
-        return self._compared(line[rows, 0], low, high)
+        at = line[rows, 0]
+        low, high = self._narrowed(at, place[rows, columns], place[rows, columns + 1], which)
+        return self._compared(at, low, high)
 
-    def _narrowed(self, line: NDArray[np.intp], low: Array, high: Array) -> tuple[Array, Array]:
-        """Neighbouring places between which the codes first differ from those at ``low``."""
-        first, _ = self.codes(line, low)
+    def _narrowed(
+        self, line: NDArray[np.intp], low: Array, high: Array, which: NDArray[np.intp]
+    ) -> tuple[Array, Array]:
+        """Neighbouring places between which the code of operation ``which`` first differs from that at ``low``."""
+        each = np.arange(which.size)
+        first = self.codes(line, low)[which, each]
         for _ in range(_HALVINGS):
             middle = low + (high - low) / 2
             open_ = (middle > low) & (middle < high)
             if not open_.any():
                 break
-            code, _ = self.codes(line, middle)
-            same = (code == first).all(0)
+            same = self.codes(line, middle)[which, each] == first
             low, high = np.where(open_ & same, middle, low), np.where(open_ & ~same, middle, high)
         return low, high
 
     def _compared(self, line: NDArray[np.intp], low: Array, high: Array) -> tuple[Jump | None, set[int]]:
-        changed = self.codes(line, low)[0] != self.codes(line, high)[0]
+        changed = self.codes(line, low) != self.codes(line, high)
         low, high = self._apart(line, low, high)
         one, other = self._at(line, low), self._at(line, high)
         a, b = self._values(one, one[2]), self._values(other, one[2])
@@ -201,7 +212,7 @@ class _Walk:
 
     def _values(self, at: tuple[Array, Array, Array], m: Array, instead: Mapping[int, float] | None = None) -> Array:
         v, r, _ = at
-        stand_ins = np.array(self._codes(v, r, m)[2], float)
+        stand_ins = np.array(self._natural(v, r, m)[0], float) if self.index else np.empty((0, v.shape[1]))
         for i, value in (instead or {}).items():
             stand_ins[i] = value
         return np.asarray(self._value(v, r, m, stand_ins)[0], float).ravel()
@@ -218,18 +229,18 @@ class _Walk:
         far = _FAR_APART * (high - low)
         before, after = self._values(self._at(line, low - far), m), self._values(self._at(line, high + far), m)
         steep = np.nan_to_num(np.abs(before - a)) + np.nan_to_num(np.abs(after - b))
-        inner = [
-            np.abs(np.asarray(self._inner(*at[:2], m)[0], float)) for at in (self._at(line, low), self._at(line, high))
-        ]
-        size = np.where(np.isfinite(inner), inner, 0.0).max((0, 1))
-        return np.asarray(_ROUND * (np.abs(a) + np.abs(b)) + 100 * steep + _NOISE * size + _TINY, float)
+        allowed = np.asarray(_ROUND * (np.abs(a) + np.abs(b)) + 100 * steep + _TINY, float)
+        if not self.index and (np.abs(a - b) <= allowed).all():
+            return allowed
+        inner = [np.abs(np.asarray(self._inner(*self._at(line, p)[:2], m)[0], float)) for p in (low, high)]
+        return np.asarray(allowed + _NOISE * np.where(np.isfinite(inner), inner, 0.0).max((0, 1)), float)
 
     def _hidden(self, line: NDArray[np.intp], place: Array, hidden: list[int]) -> Jump | None:
         """Operations that changed nowhere: whether they do in a band between two places, where what they compare comes closest."""
-        _, side = self.codes(line.ravel(), place.ravel())
+        side = self.sides(line.ravel(), place.ravel())
         size = np.abs(side.reshape(len(self.operations), *place.shape)[hidden])
         lowest = (size[:, :, 1:-1] <= size[:, :, :-2]) & (size[:, :, 1:-1] <= size[:, :, 2:])
-        which, rows, columns = np.nonzero(lowest)
+        which, rows, columns = _spread(lowest, self.most[hidden])
         if not which.size:
             return None
         at, pick = line[rows, 0], np.array(hidden)[which]
@@ -241,7 +252,7 @@ class _Walk:
         """Golden section for the least of |side| between ``low`` and ``high``."""
 
         def size(place: Array) -> Array:
-            return np.abs(self.codes(line, place)[1][pick, np.arange(pick.size)])
+            return np.abs(self.sides(line, place)[pick, np.arange(pick.size)])
 
         best = size(middle)
         for _ in range(_SEARCH):
@@ -255,13 +266,30 @@ class _Walk:
         return middle
 
 
+def _spread(found: NDArray[np.bool_], most: NDArray[np.intp]) -> tuple[NDArray[np.intp], ...]:
+    """Operation, line and place of what was found, at most so many of each operation, evenly from all lines."""
+    picked = []
+    for j, own in enumerate(found):
+        rows, columns = np.nonzero(own)
+        some = np.linspace(0, rows.size - 1, min(rows.size, int(most[j]))).astype(np.intp)
+        picked.append((np.full(some.size, j), rows[some], columns[some]))
+    return tuple(np.concatenate(each) for each in zip(*picked, strict=True))
+
+
 def _finite(size: Array) -> Array:
     return np.where(np.isfinite(size), size, -1.0)
 
 
-def _function(inputs: list[Symbol], outputs: list[Symbol]) -> Callable[..., list[ca.DM]]:
-    function = ca.Function("powertrain_walk", inputs, [ca.densify(o) for o in outputs])
-    return lambda *given: function.call([ca.DM(np.atleast_2d(g)) for g in given])
+def _function(inputs: list[Symbol], outputs: Callable[[], list[Symbol]]) -> Callable[..., list[ca.DM]]:
+    """A function of rows of values, built when it is called first."""
+    built: list[ca.Function] = []
+
+    def call(*given: Array) -> list[ca.DM]:
+        if not built:
+            built.append(ca.Function("powertrain_walk", inputs, [ca.densify(o) for o in outputs()]))
+        return list(built[0].call([ca.DM(np.atleast_2d(g)) for g in given]))
+
+    return call
 
 
 def _limits(expression: Symbol, setting: Setting) -> Symbol:

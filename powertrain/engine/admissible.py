@@ -10,6 +10,7 @@ from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.engine.buffers import Memory
 from powertrain.modes.tolerances import EPS
 from powertrain.engine.jam import law_values, resting_note
+from powertrain.engine.selflocking import SelfLocking
 from powertrain.modes.tolerances import ZONE
 from powertrain.errors import SimulationError
 
@@ -25,6 +26,7 @@ class Admissible:
     def __init__(self, dae: HybridDae, memory: Memory, notes: list[str]) -> None:
         self.dae, self.memory, self.notes = dae, memory, notes
         self._noted: set[int] = set()
+        self._self_locking = SelfLocking(dae, memory)
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
         changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
         self._prescribed = [
@@ -35,6 +37,7 @@ class Admissible:
 
     def check(self, side: int) -> None:
         """Refuse what cannot be, note what is not unique."""
+        self._self_locking.check(side)
         held = self.memory.m
         for _, law, mode in self._one_way:
             if held[law.index] == mode:

@@ -8,6 +8,12 @@ from powertrain.compiler.hybrid import Contact, Friction, Switch, When
 
 _SWITCHES = 200
 _SPAN = 1e-3
+_HYSTERESIS = "Its condition and what it switches contradict each other; give it a hysteresis, or let the model slide or stick there."
+STOP = (
+    "Where something strikes a stop, write unilateral(gap, force, restitution=...) instead of when: it ends the bouncing and holds what "
+    "comes to rest."
+)
+"""What to do about resets that accumulate."""
 
 
 class Chatter:
@@ -25,7 +31,8 @@ class Chatter:
 
     def message(self, law: Friction | Switch | Contact | When, t: float) -> str:
         """What to tell the user about a law that chatters."""
+        resets = isinstance(law, When) and not all(r.discrete for r in law.resets)
         return (
-            f"{law.name} ({law.where}) switches without end: {_SWITCHES} times within {self._window:.3g} s before t = {t:.9g} s. "
-            "Its condition and what it switches contradict each other; give it a hysteresis, or let the model slide or stick there."
+            f"{law.name} ({law.where}) {'resets' if resets else 'switches'} without end: {_SWITCHES} times within {self._window:.3g} s "
+            f"before t = {t:.9g} s. {STOP if resets else _HYSTERESIS}"
         )

@@ -7,6 +7,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.engine.buffers import Array, Bound, Memory, zeros
+from powertrain.engine.selflocking import SelfLocking
 from powertrain.engine.steps import PREFIX
 
 _ITERATIONS = 60
@@ -24,7 +25,7 @@ class Algebra:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.n, self.nz = dae, dae.x.numel(), dae.z.numel()
-        self._y = memory.y
+        self._y, self._self_locking = memory.y, SelfLocking(dae, memory)
         self._quick: list[Bound] = []
         self._nearer, self._unsettled = zeros(self.nz), zeros(1)
         self._residual, self._jacobian = zeros(self.nz), zeros(self.nz * self.nz)
@@ -84,7 +85,7 @@ class Algebra:
         z[:] = nearest
         call()
         if not best <= _ROUNDING:
-            self._refuse()
+            self._refuse(side)
 
     def _closed(self, z: Array) -> bool:
         terms = np.abs(self._jacobian.reshape(self.nz, self.nz, order="F")) @ (1.0 + np.abs(z))
@@ -99,11 +100,9 @@ class Algebra:
         except np.linalg.LinAlgError:
             return np.asarray(np.linalg.lstsq(matrix, residual, rcond=None)[0], dtype=np.float64)
 
-    def _refuse(self) -> None:
+    def _refuse(self, side: int) -> None:
         sizes = np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)
         rows = [int(k) for k in np.argsort(-sizes, kind="stable")[:4] if sizes[k] > 0.0]
         quoted = "\n  ".join(f"{self.dae.equation(k)}: left minus right is {self._residual[k]:.6g}" for k in rows)
-        raise NotConsistent(
-            "these equations have no solution near the guess (an algebraic loop); check them, or give guesses of their unknowns"
-            f"\n  {quoted}"
-        )
+        loop = "these equations have no solution near the guess (an algebraic loop); check them, or give guesses of their unknowns"
+        raise NotConsistent(f"{self._self_locking.found(side) or loop}\n  {quoted}")

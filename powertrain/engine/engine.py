@@ -28,6 +28,7 @@ from powertrain.engine.schedules import Schedules
 from powertrain.engine.special import Calls, SpecialSteps
 from powertrain.engine.trajectory import Trajectory
 from powertrain.engine.waves import Waves
+from powertrain.engine.zeno import Zeno, resetting
 from powertrain.errors import InitializationError, ParameterError, SimulationError
 from powertrain.modes.tolerances import ZONE
 
@@ -78,6 +79,7 @@ class Engine:
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
+        self.zeno = Zeno(dae, self.memory) if resetting(dae) else None
 
     def run(
         self,

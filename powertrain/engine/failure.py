@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from powertrain.engine.engine import Engine
 
 
+_AT_LIMIT = 1e-6
 OUTSIDE = "A function of the model is evaluated outside its range there."
 
 
@@ -81,7 +82,14 @@ def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    place = f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s"
-    return (
-        f"{place}: {with_unit(f'{value:.9g}', guard.unit)}, allowed {with_unit(f'{low:.9g} .. {high:.9g}', guard.unit)}"
-    )
+    """Mostly it has just passed a limit, so that its value would look like the limit itself."""
+    above = high - value < value - low
+    limit = high if above else low
+    said = with_unit(f"{value:.9g}", guard.unit)
+    if abs(value - limit) <= _AT_LIMIT * (1.0 + abs(limit)):
+        said = f"it {'rises above' if above else 'falls below'} {with_unit(f'{limit:.9g}', guard.unit)}"
+    span = f"{low:.9g} to {high:.9g}"
+    if not np.isfinite([low, high]).all():
+        span = f"at least {low:.9g}" if high == np.inf else f"at most {high:.9g}"
+    allowed = with_unit(span, guard.unit)
+    return f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s: {said}; allowed is {allowed}"

@@ -231,6 +231,8 @@ class Run:
         self._event(located)
         if continuity is not None and kept is not None:
             continuity.check(kept, self.side, bool(self.engine.resolver.extra))
+        if self.engine.zeno is not None and self.engine.resolver.extra and self.recorder.instants:
+            self.engine.zeno.check(self.recorder.instants[-1])
 
     def _event(self, located: bool) -> None:
         """Resolve what happens at the present instant and go on from its right limit."""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.arguments import by_name, names, text
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.engine.buffers import Array
@@ -65,15 +66,15 @@ def power_flow(
     if isinstance(source, Result):
         if grid is not None or options:
             raise ParameterError("power_flow(result) takes at=..., whole=..., outputs=...; a grid is for a plant")
-        wanted = dict(outputs or {}) | _share(source.compiled, variator, shafts, ratio)
+        wanted = dict(by_name("outputs", outputs)) | _share(source.compiled, variator, shafts, ratio)
         return PowerFlow(*from_result(source, at, whole, wanted))
     plant = source if isinstance(source, Plant) else compile_plant(source)
     if grid is None or at is not None:
         raise ParameterError("power_flow(plant, ...) needs a grid as pt.steady does; at=... is for a result")
     if hasattr(grid, "data_vars"):
         return PowerFlow(*from_steady(plant.compiled, grid, whole))
-    wanted = power_outputs(plant) | dict(outputs or {}) | _share(plant.compiled, variator, shafts, ratio)
-    spanned = {str(name): values for name, values in grid.items()}
+    wanted = power_outputs(plant) | dict(by_name("outputs", outputs)) | _share(plant.compiled, variator, shafts, ratio)
+    spanned: Any = grid
     return PowerFlow(*from_steady(plant.compiled, steady(plant, spanned, outputs=wanted, **options), whole))
 
 
@@ -84,7 +85,10 @@ def _share(
         if variator is not None or shafts is not None:
             raise ParameterError("variator=... and shafts=(port at the input, port at the output) belong together")
         return {}
-    share = kinematic_share(compiled, ratio or f"{variator}.ratio", shafts)
+    ends = names("shafts", shafts)
+    if len(ends) != 2:
+        raise ParameterError(f"shafts = {shafts!r}: give two ports, at the input and at the output")
+    share = kinematic_share(compiled, text("ratio", ratio or f"{variator}.ratio"), (ends[0], ends[1]))
     return {f"share({variator})": lambda _: share}
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import Part
+from powertrain.arguments import names
 from powertrain.compiler.flatten import Face, Flat
 from powertrain.errors import ParameterError, suggestion
 from powertrain.signals import fits_pattern
@@ -59,7 +60,7 @@ class PowerGraph:
 
 def power_graph(flat: Flat, parts: Sequence[Part], ports: Sequence[str], whole: str | Sequence[str] = ()) -> PowerGraph:
     """The graph of a flat model. ``ports`` carry power; composites that fit a pattern of ``whole`` are not dissolved."""
-    patterns = [whole] if isinstance(whole, str) else list(whole)
+    patterns = names("whole", whole)
     for pattern in patterns:
         if not any(part.path and fits_pattern(part.path, pattern) for part in parts):
             raise ParameterError(f"whole: no component fits {pattern}{suggestion(pattern, [p.path for p in parts])}")

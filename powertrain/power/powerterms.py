@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.analysis.energy_terms import EnergyTerms, Part, own_power, written_terms
+from powertrain.arguments import array
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
 from powertrain.errors import ParameterError
@@ -68,7 +69,7 @@ def from_result(
     """The terms at times of a simulation, by default at all its samples."""
     compiled, trajectory = result.compiled, result.trajectory
     terms = EnergyTerms(compiled)
-    times = np.unique(result.time) if at is None else np.asarray(at, float)
+    times = np.unique(result.time) if at is None else array("at", at)
     outside = (times < trajectory.start) | (times > trajectory.end)
     if outside.any():
         t = float(times[outside].flat[0]) if times.ndim else float(times)

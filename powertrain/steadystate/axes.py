@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
+from reprlib import repr as short
 from typing import Any
 
 import numpy as np
@@ -125,12 +126,12 @@ class Grid:
 
 def make_grid(given: Mapping[str, Any]) -> Grid:
     """A grid of numbers (the same everywhere), sequences (a dimension each, named by the last part of the name) and DataArrays."""
-    if not isinstance(given, Mapping):
-        raise ParameterError(f"grid is a mapping of names to values, not a {type(given).__name__}")
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise ParameterError(f'grid = {short(given)}: give values by name, such as {{"engine.w": [100.0, 200.0]}}')
     last = [n.rpartition(".")[2] for n in given]
     axes: list[Axis] = []
     sizes: dict[str, int] = {}
-    for name, short in zip(given, last, strict=True):
+    for name, end in zip(given, last, strict=True):
         value = given[name]
         values = _values(name, value)
         if hasattr(value, "dims"):
@@ -140,7 +141,7 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
                 f"grid: {name} has {values.ndim} dimensions; give a number, a sequence, or a DataArray that names them"
             )
         else:
-            dims = ((short if last.count(short) == 1 else name),) * values.ndim
+            dims = ((end if last.count(end) == 1 else name),) * values.ndim
         for d, n in zip(dims, values.shape, strict=True):
             if sizes.setdefault(d, n) != n:
                 raise ParameterError(f"grid: {name} has {n} values along {d}, others have {sizes[d]}")

@@ -10,18 +10,17 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.arguments import names as texts
 from powertrain.compiler.hybrid import Friction
 from powertrain.component import Component
 from powertrain.errors import ParameterError, suggestion
 from powertrain.plant import Plant
-from powertrain.signals import signals_of
-from powertrain.steadystate.axes import make_grid
 from powertrain.steadystate.choices import STUCK, held_rows
 from powertrain.steadystate.equilibrium import Equilibrium, formulate
 from powertrain.steadystate.lanes import LANES, Rows, Tape
 from powertrain.steadystate.operating import Solver
 from powertrain.steadystate.points import OK, STUCK_POINT
-from powertrain.steadystate.steady import What, asked_for, common_values, steady, wanted_signals
+from powertrain.steadystate.steady import What, question, steady
 from powertrain.symbols import Symbol, column
 
 if TYPE_CHECKING:
@@ -49,16 +48,14 @@ def steady_gradient(
     Nan elsewhere. Other arguments and errors are those of ``pt.steady``.
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
-    names = [wrt] if isinstance(wrt, str) else list(wrt)
+    q = question(plant, grid, outputs, parameters, inputs, free, guesses)
+    spanned, wanted, asked, common = q.grid, q.wanted, q.asked, q.common
+    names = texts("wrt", wrt)
     for name in names:
-        if name not in grid:
-            raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, grid)}")
+        if name not in asked.axes:
+            raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
     found = steady(plant, grid, outputs=outputs, parameters=parameters, inputs=inputs, free=free, guesses=guesses)
-    spanned = make_grid(grid)
-    wanted = wanted_signals(signals_of(plant.compiled), outputs)
-    asked = asked_for(plant, spanned, wanted, inputs or {}, free)
-    common = common_values(plant, parameters, inputs or {})
-    problem = formulate(plant.compiled, asked, 0.0, dict(guesses or {}), common[: len(plant.compiled.parameters)])
+    problem = formulate(plant.compiled, asked, 0.0, q.guesses, common[: len(plant.compiled.parameters)])
     slopes = _Slopes(problem, [asked.axes.index(n) for n in names], common)
     status = found.status.values.ravel()
     points = spanned.at(np.arange(spanned.size))

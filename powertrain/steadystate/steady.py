@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from powertrain.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.component import Component
 from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError, suggestion
@@ -74,17 +75,14 @@ def steady(
 
     Raises ParameterError where names or values are wrong, or the conditions do not determine the state.
     """
-    if side not in (None, 1, -1):
+    if side is not None and number("side", side) not in (1, -1):
         raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
-    spanned = make_grid(grid)
-    wanted = wanted_signals(signals_of(plant.compiled), outputs)
-    asked = asked_for(plant, spanned, wanted, inputs or {}, free)
-    _check_values(plant, spanned, guesses or {}, parameters or {})
-    common = common_values(plant, parameters, inputs or {})
-    map_ = _map(plant, asked, wanted, float(time), dict(guesses or {}), common)
-    ordered, sheet = map_.run(spanned, common, Look(side, exhaustive, first), progress)
-    found = dataset(plant.compiled, map_.problem, map_.quantities, spanned, ordered, sheet)
+    look = Look(side, flag("exhaustive", exhaustive), flag("first", first))
+    plant, t = plant if isinstance(plant, Plant) else Plant(plant), number("time", time, "s")
+    q = question(plant, grid, outputs, parameters, inputs, free, guesses)
+    map_ = _map(plant, q, t)
+    ordered, sheet = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
+    found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, sheet)
     found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
     return found
 
@@ -98,15 +96,40 @@ class Wanted:
     asked: bool
 
 
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a model. ``common`` are the values of all parameters, then of all inputs; those of the grid stand in for them."""
+
+    grid: Grid
+    wanted: list[Wanted]
+    asked: Asked
+    guesses: dict[str, float]
+    common: Array
+
+
+def question(
+    plant: Plant[Any], grid: Any, outputs: Any, parameters: Any, inputs: Any, free: Any, guesses: Any
+) -> Question:
+    """What the arguments ask; ParameterError for names and values that are wrong."""
+    spanned, given, guessed = make_grid(grid), numbers_by_name("inputs", inputs), numbers_by_name("guesses", guesses)
+    wanted = wanted_signals(signals_of(plant.compiled), outputs)
+    asked = asked_for(plant, spanned, wanted, given, None if free is None else names("free", free))
+    _check_values(plant, spanned, guessed, by_name("parameters", parameters))
+    values = {n: u.guess for n, u in plant.compiled.inputs.items()} | given
+    common = np.concatenate(
+        [plant.parameter_vector(parameters, together=False), np.array(list(values.values()), float)]
+    )
+    return Question(spanned, wanted, asked, guessed, common)
+
+
 def wanted_signals(signals: Signals, outputs: Any) -> list[Wanted]:
     """Every wanted signal."""
     if outputs is None:
         return [Wanted(n, signals.pick(n), False) for n in signals.names]
     if isinstance(outputs, Mapping):
-        return [Wanted(str(n), signals.pick(what), True) for n, what in outputs.items()]
-    listed = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
+        return [Wanted(text("outputs", n), signals.pick(what), True) for n, what in outputs.items()]
     found: dict[str, Wanted] = {}
-    for what in listed:
+    for what in [outputs] if callable(outputs) else listed("outputs", outputs):
         if isinstance(what, str) and what not in signals.parameters:
             found |= {n: Wanted(n, signals.pick(n), n == what) for n in signals.matching(what)}
         else:
@@ -184,12 +207,6 @@ def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float], p
             raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, plant.compiled.signals)}")
 
 
-def common_values(plant: Plant[Any], parameters: Mapping[str, float] | None, inputs: Mapping[str, float]) -> Array:
-    """The values of all parameters, then of all inputs."""
-    values = {n: u.guess for n, u in plant.compiled.inputs.items()} | {n: float(v) for n, v in inputs.items()}
-    return np.concatenate([plant.parameter_vector(parameters), np.array(list(values.values()), float)])
-
-
 def _version() -> str:
     from powertrain import __version__
 
@@ -199,30 +216,26 @@ def _version() -> str:
 _local = threading.local()
 
 
-def _map(
-    plant: Plant[Any], asked: Asked, wanted: list[Wanted], time: float, guesses: dict[str, float], common: Array
-) -> SteadyMap:
+def _map(plant: Plant[Any], q: Question, time: float) -> SteadyMap:
     """The prepared map, kept for the next call with the same names."""
     kept: weakref.WeakKeyDictionary[Plant[Any], dict[Any, SteadyMap]] = _local.__dict__.setdefault(
         "maps", weakref.WeakKeyDictionary()
     )
     maps = kept.setdefault(plant, {})
-    texts = tuple((w.name, w.asked, w.picked.name or str(w.picked.expression)) for w in wanted)
-    names = (asked.axes, asked.held, asked.free)
-    identity = (*names, texts, time, tuple(guesses.items()))
-    values = common[: len(plant.compiled.parameters)]
+    texts = tuple((w.name, w.asked, w.picked.name or str(w.picked.expression)) for w in q.wanted)
+    names = (q.asked.axes, q.asked.held, q.asked.free)
+    identity = (*names, texts, time, tuple(q.guesses.items()))
+    values = q.common[: len(plant.compiled.parameters)]
     if identity not in maps or not maps[identity].valid(values):
         if len(maps) >= _KEPT:
             maps.clear()
-        maps[identity] = _prepared(plant, asked, wanted, time, guesses, values)
+        maps[identity] = _prepared(plant, q, time, values)
     return maps[identity]
 
 
-def _prepared(
-    plant: Plant[Any], asked: Asked, wanted: list[Wanted], time: float, guesses: dict[str, float], parameters: Array
-) -> SteadyMap:
-    signals = plant.compiled.signals
-    problem = formulate(plant.compiled, asked, time, guesses, parameters)
+def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) -> SteadyMap:
+    signals, asked, wanted = plant.compiled.signals, q.asked, q.wanted
+    problem = formulate(plant.compiled, asked, time, q.guesses, parameters)
     for w, lost in zip(wanted, problem.turning, strict=True):
         if lost and w.asked:
             raise ParameterError(f"outputs: {w.name} depends on an angle that merely turns, so it has no steady value")

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
 import pytest
 
 import powertrain as pt
@@ -117,6 +118,7 @@ class Ring(pt.Component):
     outer: pt.Parameter = pt.parameter("m", "Outer diameter", default=0.2, above=0)
     inner: pt.Parameter = pt.parameter("m", "Inner diameter", default=0.1, min=0)
     parts: int = 1
+    extra: pt.Parameter = pt.parameter("m2", "Area of a lug", default=0.0)
     area: pt.Variable = pt.variable("m2", "Area")
 
     def check(self) -> pt.Equations:
@@ -124,7 +126,7 @@ class Ring(pt.Component):
         yield self.inner < self.outer  # the hole lies inside
 
     def equations(self) -> pt.Equations:
-        yield self.area == math.pi / 4 * (self.outer**2 - self.inner**2)
+        yield self.area == math.pi / 4 * (self.outer**2 - self.inner**2) + self.extra
 
 
 class Rings(pt.Component):
@@ -173,7 +175,16 @@ def test_condition_on_a_plain_field() -> None:
 
 def test_map_where_all_sets_go_together() -> None:
     found = pt.steady(pt.compile(Ring()), {"inner": [0.05, 0.08], "outer": [0.1, 0.2]}, outputs=["area"])
-    assert bool(found["ok"].all()) if "ok" in found else True
+    assert not found["status"].any()
+
+
+def test_map_whose_axis_goes_with_the_other_parameters_where_its_default_does_not() -> None:
+    plant, small = pt.compile(Ring()), [0.01, 0.02]
+    found = pt.steady(plant, {"inner": small}, parameters={"outer": 0.05}, outputs=["area"])
+    np.testing.assert_allclose(found["area"], math.pi / 4 * (0.05**2 - np.square(small)))
+    for grid in {"inner": [0.01, 0.06]}, {"extra": [1.0]}:
+        with pytest.raises(pt.ParameterError, match=r"self\.inner < self\.outer"):
+            pt.steady(plant, grid, parameters={"outer": 0.05}, outputs=["area"])
 
 
 class NoCondition(pt.Component):

@@ -12,6 +12,10 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.compiler import walks
+from powertrain.compiler.flatten import flatten
+from powertrain.compiler.jumps import refuse_jumps
+from powertrain.components.gearless.spherical_cam import SphericalCamDifferential
 from powertrain.components.rotational import Gear, Inertia, Torque
 
 pytestmark = pytest.mark.filterwarnings("ignore:(?s).*numpy function was called on a casadi value:FutureWarning")
@@ -56,6 +60,10 @@ JUMPS: dict[str, Callable[[Any], Any]] = {
     "branches that agree for one value of the parameter": lambda m: ca.if_else(m.J.w > 2, m.J.w, m.k),
     "derivative of a jump": lambda m: 1 + pt.der(ca.floor(m.J.w)),
     "beside a declared one": lambda m: pt.switch(m.J.w > 0, 1, 2) * ca.sign(m.J.w),
+    "size over value": lambda m: ca.fabs(m.J.w) / m.J.w,
+    "value over size": lambda m: m.J.w / ca.fabs(m.J.w),
+    "root over value": lambda m: ca.sqrt(m.k * (m.J.w - 1) ** 2) / (m.J.w - 1),
+    "angle of a tangent": lambda m: ca.atan(2 * ca.tan(m.J.w)),
     "time": lambda m: ca.floor(pt.time),
     "period of time": lambda m: pt.switch(ca.fmod(pt.time, 2) > 1, 1, 2),
 }
@@ -72,6 +80,10 @@ BENDS: dict[str, tuple[Callable[[Any], Any], Callable[[float], float]]] = {
         lambda m: ca.if_else(m.J.w == 0, 1, ca.sin(m.J.w) / m.J.w),
         lambda w: np.sinc(w / np.pi),
     ),
+    "pole": (lambda m: 1 / (m.J.w - 5), lambda w: 1 / (w - 5)),
+    "pole of a tangent": (lambda m: ca.tan(m.J.w), math.tan),
+    "far beyond what is meant": (lambda m: ca.exp(-300 / (m.J.w + 273)), lambda w: math.exp(-300 / (w + 273))),
+    "slip": (lambda m: m.J.w / ca.fmax(ca.fabs(m.J.w), 0.1), lambda w: w / max(abs(w), 0.1)),
     "root on one side": (lambda m: ca.if_else(m.J.w > 0, ca.sqrt(m.J.w), 0), lambda w: math.sqrt(max(w, 0))),
     "periodic": (lambda m: ca.cos(2 * np.pi * (m.J.w - ca.floor(m.J.w))), lambda w: np.cos(2 * np.pi * w)),
     "clip": (lambda m: np.clip(m.J.w, -1, 1), lambda w: min(max(w, -1), 1)),
@@ -94,6 +106,20 @@ def test_what_does_not_jump_is_computed(law: Callable[[Any], Any], value: Callab
     for w in -2.5, -0.4, 0.0, 0.7, 1.9, 3.3, 40.0:
         result = plant.simulate(0.0, starts={"J.w": w})
         assert result["source.tau"][0] == pytest.approx(value(w), abs=1e-12)
+
+
+def test_rough_expressions_are_looked_at_in_few_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    places = 0
+    codes = walks._Walk.codes
+
+    def counted(walk: Any, line: Any, place: Any) -> Any:
+        nonlocal places
+        places += line.size
+        return codes(walk, line, place)
+
+    monkeypatch.setattr(walks._Walk, "codes", counted)
+    refuse_jumps(flatten(SphericalCamDifferential()))
+    assert places < 100_000  # 2.5 million where every change of every operation is narrowed down
 
 
 def test_held_value_in_a_jump_changes_with_its_event() -> None:

@@ -12,6 +12,7 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as trans
 from powertrain.components.blocks import Constant, Ramp, Sine
+from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
 
 TIGHT: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11}
 
@@ -147,3 +148,35 @@ def test_hard_stop_with_friction_holds_at_the_start(force: float) -> None:
         pt.replace(model, {"parts[0].f_constant": 4 * force}), 1.0, starts={"parts[1].s": np.sign(force) * 1.5}
     )
     np.testing.assert_allclose(pressed["parts[1].v"], 0.0, atol=1e-12)
+
+
+class Loop(pt.Component):
+    """Three bodies and a clutch between every two of them."""
+
+    w1: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+    w2: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+    w3: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+    a: pt.Variable = pt.variable("N.m", "Torque from 1 to 2")
+    b: pt.Variable = pt.variable("N.m", "Torque from 2 to 3")
+    c: pt.Variable = pt.variable("N.m", "Torque from 3 to 1")
+
+    def equations(self) -> pt.Equations:
+        yield pt.friction(self.w1 - self.w2, self.a, -1.0, 1.0, name="clutch_a")
+        yield pt.friction(self.w2 - self.w3, self.b, -1.0, 1.0, name="clutch_b")
+        yield pt.friction(self.w3 - self.w1, self.c, -1.0, 1.0, name="clutch_c")
+        yield pt.der(self.w1) == 0.3 - self.a + self.c
+        yield pt.der(self.w2) == self.a - self.b
+        yield pt.der(self.w3) == self.b - self.c
+
+
+def test_a_loop_of_stuck_clutches() -> None:
+    """Any torque may go round: clutches of equal compliance let none go round, and carry what their neighbours do not."""
+    result = pt.simulate(Loop(), 1.0)
+    assert result["w2"][-1] == pytest.approx(0.1)
+    assert [result[name][-1] for name in "abc"] == pytest.approx([0.1, 0.0, -0.1], abs=1e-6)
+
+
+def test_notes_of_a_car_are_short() -> None:
+    for note in pt.simulate(FourWheelDriveCar(), 1.0).notes:
+        assert len(note) < 300
+        assert "yield" not in note

@@ -59,7 +59,7 @@ def test_friction_under_a_motion_that_pauses() -> None:
     assert (result["bearing.tau"][result.time < 0.5] == 0).all()
     assert result["bearing.tau"][-1] == 1.0
     (note,) = result.notes
-    assert "bearing.mode (bearing: yield friction(" in note
+    assert "bearing.mode is stuck where nothing can move anyway" in note
     assert "its torque is not unique: 0 N.m is given, any from -1 to 1 N.m would do" in note
 
 
@@ -200,6 +200,6 @@ def test_value_that_leaves_its_range_with_unit_and_time() -> None:
         pt.SimulationError,
         "speed of the map",
         "leaves its range at t = 0.5",
-        "rad/s, allowed 0 .. 2 rad/s",
+        "it rises above 2 rad/s; allowed is 0 to 2 rad/s",
         do=lambda: pt.simulate(Within(), 1.0),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.trials import CycleRun, drive_cycle
+from powertrain.vehicles.trials.cycle import _standing
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
 """Rest, starts, up to the fourth gear, rest."""
@@ -74,6 +77,19 @@ def test_a_car_that_does_not_move_is_told_and_its_starter_is_no_efficiency() -> 
     run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 30))
     assert "of wltc 0-30 s: it stands" in run.message
     assert np.isnan(run.efficiency) or run.efficiency < 0.4
+
+
+class TurnedBack(dict[str, Any]):
+    """Signals of a car whose alternator, a constant torque, turns the engine back while it is switched off."""
+
+    time = np.linspace(0.0, 10.0, 11)
+
+
+def test_an_engine_that_is_turned_backwards_is_told() -> None:
+    w, zero = np.where(TurnedBack.time < 4, 85.0, 20.0 * (4.0 - TurnedBack.time)), np.zeros(11)
+    signals = {"engine.w": w, "engine.on": zero, "body.s": TurnedBack.time}
+    message = _standing(TOWN, TurnedBack(signals))  # type: ignore[arg-type]
+    assert message.startswith("its engine is turned backwards from t = 5 s on, down to -120 rad/s")
 
 
 def test_idling_begins_at_idle_speed() -> None:

@@ -180,7 +180,13 @@ def drive_cycle(
 
 
 def _standing(cycle: DriveCycle, result: pt.Result[Any]) -> str:
-    """What to say of a vehicle whose engine stalled for good, or which did not move though it was asked to; else nothing."""
+    """What to say of a vehicle whose engine turned backwards or stalled for good, or which did not move though asked to; else nothing."""
+    backwards = np.flatnonzero(result["engine.w"] < -STALLED)
+    if backwards.size:
+        return (
+            f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {result['engine.w'].min():.4g} rad/s. "
+            "Look at what loads the crank: an accessory takes its torque while it turns, as BearingFriction does, and does not turn it"
+        )
     distance = abs(float(result["body.s"][-1] - result["body.s"][0]))
     driven = f"the vehicle drove {distance:.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
     runs = np.flatnonzero((result["engine.w"] > STALLED) | (result["engine.on"] < ON))

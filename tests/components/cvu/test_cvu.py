@@ -124,7 +124,10 @@ def test_ratio_outside_its_range_is_an_error() -> None:
     model = swinging(
         CVU(ratio_min=0.4, ratio_max=2.5), Ramp(height=4.0, duration=2.0, offset=0.5), joints="0.ratio=7.y"
     )
-    with pytest.raises(pt.SimulationError, match=r"speed ratio of the variable unit \(parts\[0\].*allowed 0.4 .. 2.5"):
+    with pytest.raises(
+        pt.SimulationError,
+        match=r"speed ratio of the variable unit \(parts\[0\].*above 2\.5; allowed is 0\.4 to 2\.5",
+    ):
         run(model, 2.0)
     for values, message in (
         ({"eta_ab": 0.0}, r"eta_ab = 0 is outside its range \(0, 1\]"),

@@ -1,0 +1,77 @@
+"""Resets that follow each other in ever shorter intervals: infinitely many of them in a finite time, which no run can pass (Zeno).
+
+A reset of states that turns its own condition back throws it like a ball. With the rate g' of the condition before and after it and the
+acceleration g'' after it, the condition comes back after the time 2|g'+|/g''+ and swings g'+^2/(2 g''+) below zero on the way. Close to
+where events accumulate a swing is a parabola, so that the next intervals are each e = |g'+|/g'- times the one before: a geometric series,
+with the sum 2|g'+|/g''+/(1 - e). A run can follow it as long as the swings are larger than the hysteresis of events.
+K. H. Johansson, M. Egerstedt, J. Lygeros, S. Sastry, On the regularization of Zeno hybrid automata, Systems & Control Letters 38 (1999).
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import HybridDae, When
+from powertrain.engine.buffers import Array, Memory
+from powertrain.engine.chatter import STOP
+from powertrain.modes.tolerances import EPS
+from powertrain.engine.trajectory import Instant
+from powertrain.errors import SimulationError
+
+_RESOLVED = 10 * EPS
+"""How far below zero a condition has to swing for its next event to be found."""
+
+
+class Zeno:
+    """Looks at the resets of a run for the next one that would be missed."""
+
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self._memory, self._sizes = memory, (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
+        self._whens = resetting(dae)
+        motions = ca.horzcat(*[_motion(dae, w.g) for w in self._whens])
+        self._motions = ca.Function("powertrain_zeno", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(motions)])
+
+    def check(self, instant: Instant) -> None:
+        """SimulationError where a reset at this instant turns its condition back for a swing that is too small to be seen."""
+        before = self._values(instant.time, instant.left, instant.held_left)
+        after = self._values(instant.time, instant.right, instant.held_right)
+        for k, when in enumerate(self._whens):
+            if (when.name, "reset") not in instant.extra:
+                continue
+            (_, rising, _), (g, rate, acceleration) = before[:, k], after[:, k]
+            if rate < 0 < acceleration and rate**2 / (2 * acceleration) - g < _RESOLVED:
+                interval = -2 * rate / acceleration
+                raise SimulationError(_message(when, instant.time, interval, -rate / rising if rising > 0 else np.inf))
+
+    def _values(self, t: float, y: Array, held: Array) -> Array:
+        n, nz, nm, count = self._sizes
+        return np.asarray(self._motions(t, y[:n], y[n : n + nz], held[:nm], self._memory.p[:count]), float)
+
+
+def resetting(dae: HybridDae) -> list[When]:
+    """The laws that reset states when a condition of states comes true."""
+    return [w for w in dae.whens if w.time is None and not all(r.discrete for r in w.resets)]
+
+
+def _motion(dae: HybridDae, g: ca.SX) -> ca.SX:
+    """A condition, its rate and its acceleration."""
+    rate = _rate(dae, g)
+    return ca.vertcat(g, rate, _rate(dae, rate))
+
+
+def _rate(dae: HybridDae, expression: ca.SX) -> ca.SX:
+    """The derivative by time, also through the implicit unknowns, 0 = d(residual)/dt."""
+    found = ca.jtimes(expression, dae.x, dae.xdot) + ca.jacobian(expression, dae.t)
+    if not ca.depends_on(expression, dae.z):
+        return found
+    drift = ca.jtimes(dae.residual, dae.x, dae.xdot) + ca.jacobian(dae.residual, dae.t)
+    return found - ca.jtimes(expression, dae.z, ca.solve(ca.jacobian(dae.residual, dae.z), drift))
+
+
+def _message(when: When, t: float, interval: float, ratio: float) -> str:
+    said = f"at t = {t:.9g} s the resets of {when.name} ({when.where}) come too close to be followed: the next is due in {interval:.2g} s"
+    if ratio < 1:
+        end = t + interval / (1 - ratio)
+        said += f", each interval is {ratio:.3g} times the one before, and at t = {end:.9g} s there have been infinitely many"
+    return f"{said}. {STOP}"

@@ -1,0 +1,122 @@
+"""Resets that accumulate: the run ends where it cannot follow them, says when, and what to write instead."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import powertrain as pt
+
+G = 9.81
+
+
+class Ball(pt.Component):
+    """A ball that is thrown back by a reset."""
+
+    e: pt.Parameter = pt.parameter("1", "Speed after a bounce over that before it", default=0.7)
+    drag: pt.Parameter = pt.parameter("1/s", "Drag", default=0.0)
+    placed: bool = False
+    h: pt.Variable = pt.variable("m", "Height", start=1.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.h) == self.v
+        yield pt.der(self.v) == -G - self.drag * self.v
+        height = (pt.reinit(self.h, 0.0),) if self.placed else ()
+        yield pt.when(self.h < 0, pt.reinit(self.v, -self.e * self.v), *height, name="bounce")
+
+
+class Buried(pt.Component):
+    """The same ball, whose height is found by iteration."""
+
+    depth: pt.Variable = pt.variable("m", "Where the sensor stands, an implicit unknown", guess=1.0)
+    h: pt.Variable = pt.variable("m", "Height", start=1.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.h) == self.v
+        yield pt.der(self.v) == -G
+        yield self.depth + 0.1 * ca.sin(self.depth) == self.h
+        yield pt.when(self.depth < 0, pt.reinit(self.v, -0.7 * self.v), name="bounce")
+
+
+class Stopped(pt.Component):
+    """The same ball on a contact."""
+
+    e: pt.Parameter = pt.parameter("1", "Speed after a bounce over that before it", default=0.7)
+    h: pt.Variable = pt.variable("m", "Height", start=1.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "Force of the floor on 1 kg")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.h) == self.v
+        yield pt.der(self.v) == -G + self.f
+        yield pt.unilateral(self.h, self.f, restitution=self.e)
+
+
+@pytest.mark.parametrize("placed", [False, True])
+@pytest.mark.parametrize("e", [0.001, 0.01, 0.1, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9])
+def test_accumulating_bounces_end_the_run_at_their_limit(e: float, placed: bool, rtol: float) -> None:
+    with pytest.raises(pt.SimulationError, match=r"bounce .*test_zeno.py:\d+.* come too close") as caught:
+        pt.simulate(Ball(e=e, placed=placed), 10.0, rtol=rtol)
+    assert "unilateral(gap, force, restitution=...)" in str(caught.value)
+    limit = math.sqrt(2 / G) * (1 + 2 * e / (1 - e))
+    said = float(re.findall(r"at t = (\S+) s there have been", str(caught.value))[0])
+    assert said == pytest.approx(limit, abs=1e-3)
+    assert caught.value.result["h"].min() > -1e-8
+
+
+@pytest.mark.parametrize("e", [0.97, 0.99])
+def test_slowly_accumulating_bounces_are_named_too(e: float) -> None:
+    with pytest.raises(pt.SimulationError, match=r"bounce .*(come too close|without end).*unilateral"):
+        pt.simulate(Ball(e=e), 100.0)
+
+
+def test_with_drag() -> None:
+    with pytest.raises(pt.SimulationError, match=r"each interval is 0\.6 times the one before"):
+        pt.simulate(Ball(e=0.6, drag=0.3), 10.0)
+
+
+def test_where_the_condition_hangs_on_an_implicit_unknown() -> None:
+    plant = pt.compile(Buried())
+    assert plant.compiled.dae.z.numel() == 1
+    with pytest.raises(pt.SimulationError, match=r"each interval is 0\.7 times the one before"):
+        plant.simulate(10.0)
+
+
+def test_before_their_limit_bounces_are_followed() -> None:
+    result = pt.simulate(Ball(), 2.55)
+    assert result["h"].min() > -1e-8
+    assert len(result.events["bounce"]) > 15
+
+
+@pytest.mark.parametrize("e", [1.0, 1.05])
+def test_bounces_that_do_not_shrink_are_followed(e: float) -> None:
+    result = pt.simulate(Ball(e=e, placed=True), 10.0)
+    assert result["h"].min() > -1e-6
+
+
+def test_the_remedy_passes_the_limit() -> None:
+    result = pt.simulate(Stopped(), 10.0)
+    assert result["h"].min() > -1e-6
+    assert result["h"][-1] == pytest.approx(0, abs=1e-9)
+    np.testing.assert_allclose(result["f"][-1], G)
+
+
+class Refilled(pt.Component):
+    """A level that falls until it is filled up by a reset: its condition is turned back far."""
+
+    x: pt.Variable = pt.variable("m", "Level", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -1 - self.x
+        yield pt.when(self.x < 0.1, pt.reinit(self.x, self.x + 1e-3))
+
+
+def test_frequent_resets_are_followed() -> None:
+    assert len(pt.simulate(Refilled(), 0.7).events) > 50
