@@ -134,6 +134,8 @@ class Complementarity:
         """The modes for laws that are linear near ``tau``; ``bends``: conditions of torques are part of the problem, else held."""
         laws = self.laws
         near = laws.at(point, tau)
+        if np.isnan([near.speed, near.lower, near.upper]).any():
+            return Answer({}, None, ())
         places = self._bending(near) if bends else []
         m = point.m.copy()
         m[[self.switches[k] for k in places]] = 0.0

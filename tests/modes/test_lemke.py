@@ -227,7 +227,7 @@ def test_scale_of_rows_and_columns_does_not_matter(seed: int) -> None:
 
 @pytest.mark.parametrize("eps", [1e-6, 1e-8, 1e-10, 1e-11])
 def test_a_tiny_compliance_decides_what_the_rest_leaves_open(eps: float) -> None:
-    """Unit entries with eps on the diagonal: a push of n is shared alike, z_i = n/(n + eps), to round-off over eps of extended precision."""
+    """Unit entries with eps on the diagonal: a push of n is shared alike, z_i = n/(n + eps), to extended round-off over eps."""
     n = 5
     M, q = np.ones((n, n)) + eps * np.eye(n), np.full(n, -float(n))
     found = lemke(M, q)
