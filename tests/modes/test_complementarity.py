@@ -204,7 +204,7 @@ def with_unknowns(free: bool = False) -> tuple[HybridDae, Point, Matrix]:
     upper = ca.vertcat(3 + z[0] ** 2, 2 + tau[0] * z[1])
     opened = Opened(
         tau, x, residual, ca.vertcat(x[0] + z[1], x[1]), rate, ca.vertcat(-1 - z[1] ** 2, -2 + z[0]), upper,
-        ca.vertcat(1, 2 + z[0] ** 2), ca.vertcat(1, 2), ca.vertcat(z[0] - tau[1] ** 2),
+        ca.vertcat(1, 2 + z[0] ** 2), ca.SX([1, 2]), ca.vertcat(z[0] - tau[1] ** 2),
     )  # fmt: skip
     frictions = tuple(
         Friction(f"law{i}", "hand", i, x[i], NONE, NONE, NONE, ca.SX(1), NONE, may_free=free) for i in range(2)

@@ -54,7 +54,8 @@ def shares(limits: Matrix, total: float) -> Matrix:
     for k, i in enumerate(order := np.argsort(limits)):
         found[i] = min(limits[i], rest / (len(order) - k))
         rest -= found[i]
-    return np.sign(total) * found
+    signed: Matrix = np.sign(total) * found
+    return signed
 
 
 CASES = [
