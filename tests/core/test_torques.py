@@ -143,7 +143,9 @@ def test_modes_are_those_of_coulomb() -> None:
 EPS = 1e-8
 
 
-def hand_made(rng: np.random.Generator, G: Matrix, contacts: int) -> tuple[list[Torque], list[ca.SX], ca.SX, Matrix, Matrix, Matrix]:
+def hand_made(
+    rng: np.random.Generator, G: Matrix, contacts: int
+) -> tuple[list[Torque], list[ca.SX], ca.SX, Matrix, Matrix, Matrix]:
     """Laws with rates a - G tau and bounds that are affine in all torques, the last ``contacts`` of them contacts (rate a + G f)."""
     n = len(G)
     tau, mode = [ca.SX.sym(f"tau{i}") for i in range(n)], ca.SX.sym("m", n)
@@ -187,9 +189,10 @@ def test_all_modes_of_laws_with_bounds_that_lean_on_torques(n: int, rank: int, c
     root = rng.normal(size=(n, rank))
     G = root @ root.T
     laws, tau, mode, a, b, slopes = hand_made(rng, G, contacts)
-    if rank < n:
-        a = G @ rng.normal(size=n)
-        laws = [replace(law, rate=law.rate + float(new) - float(old)) for law, new, old in zip(laws, a, rates_at_zero(laws, tau), strict=True)]
+    if rank < n:  # rates that torques can make
+        new = G @ rng.normal(size=n)
+        laws = [replace(law, rate=law.rate + float(b - a)) for law, a, b in zip(laws, a, new, strict=True)]
+        a = new
     solved = solve_torques(laws, tau)
     assert not solved.implicit
     assert not solved.residuals
@@ -200,11 +203,6 @@ def test_all_modes_of_laws_with_bounds_that_lean_on_torques(n: int, rank: int, c
             expected = a / G[0]  # alone on its motion a law does not yield
         found = np.array(function(list(modes))).ravel()
         np.testing.assert_allclose(found, expected, atol=1e-5 if rank < n else 1e-10)
-
-
-def rates_at_zero(laws: list[Torque], tau: list[ca.SX]) -> Matrix:
-    rates = ca.vertcat(*(law.rate for law in laws))
-    return np.array(ca.Function("f", [ca.vertcat(*tau)], [rates])(0)).ravel()
 
 
 def test_stuck_laws_creep_by_round_off_only() -> None:
@@ -252,7 +250,9 @@ def test_compliance_is_that_of_the_law_itself() -> None:
     cancelling = (p[0] - p[1]) * tau[0] + tau[1]
 
     def of(rate: ca.SX, *values: float) -> float:
-        law = Torque(Place("", "", 1), FrictionLaw(rate, tau[0], ca.SX(-1), ca.SX(1), ca.SX(1), ""), tau[0], ca.SX(0), rate=rate)
+        law = Torque(
+            Place("", "", 1), FrictionLaw(rate, tau[0], ca.SX(-1), ca.SX(1), ca.SX(1), ""), tau[0], ca.SX(0), rate=rate
+        )
         return float(ca.Function("f", [p], [compliance(law, tau[0], ca.vertcat(*tau))])(list(values)))
 
     assert of(both, 3.0, 0.0) == pytest.approx(3.0)

@@ -39,7 +39,9 @@ def test_random_patterns(kind: Any, n: int) -> None:
         solve = ca.Function("f", [A, b], [solved(b), solved(2 * b)])
         for values in (matrix, matrix * rng.uniform(0.9, 1.1, matrix.shape)):
             right = rng.normal(size=n)
-            one, two = (np.array(v).ravel() for v in solve(ca.DM(A.sparsity(), ca.sparsify(ca.DM(values)).nonzeros()), right))
+            one, two = (
+                np.array(v).ravel() for v in solve(ca.DM(A.sparsity(), ca.sparsify(ca.DM(values)).nonzeros()), right)
+            )
             np.testing.assert_allclose(one, np.linalg.solve(values, right), rtol=1e-9, atol=1e-12)
             np.testing.assert_allclose(two, 2 * one, rtol=1e-12)
 
