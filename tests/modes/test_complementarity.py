@@ -12,7 +12,7 @@ from opened import Fit, Piecewise, compared, dae_of, finite_slopes, fits
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Opened
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.modes.complementarity import Answer, Complementarity, Laws, Point
+from powertrain.modes.complementarity import Answer, Complementarity, Laws, Point, _inverse
 from powertrain.modes.tolerances import ZONE
 
 Matrix = np.ndarray[Any, Any]
@@ -355,3 +355,26 @@ def test_a_rate_that_no_torque_can_make_ends_on_the_ray_of_the_laws_involved() -
     answer = Complementarity(replace(dae, opened=locked)).solve(point, np.zeros(3), ZONE, bends=True)
     assert answer.tau is None
     assert answer.ray == (0, 1)
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e10])
+def test_unit_of_the_conditions_does_not_matter(unit: float) -> None:
+    rng = np.random.default_rng(27)
+    for _ in range(10):
+        given = bent(rng, 3, 0.04)
+        other = replace(given, C=given.C * unit, c=given.c * unit, W=given.W / unit)
+        first, second = answered(given), answered(other)
+        assert first.tau is not None
+        assert second.tau is not None
+        np.testing.assert_allclose(second.tau, first.tau, atol=1e-9 * (1.0 + np.abs(first.tau).max()))
+        assert second.modes == first.modes
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="no extended precision on this machine")
+def test_inverse_in_extended_precision() -> None:
+    rng = np.random.default_rng(28)
+    u, _, v = np.linalg.svd(rng.normal(size=(5, 5)))
+    matrix = u @ np.diag(10.0 ** np.linspace(0, -4, 5)) @ v
+    inverse = _inverse(matrix)
+    assert inverse.dtype == np.longdouble
+    assert float(np.abs(matrix.astype(np.longdouble) @ inverse - np.eye(5)).max()) < 1e-14

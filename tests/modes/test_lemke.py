@@ -259,3 +259,38 @@ def test_round_off_that_leads_in_a_circle_is_no_ray(monkeypatch: pytest.MonkeyPa
     found = lemke(KOSTREVA, -np.ones(3))
     assert found.z is None
     assert found.ray == ()
+
+
+@pytest.mark.parametrize("M", [[[2.0, 1], [1, 0]], [[2.0, 0], [1, -1]]])
+def test_the_artificial_variable_leaves_where_it_may(M: list[list[float]]) -> None:
+    """z = (1, 0) makes both rows zero at once; whoever goes on from there ends on a ray."""
+    found = lemke(np.array(M), np.array([-2.0, -1.0]))
+    solves(found, np.array(M), np.array([-2.0, -1.0]))
+    np.testing.assert_allclose(np.array(found.z, float), [1.0, 0.0], atol=1e-15)
+
+
+def test_small_pivots_are_avoided_where_rows_are_tied() -> None:
+    """Nonnegative with unit diagonal, entries of 1, 1e-6 and 1e-11, vectors of -1 and 0: solved to 1e-10."""
+    rng = np.random.default_rng(0)
+    for _ in range(1100):
+        n = int(rng.integers(3, 7))
+        M = rng.integers(0, 3, (n, n)) * 10.0 ** rng.choice([0, 0, -11, -6], (n, n))
+        np.fill_diagonal(M, 1.0)
+        q = rng.integers(-1, 1, n).astype(float)
+        found = lemke(M, q)
+        assert found.z is not None
+        assert found.w is not None
+        z = np.array(found.z, float)
+        np.testing.assert_allclose(np.array(found.w, float), q + M @ z, atol=1e-10 * (1.0 + z.max()))
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="no extended precision on this machine")
+def test_extended_precision_is_kept() -> None:
+    """r r' + eps diag(r^2) with any r: z_i = k/r_i with k = c/(n + eps), to 1e-19/eps, where double precision gives 1e-16/eps."""
+    rng = np.random.default_rng(5)
+    n, eps, c = 5, 1e-10, np.longdouble(2)
+    r = rng.uniform(0.5, 2.0, n).astype(np.longdouble)
+    M = np.outer(r, r) + eps * np.diag(r**2)
+    found = lemke(M, -c * r)
+    assert found.z is not None
+    np.testing.assert_allclose(np.array(found.z * r / (c / (n + eps)), float), 1.0, atol=3e-8)
