@@ -15,7 +15,7 @@ chapter 5 (the principle of Gauss with friction).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -48,6 +48,7 @@ class Linear:
     rate: Array
     lower: Array
     upper: Array
+    peak: Array
     reach: Array
     yields: Array
     g: Array
@@ -85,7 +86,8 @@ class Laws:
         values = [opened.residual, opened.speed, opened.rate, opened.lower, opened.upper, opened.conditions]
         slopes = [ca.densify(ca.jacobian(e, moved)) for e in values]
         inputs = [dae.t, dae.x, z, dae.m, dae.p, opened.tau]
-        outputs = [*map(ca.densify, values), *slopes, ca.densify(opened.reach), ca.densify(opened.compliance)]
+        single = [opened.reach, opened.compliance, opened.peak]
+        outputs = [*map(ca.densify, values), *slopes, *map(ca.densify, single)]
         self._function = ca.Function("powertrain_laws_opened", inputs, outputs)
 
     def at(self, point: Point, tau: Array) -> Linear:
@@ -108,8 +110,8 @@ class Laws:
                 value += slope[:, :n] @ step
                 along = along + slope[:, :n] @ moved
             slopes.append(along)
-        reach, yields = found[12].ravel(), COMPLIANCE * found[13].ravel()
-        return Linear(speed, rate, lower, upper, reach, yields, g, *slopes[1:])
+        reach, yields, peak = found[12].ravel(), COMPLIANCE * found[13].ravel(), found[14].ravel()
+        return Linear(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,9 @@ class Complementarity:
         m[[self.switches[k] for k in places]] = 0.0
         base = laws.at(Point(point.t, point.x, point.z, m, point.p), tau) if places else near
         bend = self._bends(Point(point.t, point.x, point.z, m, point.p), tau, base, places)
-        return _Problem(laws, base, bend, tau, self._at_rest(point, base, zone), zone).answer(self.switches)
+        rest = self._at_rest(point, base, zone)
+        holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
+        return _Problem(laws, *_widened(base, bend, holds), tau, rest, zone).answer(self.switches)
 
     def _at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
         """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
@@ -170,6 +174,19 @@ class Complementarity:
             ):
                 column[:, j] = np.nan_to_num(a - b) @ along
         return _Bends(places, *found)
+
+
+def _widened(near: Linear, bend: _Bends, factor: Array) -> tuple[Linear, _Bends]:
+    """The same with all bounds multiplied by ``factor``."""
+    rows = factor[:, None]
+    wide = replace(
+        near,
+        lower=factor * near.lower,
+        upper=factor * near.upper,
+        lower_slope=rows * near.lower_slope,
+        upper_slope=rows * near.upper_slope,
+    )
+    return wide, replace(bend, lower=rows * bend.lower, upper=rows * bend.upper)
 
 
 class _Problem:

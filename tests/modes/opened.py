@@ -82,6 +82,7 @@ def dae_of(given: Piecewise) -> tuple[HybridDae, Point]:
         rate=rate,
         lower=ca.vertcat(*(-bound[i] if friction[i] else -np.inf for i in range(n))),
         upper=ca.vertcat(*(bound[i] if friction[i] else 0.0 for i in range(n))),
+        peak=ca.SX.ones(n),
         reach=ca.SX(np.diag(one.G)),
         compliance=ca.SX(np.diag(one.G)),
         conditions=g,

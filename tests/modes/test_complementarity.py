@@ -204,7 +204,7 @@ def with_unknowns(free: bool = False) -> tuple[HybridDae, Point, Matrix]:
     upper = ca.vertcat(3 + z[0] ** 2, 2 + tau[0] * z[1])
     opened = Opened(
         tau, x, residual, ca.vertcat(x[0] + z[1], x[1]), rate, ca.vertcat(-1 - z[1] ** 2, -2 + z[0]), upper,
-        ca.vertcat(1, 2 + z[0] ** 2), ca.SX([1, 2]), ca.vertcat(z[0] - tau[1] ** 2),
+        ca.SX.ones(2), ca.vertcat(1, 2 + z[0] ** 2), ca.SX([1, 2]), ca.vertcat(z[0] - tau[1] ** 2),
     )  # fmt: skip
     frictions = tuple(
         Friction(f"law{i}", "hand", i, x[i], NONE, NONE, NONE, ca.SX(1), NONE, may_free=free) for i in range(2)
@@ -378,3 +378,36 @@ def test_inverse_in_extended_precision() -> None:
     inverse = _inverse(matrix)
     assert inverse.dtype == np.longdouble
     assert float(np.abs(matrix.astype(np.longdouble) @ inverse - np.eye(5)).max()) < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("push", "mode", "expected"), [(6.0, 0.0, 0.0), (6.0, 1.0, 1.0), (8.0, 0.0, 1.0), (4.0, 1.0, 0.0)]
+)
+def test_what_is_stuck_has_to_be_broken_away(push: float, mode: float, expected: float) -> None:
+    """Bounds of 5 and a break-away ratio of 1.5: 6 moves what moved before and not what was stuck; a law that slides feels no ratio."""
+    dae, point = dae_of(Piecewise(np.array([push, 9.0]), np.eye(2), np.full(2, 5.0), speed=np.array([0.0, 1.0])))
+    assert dae.opened is not None
+    opened = replace(dae.opened, peak=ca.SX([1.5, 1.5]))
+    point.m[0] = mode
+    answer = Complementarity(replace(dae, opened=opened)).solve(point, np.zeros(2), ZONE, bends=True)
+    assert answer.modes == {0: expected, 1: 1.0}
+    assert answer.tau is not None
+    assert answer.tau[1] == pytest.approx(5.0)
+
+
+def test_a_break_away_ratio_widens_bounds_that_bend() -> None:
+    """The bound 1 + |tau_2|/10 holds 1.2 times that where it is stuck."""
+    given = Piecewise(
+        np.array([1.4, -3.0]),
+        np.eye(2),
+        np.array([1.0, 9.0]),
+        W=np.array([[0.1], [0.0]]),
+        C=np.array([[0.0, 1.0]]),
+        c=np.zeros(1),
+    )
+    dae, point = dae_of(given)
+    assert dae.opened is not None
+    for peak, expected in ((1.0, 1.0), (1.2, 0.0)):
+        opened = replace(dae.opened, peak=ca.SX([peak, 1.0]))
+        answer = Complementarity(replace(dae, opened=opened)).solve(point, np.zeros(2), ZONE, bends=True)
+        assert answer.modes[0] == expected

@@ -132,3 +132,17 @@ def test_a_run_does_not_depend_on_the_runs_before_it() -> None:
     for height, found in zip(heights, together, strict=True):
         alone = torques(pt.compile(held(limits, ratios, (0, 1, 2), 1.0)), height)
         np.testing.assert_array_equal(found, alone)
+
+
+def test_a_start_at_rest_needs_the_break_away_torque() -> None:
+    """6 N.m on a brake that slides at 5 N.m and breaks away at 7.5; 8 N.m are enough."""
+    for height, moves in ((6.0, False), (8.0, True)):
+        brakes = (rot.Brake(fn_max=5.0, mue_pos=((0.0, 1.0),), peak=1.5),)
+        model = Held(
+            order=(0,),
+            brakes=brakes,
+            gears=(rot.IdealGear(ratio=1.0),),
+            rise=Ramp(offset=height, height=0.0, duration=1.0),
+        )
+        result = pt.simulate(model, 1.0, inputs={"press": 1.0})
+        assert (abs(result["shaft.w"][-1]) > 0.1) == moves
