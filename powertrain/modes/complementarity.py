@@ -204,13 +204,11 @@ class _Problem:
         # tau = base + own q + added g+: laws at rest lower + q, those that slide at their bound
         bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
         added = np.where(self.forward[:, None], bend.upper, bend.lower)
-        # a law without lower limit is counted from its upper one, downwards
+        # a law at rest without lower limit is counted from its upper one, downwards; an open contact has both limits zero here
         self.hangs = rest & np.isinf(near.lower)
         bound = np.where(self.hangs, u0, bound)
         slope = np.where(self.hangs[:, None], slope_u, slope)
         added = np.where(self.hangs[:, None], bend.upper, added)
-        open_contact = ~rest & np.isinf(near.lower) & (np.arange(n) >= laws.frictions)
-        bound[open_contact], slope[open_contact], added[open_contact] = 0.0, 0.0, 0.0
         inverse = _inverse(np.eye(n) - slope)
         own = np.zeros((n, self.places.size))
         own[self.places, np.arange(self.places.size)] = np.where(self.hangs[self.places], -1.0, 1.0)

@@ -53,6 +53,12 @@ def test_a_small_entry_is_no_pivot_where_a_large_one_is_as_little_wanted() -> No
     assert _eliminate([{0: 0.06, 1: 1.0}, {1: 1.0, 2: 1.0, 3: 1.0}, {1: 1.0, 2: -1.0, 3: 2.0}], [0, 0, 0, 0])[0][0] == 0
 
 
+def test_the_least_wanted_is_taken_however_small_its_entry() -> None:
+    """What is wanted more is not looked at before."""
+    assert _eliminate([{0: 1e-3, 1: 1.0}], [0, 10]) == ([0], [])
+    assert _eliminate([{0: 1e-3, 1: 1.0}], [10, 0]) == ([1], [])
+
+
 def test_round_off_does_not_make_a_repeated_row_regular() -> None:
     third = 1.0 / 3.0
     table = [{0: third, 1: 0.1, 2: 0.7}, {0: 1.0, 1: 0.3, 2: 2.1}]
