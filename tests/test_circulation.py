@@ -166,6 +166,13 @@ def test_cases_of_the_unit() -> None:
     np.testing.assert_allclose(flow.own()[2][:5], [3, 13, 40 / 0.9 - 40, 0, 10])
 
 
+def test_a_loop_that_carries_more_than_what_goes_on() -> None:
+    """300 W into the unit, 200 W of them on the loop, 70 W beyond it: still positive recirculation."""
+    flow = flow_of(powers(np.array([100.0]), np.array([300.0])))
+    np.testing.assert_allclose(flow.circulation[0], 200.0)
+    assert flow.cases(2).tolist() == [3]
+
+
 def test_what_is_below_the_floor_counts_as_nothing() -> None:
     """A billionth of the largest power."""
     flow = flow_of(powers(np.array([100.0, 100.0]), np.array([5e-8, 5e-7])))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -68,5 +69,5 @@ def test_round_off_does_not_make_a_repeated_row_regular() -> None:
 
 
 def test_all_rows_that_make_up_a_repeated_one_are_named() -> None:
-    matrix = np.array([[1.0, 2, 0, 0], [0, 1, 1, 0], [0, 0, 1, 5], [1, 3, 1, 0]])
+    matrix = ca.DM([[1, 2, 0, 0], [0, 1, 1, 0], [0, 0, 1, 5], [1, 3, 1, 0]])
     assert _involved(matrix, [3]) == [0, 1, 3]

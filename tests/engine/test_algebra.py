@@ -90,7 +90,7 @@ def test_a_kink_is_solved_from_either_side() -> None:
     """2 z above zero, z/2 below: the residual falls, though a full step lands on the other side."""
     for start in (-5.0, 5.0, 0.0):
         for right in (3.0, -3.0, 0.0):
-            found = solved(lambda t, x, z, m, p, right=right: [ca.if_else(z > 0, 2 * z, z / 2) - right], [start])  # type: ignore[misc]
+            found = solved(lambda t, x, z, m, p, right=right: [ca.if_else(z > 0, 2 * z, z / 2) - right], [start])
             assert found[0] == pytest.approx(right / 2 if right > 0 else 2 * right, abs=1e-9)
 
 
@@ -104,6 +104,19 @@ def test_a_double_root_is_close_enough() -> None:
     """Newton's method converges linearly there: the nearest point is as good as the modes are known."""
     found = solved(lambda t, x, z, m, p: [(z - 1.0) ** 2], [3.0])
     assert found[0] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_the_nearest_point_is_kept_where_the_iteration_goes_to_and_fro() -> None:
+    """A kink whose least value counts as zero: full steps end at 7.5e-10 and 1.5e-9 in turn, from either side."""
+    for start in (-1.0, 1.0):
+        found = solved(lambda t, x, z, m, p: [ca.if_else(z > 0, 5 * z, -10 * z) + 5e-10], [start])
+        assert max(5 * found[0], -10 * found[0]) + 5e-10 < 1e-9
+
+
+def test_equations_that_contradict_each_other_are_refused() -> None:
+    """Where least squares stands still nothing is solved."""
+    with pytest.raises(NotConsistent, match="no solution near the guess"):
+        solved(lambda t, x, z, m, p: [z[0] + z[1] - 2, z[0] + z[1] - 3], [0.0, 0.0])
 
 
 @pytest.mark.parametrize(("equation", "start"), [

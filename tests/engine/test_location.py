@@ -87,7 +87,8 @@ def test_random_cubics(seed: int) -> None:
         step = Step([lambda q, p=p: float(p(q)) for p in polynomials])  # type: ignore[misc]
         if (step.memory.info[INFO:] <= 0.0).any():
             break
-    roots = [float(r.real) for p in polynomials for r in p.roots() if abs(r.imag) < 1e-12 and 0 < r.real <= 1]
+    every = np.concatenate([np.asarray(p.roots(), complex) for p in polynomials])
+    roots = [float(r.real) for r in every if abs(r.imag) < 1e-12 and 0 < r.real <= 1]
     found = step.find()
     assert found is not None
     assert found == pytest.approx(min(roots), abs=1e-9)

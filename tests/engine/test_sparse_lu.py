@@ -64,7 +64,8 @@ def test_an_arrow_is_eliminated_without_fill() -> None:
         lower, upper, inverse = _eliminate(n, entries, order)
         assert sum(map(len, lower)) + sum(map(len, upper)) + len(inverse) == np.count_nonzero(arrow)
     rng = np.random.default_rng(1)
-    chain = (np.eye(n) + np.eye(n, k=1) + np.eye(n, k=-1))[order := rng.permutation(n)][:, order]
+    turned = rng.permutation(n)
+    chain = (np.eye(n) + np.eye(n, k=1) + np.eye(n, k=-1))[np.ix_(turned, turned)]
     entries = _entries(symbolic(ca.SX, chain), {i: i for i in range(n)})
     lower, upper, inverse = _eliminate(n, entries, _minimum_degree(n, entries))
     assert sum(map(len, lower)) + sum(map(len, upper)) + len(inverse) == np.count_nonzero(chain)
@@ -82,7 +83,7 @@ def test_degrees_count_fill() -> None:
 
     def fill(order: list[int]) -> int:
         lower, _, _ = _eliminate(n, _entries(symbolic(ca.SX, grid), {i: i for i in range(n)}), order)
-        return sum(map(len, lower)) - (np.count_nonzero(grid) - n) // 2
+        return sum(map(len, lower)) - int(np.count_nonzero(grid) - n) // 2
 
     assert sorted(_minimum_degree(n, entries)) == list(range(n))
     assert fill(_minimum_degree(n, entries)) < 0.6 * fill(list(range(n)))

@@ -370,7 +370,7 @@ def test_unit_of_the_conditions_does_not_matter(unit: float) -> None:
         assert second.modes == first.modes
 
 
-@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="no extended precision on this machine")
+@pytest.mark.skipif(bool(np.finfo(np.longdouble).eps > 1e-18), reason="no extended precision on this machine")
 def test_inverse_in_extended_precision() -> None:
     rng = np.random.default_rng(28)
     u, _, v = np.linalg.svd(rng.normal(size=(5, 5)))

@@ -284,13 +284,14 @@ def test_small_pivots_are_avoided_where_rows_are_tied() -> None:
         np.testing.assert_allclose(np.array(found.w, float), q + M @ z, atol=1e-10 * (1.0 + z.max()))
 
 
-@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="no extended precision on this machine")
+@pytest.mark.skipif(bool(np.finfo(np.longdouble).eps > 1e-18), reason="no extended precision on this machine")
 def test_extended_precision_is_kept() -> None:
     """r r' + eps diag(r^2) with any r: z_i = k/r_i with k = c/(n + eps), to 1e-19/eps, where double precision gives 1e-16/eps."""
     rng = np.random.default_rng(5)
     n, eps, c = 5, 1e-10, np.longdouble(2)
     r = rng.uniform(0.5, 2.0, n).astype(np.longdouble)
-    M = np.outer(r, r) + eps * np.diag(r**2)
-    found = lemke(M, -c * r)
+    M: Matrix = np.outer(r, r) + eps * np.diag(r**2)
+    q: Matrix = -c * r
+    found = lemke(M, q)
     assert found.z is not None
     np.testing.assert_allclose(np.array(found.z * r / (c / (n + eps)), float), 1.0, atol=3e-8)
