@@ -108,6 +108,8 @@ def test_entries_that_vanish_at_the_point_are_pivots_only_where_nothing_else_fit
     full = ca.Sparsity.dense(2, 2)
     assert match_rows(full, np.array([[0.0, 1.0], [1e-3, 1.0]])) == [1, 0]
     assert match_rows(full, np.array([[1.0, 0.0], [np.nan, 1.0]])) == [0, 1]
+    small = np.array([[1.0, 1e-160, 0], [1e-160, 0, 1], [0, 0, 1]])  # 1e-320 in all, but nothing vanishes
+    assert match_rows(ca.Sparsity.dense(3, 3), small) == [1, 0, 2]
     lower = ca.Sparsity.lower(2)
     assert match_rows(lower, np.array([[0.0, 0.0], [1.0, 1.0]])) == [0, 1]
     with pytest.raises(ValueError, match=r"structurally singular: no equation is left for the unknowns \[1\]"):
