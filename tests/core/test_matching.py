@@ -60,7 +60,7 @@ def test_components_are_strongly_connected_and_in_order(seed: int) -> None:
     matrix = rng.random((n, n)) < 1.3 / n
     successors = [np.flatnonzero(row).tolist() for row in matrix]
     found = components(successors)
-    count, labels = connected_components(csr_matrix(matrix), directed=True, connection="strong")
+    count, labels = connected_components(csr_matrix(matrix.astype(float)), directed=True, connection="strong")
     assert len(found) == count
     assert sorted(k for members in found for k in members) == list(range(n))
     place = np.zeros(n, int)

@@ -260,3 +260,13 @@ def test_compliance_is_that_of_the_law_itself() -> None:
     assert of(tau[1], 1.0, 1.0) == 0.0
     assert of(cancelling, 3.0, 1.0) == pytest.approx(2.0)
     assert of(cancelling, 3.0, 3.0) == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(("lower", "upper", "expected"), [(1.0, 3.0, 1.0), (-3.0, -1.0, -1.0), (-1.0, 3.0, 0.0)])
+def test_a_law_that_its_torque_cannot_move_takes_the_least_torque(lower: float, upper: float, expected: float) -> None:
+    """At rest under a prescribed motion; sliding it takes its bound."""
+    tau, mode = ca.SX.sym("tau"), ca.SX.sym("m")
+    law = FrictionLaw(ca.SX(0), tau, ca.SX(lower), ca.SX(upper), ca.SX(1), "mode")
+    solved = solve_torques([Torque(Place("law"), law, tau, mode, rate=ca.SX.sym("given"))], [tau])
+    function = ca.Function("f", [mode], solved.tau)
+    assert [float(function(v)) for v in (-1.0, 0.0, 1.0)] == [lower, expected, upper]

@@ -220,10 +220,9 @@ NONE = ca.SX(0)
 
 
 def moved(point: Point, tau: Matrix) -> Matrix:
-    """The implicit unknowns for these torques, in closed form or by bisection."""
-    from scipy.optimize import brentq
-
-    z0 = float(brentq(lambda z: z**3 + z - tau[0] - point.x[0], -50, 50, xtol=1e-15))
+    """The implicit unknowns for these torques, in closed form or from the roots of the cubic."""
+    roots = np.roots([1.0, 0.0, 1.0, -tau[0] - point.x[0]])
+    z0 = float(roots[np.abs(roots.imag).argmin()].real)  # the only real one
     return np.array([z0, (tau[1] + point.t) / (1 + 0.3 * z0)])
 
 

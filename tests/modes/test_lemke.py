@@ -167,9 +167,10 @@ def test_the_lexicographic_rule_does_not_cycle(M: Matrix, q: Matrix) -> None:
 @pytest.mark.parametrize("copies", [1, 2, 3])
 @pytest.mark.parametrize("M", [KOSTREVA, KOSTREVA.T])
 def test_a_cyclic_matrix_with_all_ratios_tied(M: Matrix, copies: int) -> None:
-    M, q = np.kron(np.eye(copies), M), -np.ones(3 * copies)
-    found = lemke(M, q)
-    solves(found, M, q)
+    several: Matrix = np.kron(np.eye(copies), M)
+    q = -np.ones(3 * copies)
+    found = lemke(several, q)
+    solves(found, several, q)
     np.testing.assert_allclose(np.array(found.z, float), 1 / 3, atol=1e-15)
 
 
@@ -199,6 +200,11 @@ def test_no_pivot_where_nothing_is_negative() -> None:
     assert found.basic == {0, 1}
     assert np.array_equal(np.array(found.w), q)
     assert np.array_equal(np.array(found.z), [0.0, 0.0])
+
+
+def test_what_is_negative_by_little_is_negative() -> None:
+    found = lemke(np.array([[2.0, 0.0], [0.0, 1.0]]), np.array([-1e-9, 1.0]))
+    np.testing.assert_allclose(np.array(found.z, float), [5e-10, 0.0], rtol=1e-9)
 
 
 def test_a_ray_names_the_pairs_that_grow() -> None:
