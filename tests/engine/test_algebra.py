@@ -46,6 +46,28 @@ def test_linear_systems_take_one_step(n: int) -> None:
     np.testing.assert_allclose(found, np.linalg.solve(A, b), rtol=1e-10, atol=1e-10)
 
 
+def evaluations(residual: Any, start: Any) -> int:
+    """How often the equations are evaluated until they are solved."""
+    found, memory = algebra(residual, len(start))
+    memory.y[1][: len(start)] = start
+    count, call = [0], found._bound[1].call
+
+    def counted() -> None:
+        count[0] += 1
+        call()
+
+    found._bound[1].call = counted
+    found.solve(1)
+    return count[0]
+
+
+def test_convergence_is_quadratic() -> None:
+    """A linear system takes two steps, the last to see that it ends; a smooth one doubles its digits with every step."""
+    A = np.array([[2.0, 1], [1, -3]])
+    assert evaluations(lambda t, x, z, m, p: [ca.DM(A) @ z - 5], [100.0, 3.0]) <= 3
+    assert evaluations(lambda t, x, z, m, p: [z + ca.sinh(z) - 2], [0.9]) <= 6
+
+
 def test_time_states_modes_and_parameters_are_those_of_memory() -> None:
     found, memory = algebra(
         lambda t, x, z, m, p: [z - (t + 10 * x[0] + 100 * m[0] + 1000 * p[0])], 1, [2.0], [3.0], [4.0]
@@ -122,6 +144,7 @@ def test_equations_that_contradict_each_other_are_refused() -> None:
 @pytest.mark.parametrize(("equation", "start"), [
     (lambda z: z**2 + 1, 0.7),
     (lambda z: ca.sqrt(z) + 1, 1.0),
+    (lambda z: ca.if_else(z > 0, 5 * z, -10 * z) + 1e-8, 1.0),
     (lambda z: ca.log(z - 5), 1.0),
 ])  # fmt: skip
 def test_what_has_no_root_is_refused_with_the_equation(equation: Any, start: float) -> None:

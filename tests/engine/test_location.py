@@ -60,6 +60,10 @@ CURVES: dict[str, Curve] = {
 }
 
 
+FEW = {"line": 3, "curved up": 10, "curved down": 12, "flat above": 15, "quintic": 20}
+"""Evaluations that the Illinois method and the extrapolation from above take at most."""
+
+
 @pytest.mark.parametrize("name", CURVES)
 def test_first_root(name: str) -> None:
     """The indicator there is below zero, by twice the aim at most, or at the nearest number where it jumps."""
@@ -67,13 +71,13 @@ def test_first_root(name: str) -> None:
     found = step.find()
     assert found is not None
     value = CURVES[name](found)
-    root = brentq(CURVES[name], 0.0, 1.0, xtol=1e-16, maxiter=1000)
+    root: Any = brentq(CURVES[name], 0.0, 1.0, xtol=1e-16, maxiter=1000)
     assert value <= 0.0
     if value < -2 * AIM:
         assert found == pytest.approx(root, abs=1e-15)
     assert found >= root - 1e-12
     assert CURVES[name](np.nextafter(found, -1) - 1e-9 * (name == "jump")) > 0.0 or value >= -2 * AIM
-    assert step.calls < 70
+    assert step.calls <= FEW.get(name, 70)
     assert step.memory.g[0] == value
     assert step.memory.fraction[0] == found
 
@@ -134,6 +138,11 @@ def test_depth() -> None:
     found = step.find(depth=0.05)
     assert found == pytest.approx(0.45, abs=1e-9)
     assert Step([lambda q: 0.2 - 0.3 * q]).find(depth=0.5) is None
+    dips = Step([lambda q: 30.0 * (q - 0.65) ** 2 - 0.6, lambda q: 0.2 - q])
+    assert dips.find(depth=0.5) == pytest.approx(0.7, abs=1e-9)
+    assert Step([lambda q: 0.2 - q]).find(depth=0.7) == pytest.approx(
+        0.9, abs=1e-9
+    )  # not deep where it is first below zero
 
 
 def test_others_that_fall_later_in_the_interval_do_not_count_twice() -> None:

@@ -151,22 +151,31 @@ def test_rodas5p_is_stiffly_accurate() -> None:
     np.testing.assert_allclose((alpha + gamma)[6], b - error, atol=1e-11)
 
 
-def stability(z: Matrix) -> Matrix:
+def stability(z: Matrix) -> tuple[Matrix, Matrix]:
     """The end and the error of one step for y' = z y, y(0) = 1, h = 1, as the code takes it."""
     y, lam = ca.SX.sym("y", 2), ca.SX.sym("lam", 2)  # real and imaginary part
     J = ca.vertcat(ca.horzcat(lam[0], -lam[1]), ca.horzcat(lam[1], lam[0]))
     step = rodas5p.step(lambda t, u: J @ u, ca.densify(J), ca.SX.zeros(2), 2, ca.SX(0), ca.SX(1), y)
     function = ca.Function("f", [y, lam], [step.end, step.error])
-    end = [function([1, 0], [v.real, v.imag])[0] for v in z]
-    return np.array([complex(float(e[0]), float(e[1])) for e in end])
+    found = [[complex(float(e[0]), float(e[1])) for e in function([1, 0], [v.real, v.imag])] for v in z]
+    return np.array(found)[:, 0], np.array(found)[:, 1]
 
 
 def test_rodas5p_is_l_stable() -> None:
     z = np.concatenate([1j * np.linspace(-60, 60, 121), -(10.0 ** np.linspace(-2, 4, 25))])
-    assert np.abs(stability(z)).max() <= 1.0 + 1e-9
-    assert abs(stability(np.array([-1e9 + 0j]))[0]) < 1e-6
+    assert np.abs(stability(z)[0]).max() <= 1.0 + 1e-9
+    assert abs(stability(np.array([-1e9 + 0j]))[0][0]) < 1e-6
     small = np.array([0.01 + 0.02j])
-    assert abs(stability(small)[0] - np.exp(small)[0]) < 1e-12
+    assert abs(stability(small)[0][0] - np.exp(small)[0]) < 1e-12
+
+
+def test_rodas5p_estimates_the_difference_of_its_two_methods() -> None:
+    """b' k and e' k with (1 - z (alpha + Gamma)) k = z, the stages of y' = z y in the classical form."""
+    alpha, gamma, b, error, _ = rosenbrock()
+    for z in (-0.7 + 0j, 0.3 + 0.9j, -20 + 0j):
+        k = np.linalg.solve(np.eye(8) - z * (alpha + gamma), np.full(8, z))
+        end, estimate = stability(np.array([z]))
+        np.testing.assert_allclose([end[0], estimate[0]], [1 + b @ k, error @ k], rtol=1e-9)
 
 
 def test_a_step_from_a_stage_of_its_own() -> None:
