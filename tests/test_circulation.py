@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -145,7 +146,7 @@ def test_circulation_of_many_points_is_that_of_each() -> None:
         for strand in strands:
             expected[list(strand.edges)] += strand.flow
         np.testing.assert_allclose(around[:, i], expected, atol=1e-12)
-        entering = flow.supplied[:, i].clip(0).sum() + flow.loss[:, i].clip(None, 0).sum()
+        entering = flow.supplied[:, i].clip(0).sum() - flow.loss[:, i].clip(None, 0).sum()
         assert sum(s.flow for s in paths) == pytest.approx(entering) or given[i] < 0
     assert np.isnan(total[5])
     assert np.isnan(around[:, 5]).all()
@@ -173,8 +174,25 @@ def test_a_loop_that_carries_more_than_what_goes_on() -> None:
     assert flow.cases(2).tolist() == [3]
 
 
+def test_losses_below_zero_bring_power_in() -> None:
+    """A unit that gives 110 % of what it takes, such as one with a mapped efficiency beyond its map."""
+    flow = flow_of(powers(np.array([100.0]), np.array([30.0]), eta=1.1))
+    assert sum(path.flow for path in flow.strands(0)[1]) == pytest.approx(103.0)
+
+
+def test_drag_is_where_power_is_wanted_if_nothing_else_is() -> None:
+    """A load that takes all as a loss: series and split as with a delivery."""
+    flow = flow_of(powers(np.array([100.0, 100.0]), np.array([100.0, 30.0])))
+    loss = flow.loss.copy()
+    loss[3] = flow.delivered[3]
+    dragged = replace(flow, loss=loss, delivered=np.zeros_like(loss))
+    assert dragged.cases(2).tolist() == flow.cases(2).tolist() == [2, 1]
+
+
 def test_what_is_below_the_floor_counts_as_nothing() -> None:
     """A billionth of the largest power."""
     flow = flow_of(powers(np.array([100.0, 100.0]), np.array([5e-8, 5e-7])))
     np.testing.assert_allclose(flow.floor, 1e-7)
     assert flow.cases(2).tolist() == [0, 1]
+    beside = flow_of(powers(np.array([100.0, 100.0]), np.array([100.0 - 5e-8, 100.0 - 5e-7])))
+    assert beside.cases(2).tolist() == [2, 1]
