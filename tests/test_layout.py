@@ -32,7 +32,7 @@ ORDER = [
     "compiler: matching linear calls cancellation",
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
     "modes: complementarity",
-    "engine: sparse_lu buffers compiled pivots indicators modes",
+    "engine: sparse_lu buffers compiled pivots indicators waves modes",
     "engine: survey verdict step dopri5 rodas5p steps book",
     "engine: chatter schedules trajectory location projection consistent special",
     "engine: jam uniqueness resolve admissible",

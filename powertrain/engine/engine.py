@@ -21,14 +21,15 @@ from powertrain.engine.indicators import Indicator, indicators
 from powertrain.engine.location import Locator
 from powertrain.engine.loop import Run
 from powertrain.engine.modes import timed
-from powertrain.modes.tolerances import ZONE
 from powertrain.engine.pivots import match_rows
 from powertrain.engine.projection import project
 from powertrain.engine.resolve import Resolver
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.special import Calls, SpecialSteps
 from powertrain.engine.trajectory import Trajectory
+from powertrain.engine.waves import Waves
 from powertrain.errors import InitializationError, ParameterError, SimulationError
+from powertrain.modes.tolerances import ZONE
 
 Method = Literal["auto", "dopri5", "rodas5p"]
 _METHODS = ("auto", "dopri5", "rodas5p")
@@ -60,6 +61,7 @@ class Engine:
         self.indicators: tuple[Indicator, ...] = indicators(dae)
         self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
         self.bends = _bends(self.indicators)
+        self.waves = Waves(dae, self.indicators)
         self._turning = bool(dae.schedules or self.bends)
         self.timed = timed(dae)[1]
         self.sizes = (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())

@@ -50,7 +50,7 @@ class Run:
     ) -> None:
         self.engine, self.memory, self.dae = engine, engine.memory, engine.dae
         self.t, self.start, self.stop, self.rtol, self.max_step = start, start, stop, rtol, max_step
-        self.side, self.h, self.crossed = 0, 0.0, start
+        self.side, self.h, self.crossed, self.longest = 0, 0.0, start, max_step
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
         self.book = engine.book
@@ -126,7 +126,7 @@ class Run:
         """Step until an indicator falls below zero (located: True) or until ``self.target``."""
         time, tolerance, info, record, outside = self.views
         steps, auto = self.chosen
-        t, h, side, target, largest = self.t, self.h, self.side, self.target, self.max_step
+        t, h, side, target, largest = self.t, min(self.h, self.longest), self.side, self.target, self.longest
         rows, rejected, counting, watch = self.recorder.rows, False, len(outside), self.watch
         wanted, halved, finest = 0.0, 0, _FINEST * (self.stop - self.start)
         while True:
@@ -168,7 +168,9 @@ class Run:
                 return False
 
     def _choose(self) -> None:
-        """Take the steps for the present modes; note whether they may turn out too short."""
+        """Take the steps for the present modes; note how long they may be, and whether they may turn out too short."""
+        memory = self.memory
+        self.longest = min(self.max_step, self.engine.waves.longest_step(self.t, self.stop, memory.m, memory.p))
         steps = self.steps
         if not (self.numeric or self.engine.compile):  # machine code gains nothing from fewer instructions
             steps = self.engine.special.get(self.method, self.memory.m, steps)

@@ -168,7 +168,7 @@ def _at_rest(model: Common, y: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
 def corner(model: Common) -> ca.Function:
     """At a corner of time signals: as ``fresh`` without a step size, and whether anything has to be resolved.
 
-    (time, y, m, p) -> (y, slope, [0 if all modes stay, speed, sum])
+    (time, y, m, p) -> (y, slope, [0 if all modes stay and no law is held at its limit, speed, sum])
     """
     dae = model.dae
     n, t = dae.x.numel(), model.time[0]
@@ -180,7 +180,7 @@ def corner(model: Common) -> ca.Function:
     flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
     determined = ca.fabs(flags[3]) < np.inf
     y, slope, speed = _at_rest(model, y)
-    found = ca.vertcat(flags[0] + flags[1] + flags[2] + far + ca.logic_not(determined), speed, ca.sum1(slope))
+    found = ca.vertcat(flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined), speed, ca.sum1(slope))
     return _function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found])
 
 

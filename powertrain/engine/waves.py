@@ -1,0 +1,68 @@
+"""How long a step may be while laws follow sines of time: what is at rest integrates nothing that would limit it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import Contact, Friction, HybridDae
+from powertrain.engine.buffers import Array
+from powertrain.engine.indicators import Indicator
+
+PART = 1 / 8
+"""Part of a period that a step may take: a parabola through a sine's samples at quarters of it is right to 1e-5 of its amplitude."""
+
+
+class Waves:
+    """The sines and cosines of time that the indicators of a model contain."""
+
+    def __init__(self, dae: HybridDae, indicators: Sequence[Indicator]) -> None:
+        found = [(i.law, _speeds(dae, i.value)) for i in indicators if ca.depends_on(i.value, dae.t)]
+        self._laws = [(law, len(speeds)) for law, speeds in found if speeds]
+        values = ca.vertcat(ca.SX(0, 1), *[speed for _, speeds in found for speed in speeds])
+        self._speeds = ca.Function("powertrain_waves", [dae.t, dae.m, dae.p], [ca.fabs(values)])
+        self._sizes = dae.m.numel(), dae.p.numel()
+
+    def longest_step(self, t: float, stop: float, m: Array, p: Array) -> float:
+        """In seconds, for the modes in ``m``; infinite where none of them follows a sine."""
+        acting = np.repeat([_follows(law, m) for law, _ in self._laws], [count for _, count in self._laws])
+        if not acting.any():
+            return np.inf
+        nm, count = self._sizes
+        speeds = [np.array(self._speeds(at, m[:nm], p[:count]), float).ravel() for at in (t, stop)]
+        fastest = float(np.nan_to_num(np.maximum(*speeds))[acting.astype(bool)].max())
+        return 2 * np.pi / fastest * PART if fastest > 0.0 else np.inf
+
+
+def _follows(law: object, m: Array) -> bool:
+    """Whether a law's condition is one of time alone: where it moves, what it moves is integrated."""
+    if isinstance(law, Friction):
+        return law.algebraic or law.prescribed or m[law.index] in (0.0, 2.0)  # stuck or free
+    return not isinstance(law, Contact) or m[law.index] > 0.5
+
+
+def _speeds(dae: HybridDae, expression: ca.SX) -> list[ca.SX]:
+    """The rates (rad/s) of the angles whose sine or cosine is taken, where these are functions of time alone."""
+    inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+    tape = ca.Function("powertrain_tape", inputs, [expression])
+    values: dict[int, ca.SX] = {}
+    found: dict[int, ca.SX] = {}
+    for k in range(tape.n_instructions()):
+        operation, taken, given = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
+        if operation == ca.OP_CALL:
+            return list(found.values())
+        if operation == ca.OP_CONST:
+            values[given[0]] = ca.SX(tape.instruction_constant(k))
+        elif operation == ca.OP_INPUT:
+            values[given[0]] = inputs[taken[0]][taken[1]]
+        elif operation != ca.OP_OUTPUT:
+            unary = len(taken) == 1
+            arguments = [values[i] for i in taken]
+            values[given[0]] = ca.SX.unary(operation, *arguments) if unary else ca.SX.binary(operation, *arguments)
+            if operation in (ca.OP_SIN, ca.OP_COS):
+                speed = ca.jacobian(arguments[0], dae.t)
+                if not speed.is_zero() and not ca.depends_on(arguments[0], ca.vertcat(dae.x, dae.z)):
+                    found[speed.element_hash()] = speed
+    return list(found.values())

@@ -1,0 +1,99 @@
+"""Events of laws at rest under sines of time: none is lost although nothing is integrated."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Sine
+
+
+class Shaken(pt.Component):
+    """An inertia on a brake, both pushed and pressed by sines."""
+
+    push: Sine
+    press: Sine
+    torque: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    brake: rot.Brake = rot.Brake(fn_max=1.0, mue_pos=((0.0, 1.0),))
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.push.y, self.torque.tau)
+        yield pt.connect(self.press.y, self.brake.f_normalized)
+        yield pt.connect(self.torque.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.brake.flange_a)
+
+
+class Bearing(pt.Component):
+    """A bearing on a shaft whose angle is a sine."""
+
+    shake: Sine
+    moved: rot.Position = rot.Position(exact=True)
+    bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=((0.0, 1.0),))
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.shake.y, self.moved.phi_ref)
+        yield pt.connect(self.moved.flange, self.bearing.flange_a)
+
+
+def events(plant: pt.Plant[Shaken], case: dict[str, float], **options: float) -> list[tuple[str, float, float, float]]:
+    found = plant.simulate(2.0, parameters=case, rtol=1e-8, atol=1e-10, **options).events
+    return [(e.name, e.old, e.new, e.time) for e in found]
+
+
+def same(seldom: list[tuple[str, float, float, float]], often: list[tuple[str, float, float, float]]) -> None:
+    assert [event[:3] for event in seldom] == [event[:3] for event in often]
+    assert [event[3] for event in seldom] == pytest.approx([event[3] for event in often], abs=1e-4)
+
+
+def random_case(rng: np.random.Generator) -> dict[str, float]:
+    return {
+        "push.amplitude": rng.uniform(0, 3), "push.offset": rng.uniform(-1, 1), "push.f": 10 ** rng.uniform(-1, 1.5),
+        "press.amplitude": rng.uniform(0, 3), "press.offset": rng.uniform(-1, 3), "press.f": 10 ** rng.uniform(-1, 1.5),
+        "push.phase": rng.uniform(0, 6), "press.phase": rng.uniform(0, 6),
+    }  # fmt: skip
+
+
+def compared(count: int) -> int:
+    plant = pt.compile(Shaken(push=Sine(f=1, amplitude=1), press=Sine(f=1, amplitude=1)))
+    total = 0
+    for k in range(count):
+        case = random_case(np.random.default_rng(k))
+        often = events(plant, case, max_step=0.05 / max(case["push.f"], case["press.f"]))
+        same(events(plant, case), often)
+        total += len(often)
+    return total
+
+
+def test_brakes_pressed_by_sines() -> None:
+    assert compared(12) > 30
+
+
+@pytest.mark.slow
+def test_six_hundred_brakes_pressed_by_sines() -> None:
+    assert compared(600) > 2000
+
+
+def test_a_sine_of_seven_hertz_breaks_a_brake_loose_at_every_half_period() -> None:
+    """The press falls to zero 7.2 times a second; 1 N.m moves the shaft whenever it is below that."""
+    plant = pt.compile(Shaken(push=Sine(f=1e-6, offset=1, amplitude=0), press=Sine(f=7.2, amplitude=2, offset=2)))
+    same(events(plant, {}), events(plant, {}, max_step=0.01))
+    assert len(events(plant, {})) >= 14
+
+
+@pytest.mark.parametrize("over", [1e-3, -1e-3, 1e-4, -1e-4])
+def test_a_sine_that_just_reaches_the_limit(over: float) -> None:
+    """It exceeds the limit by a thousandth of it for 2 acos(1/1.001)/(2 pi f), 14 ms at 1 Hz, or never."""
+    plant = pt.compile(Shaken(push=Sine(f=1, amplitude=1 + over), press=Sine(f=1e-6, amplitude=0, offset=1)))
+    loose = [event for event in events(plant, {}) if event[2] != 0]
+    assert len(loose) == (4 if over > 0 else 0)
+    for k, event in enumerate(loose):
+        assert event[3] == pytest.approx((np.arcsin(1 / (1 + over)) / np.pi + k) / 2, abs=1e-6)
+
+
+def test_a_bearing_on_a_shaken_shaft() -> None:
+    plant = pt.compile(Bearing(shake=Sine(f=9.0, amplitude=0.1)))
+    turns = [e.time for e in plant.simulate(2.0).events]
+    assert turns == pytest.approx([(2 * k + 1) / 36 for k in range(36)], abs=1e-8)
