@@ -194,6 +194,8 @@ class _Problem:
     """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
 
     def __init__(self, laws: Laws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+        size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
+        bend = replace(bend, rate=bend.rate * size, lower=bend.lower * size, upper=bend.upper * size)
         self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone
         n, self.places = laws.count, np.flatnonzero(rest)
         lower, upper = _finite(near.lower), _finite(near.upper)
@@ -217,7 +219,8 @@ class _Problem:
         self.two = self.places[np.isfinite(near.lower[self.places]) & np.isfinite(near.upper[self.places])]
         self.rate_0, self.width_0 = near.rate - near.rate_slope @ tau, u0 - l0
         self.width_slope = slope_u - slope_l
-        self.g_0 = near.g - near.g_slope @ tau
+        self.g_slope = near.g_slope[bend.places] / size[:, None]
+        self.g_0 = near.g[bend.places] / size - self.g_slope @ tau
 
     def answer(self, switches: list[int]) -> Answer:
         """The modes of the laws at rest, of those that slide, and of the bending conditions."""
@@ -272,12 +275,9 @@ class _Problem:
             M[r + j, r + t :] += self.bend.upper[k] - self.bend.lower[k]
             M[r + j, i] -= 1.0
             q[r + j] = self.width_0[k] + self.width_slope[k] @ self.tau_0
-        places = self.bend.places
-        g_z = self.near.g_slope[places] @ tau_z
-        g_size = np.abs(self.near.g_slope[places]).max(axis=1, initial=1e-300)
-        M[r + t :] = -g_z / g_size[:, None]
-        M[r + t :, r + t :] += np.diag(1.0 / g_size)
-        q[r + t :] = -(self.g_0[places] + self.near.g_slope[places] @ self.tau_0) / g_size
+        M[r + t :] = -self.g_slope @ tau_z
+        M[r + t :, r + t :] += np.eye(s)
+        q[r + t :] = -(self.g_0 + self.g_slope @ self.tau_0)
         return M, q, max(1e-9, float(np.abs(q).max(initial=0.0)))
 
 
