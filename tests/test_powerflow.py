@@ -17,9 +17,19 @@ import powertrain as pt
 from powertrain.components.blocks import Ramp
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential, Mesh, PlanetaryGear
-from powertrain.components.rotational import ConstantSpeed, Damper, Fixed, IdealGear, Inertia, Torque, Torque2
+from powertrain.components.rotational import (
+    ConstantSpeed,
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Torque,
+    Torque2,
+    TwoFlanges,
+)
 from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmission, relative_ratio
 from powertrain.power.circulation import Edge, decompose, loops
+from powertrain.power.powergraph import _shown
 from powertrain.power.powerplot import plot_efficiency_map, plot_lever, plot_variator
 
 CVU_PATH, MESH_PATH = "gearbox.cvu", "gearbox.differential"
@@ -224,6 +234,44 @@ def test_composite_as_a_whole() -> None:
     assert float(flow.circulating) == 0.0
     assert float(flow.data.loss.sel(component="gearbox")) == pytest.approx(1.536 * 1300, rel=1e-3)
     assert abs(float(flow.imbalance.sel(component="gearbox"))) < 1e-8
+
+
+def test_the_outermost_whole_hides_what_is_in_it() -> None:
+    assert _shown("a.b.c", ["a", "a.b"]) == "a"
+    assert _shown("a.b.c", ["a.b"]) == "a.b"
+    assert _shown("a.b.c", ["*.c"]) == "a.b.c"
+    assert _shown("a.b.c", []) == "a.b.c"
+
+
+class Box(TwoFlanges):
+    """An inertia in a composite."""
+
+    inner: Inertia = Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.flange_a, self.inner.flange_a)
+        yield pt.connect(self.flange_b, self.inner.flange_b)
+
+
+class OpenEnd(pt.Component):
+    """An inertia and a composite with nothing at its end."""
+
+    drive: Torque = Torque()
+    first: Inertia = Inertia(J=1.0)
+    last: Box = Box()
+    rise: Ramp = Ramp(height=1.0, duration=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.rise.y, self.drive.tau)
+        yield pt.connect(self.drive.flange, self.first.flange_a)
+        yield pt.connect(self.first.flange_b, self.last.flange_a)
+
+
+def test_an_open_flange_is_no_connection() -> None:
+    graph = pt.power_flow(pt.simulate(OpenEnd(), 1.0)).graph
+    assert len(graph.nodes) == 2
+    assert all(len(graph.at_node(n)) == 2 for n in range(2))
+    assert not any(terminal.port.endswith("flange_b") and "last" in terminal.port for terminal in graph.terminals)
 
 
 def test_dataset_of_steady(example: pt.PowerFlow) -> None:

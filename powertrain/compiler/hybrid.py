@@ -138,7 +138,7 @@ class Opened:
 
     ``residual`` are the equations of the first entries of ``z``, those of the model; the others are torques. ``speed`` and ``rate`` are
     those of the laws; what a law transmits against its motion, tau for friction and minus the force for a contact, lies between
-    ``lower`` and ``upper``; ``reach`` is how much it changes its own rate, and ``compliance`` how much it yields, relative to
+    ``lower`` and ``upper``, times ``peak`` while it is stuck; ``reach`` is how much it changes its own rate, and ``compliance`` how much it yields, relative to
     ``COMPLIANCE``. ``conditions`` are those of the switches.
     """
 
@@ -149,6 +149,7 @@ class Opened:
     rate: ca.SX
     lower: ca.SX
     upper: ca.SX
+    peak: ca.SX
     reach: ca.SX
     compliance: ca.SX
     conditions: ca.SX

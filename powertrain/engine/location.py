@@ -28,8 +28,10 @@ class Locator:
         """
         fraction, worst, call, info = self._fraction, self._worst, self._call, self._info
         first = 1
-        while info[INFO + first - 1] > 0.0:
+        while info[INFO + first - 1] + depth > 0.0:
             first += 1
+            if first == len(_PLACES):
+                return None
         low, high = _PLACES[first - 1], _PLACES[first]
         self._above.fill(0.0)
         fraction[0] = high

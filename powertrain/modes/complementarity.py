@@ -15,7 +15,7 @@ chapter 5 (the principle of Gauss with friction).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -49,6 +49,7 @@ class Linear:
     rate: Array
     lower: Array
     upper: Array
+    peak: Array
     reach: Array
     yields: Array
     g: Array
@@ -86,7 +87,8 @@ class Laws:
         values = [opened.residual, opened.speed, opened.rate, opened.lower, opened.upper, opened.conditions]
         slopes = [ca.densify(ca.jacobian(e, moved)) for e in values]
         inputs = [dae.t, dae.x, z, dae.m, dae.p, opened.tau]
-        outputs = [*map(ca.densify, values), *slopes, ca.densify(opened.reach), ca.densify(opened.compliance)]
+        single = [opened.reach, opened.compliance, opened.peak]
+        outputs = [*map(ca.densify, values), *slopes, *map(ca.densify, single)]
         self._function = ca.Function("powertrain_laws_opened", inputs, outputs)
 
     def at(self, point: Point, tau: Array) -> Linear:
@@ -109,8 +111,8 @@ class Laws:
                 value += slope[:, :n] @ step
                 along = along + slope[:, :n] @ moved
             slopes.append(along)
-        reach, yields = found[12].ravel(), COMPLIANCE * found[13].ravel()
-        return Linear(speed, rate, lower, upper, reach, yields, g, *slopes[1:])
+        reach, yields, peak = found[12].ravel(), COMPLIANCE * found[13].ravel(), found[14].ravel()
+        return Linear(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
 
 
 @dataclass(frozen=True)
@@ -135,12 +137,16 @@ class Complementarity:
         """The modes for laws that are linear near ``tau``; ``bends``: conditions of torques are part of the problem, else held."""
         laws = self.laws
         near = laws.at(point, tau)
+        if np.isnan([near.speed, near.lower, near.upper]).any():
+            return Answer({}, None, ())
         places = self._bending(near) if bends else []
         m = point.m.copy()
         m[[self.switches[k] for k in places]] = 0.0
         base = laws.at(Point(point.t, point.x, point.z, m, point.p), tau) if places else near
         bend = self._bends(Point(point.t, point.x, point.z, m, point.p), tau, base, places)
-        return _Problem(laws, base, bend, tau, self._at_rest(point, base, zone), zone).answer(self.switches)
+        rest = self._at_rest(point, base, zone)
+        holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
+        return _Problem(laws, *_widened(base, bend, holds), tau, rest, zone).answer(self.switches)
 
     def _at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
         """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
@@ -171,10 +177,25 @@ class Complementarity:
         return _Bends(places, *found)
 
 
+def _widened(near: Linear, bend: _Bends, factor: Array) -> tuple[Linear, _Bends]:
+    """The same with all bounds multiplied by ``factor``."""
+    rows = factor[:, None]
+    wide = replace(
+        near,
+        lower=factor * near.lower,
+        upper=factor * near.upper,
+        lower_slope=rows * near.lower_slope,
+        upper_slope=rows * near.upper_slope,
+    )
+    return wide, replace(bend, lower=rows * bend.lower, upper=rows * bend.upper)
+
+
 class _Problem:
     """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
 
     def __init__(self, laws: Laws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+        size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
+        bend = replace(bend, rate=bend.rate * size, lower=bend.lower * size, upper=bend.upper * size)
         self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone
         n, self.places = laws.count, np.flatnonzero(rest)
         lower, upper = _finite(near.lower), _finite(near.upper)
@@ -186,13 +207,11 @@ class _Problem:
         # tau = base + own q + added g+: laws at rest lower + q, those that slide at their bound
         bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
         added = np.where(self.forward[:, None], bend.upper, bend.lower)
-        # a law without lower limit is counted from its upper one, downwards
+        # a law at rest without lower limit is counted from its upper one, downwards; an open contact has both limits zero here
         self.hangs = rest & np.isinf(near.lower)
         bound = np.where(self.hangs, u0, bound)
         slope = np.where(self.hangs[:, None], slope_u, slope)
         added = np.where(self.hangs[:, None], bend.upper, added)
-        open_contact = ~rest & np.isinf(near.lower) & (np.arange(n) >= laws.frictions)
-        bound[open_contact], slope[open_contact], added[open_contact] = 0.0, 0.0, 0.0
         inverse = _inverse(np.eye(n) - slope)
         own = np.zeros((n, self.places.size))
         own[self.places, np.arange(self.places.size)] = np.where(self.hangs[self.places], -1.0, 1.0)
@@ -200,7 +219,8 @@ class _Problem:
         self.two = self.places[np.isfinite(near.lower[self.places]) & np.isfinite(near.upper[self.places])]
         self.rate_0, self.width_0 = near.rate - near.rate_slope @ tau, u0 - l0
         self.width_slope = slope_u - slope_l
-        self.g_0 = near.g - near.g_slope @ tau
+        self.g_slope = near.g_slope[bend.places] / size[:, None]
+        self.g_0 = near.g[bend.places] / size - self.g_slope @ tau
 
     def answer(self, switches: list[int]) -> Answer:
         """The modes of the laws at rest, of those that slide, and of the bending conditions."""
@@ -255,12 +275,9 @@ class _Problem:
             M[r + j, r + t :] += self.bend.upper[k] - self.bend.lower[k]
             M[r + j, i] -= 1.0
             q[r + j] = self.width_0[k] + self.width_slope[k] @ self.tau_0
-        places = self.bend.places
-        g_z = self.near.g_slope[places] @ tau_z
-        g_size = np.abs(self.near.g_slope[places]).max(axis=1, initial=1e-300)
-        M[r + t :] = -g_z / g_size[:, None]
-        M[r + t :, r + t :] += np.diag(1.0 / g_size)
-        q[r + t :] = -(self.g_0[places] + self.near.g_slope[places] @ self.tau_0) / g_size
+        M[r + t :] = -self.g_slope @ tau_z
+        M[r + t :, r + t :] += np.eye(s)
+        q[r + t :] = -(self.g_0 + self.g_slope @ self.tau_0)
         return M, q, max(1e-9, float(np.abs(q).max(initial=0.0)))
 
 

@@ -32,8 +32,8 @@ def decompose(
 ) -> tuple[list[Strand], list[Strand]]:
     """Cycles and paths of a flow. ``flow`` is not negative; what is not above ``floor`` counts as nothing."""
     left = np.array(flow, float)
-    cycles = _taken(left, floor, lambda: _widest_cycle(edges, left, floor))
-    paths = _taken(left, floor, lambda: _widest_path(edges, left, sources, sinks, floor))
+    cycles = _taken(left, lambda: _widest_cycle(edges, left, floor))
+    paths = _taken(left, lambda: _widest_path(edges, left, sources, sinks, floor))
     return cycles, paths
 
 
@@ -63,13 +63,12 @@ def loops(edges: Sequence[Edge], count: int) -> list[list[int]] | None:
     return found
 
 
-def _taken(left: Array, floor: float, search: Callable[[], list[int] | None]) -> list[Strand]:
+def _taken(left: Array, search: Callable[[], list[int] | None]) -> list[Strand]:
     """Takes one strand after the other off ``left``."""
     found: list[Strand] = []
     while (strand := search()) is not None:
         amount = float(left[strand].min())
         left[strand] -= amount
-        left[left <= floor] = 0.0
         found.append(Strand(amount, tuple(strand)))
     return found
 

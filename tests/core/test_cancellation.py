@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -36,3 +38,30 @@ def test_functions_count_by_their_value() -> None:
     f = ca.Function("f", [x], [size])
     assert float(f(4.0)) == pytest.approx(4.0)
     assert float(f(-3.0)) == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize(("expression", "expected"), [
+    (lambda x, y: 2 * x - y, 2 * 3 + 2),
+    (lambda x, y: x + x, 6),
+    (lambda x, y: -(x - y), 3 + 2),
+    (lambda x, y: ca.fabs(x - y) * (y - x), (3 + 2) ** 2),
+    (lambda x, y: (x - y) ** 2, (3 + 2) ** 2),
+    (lambda x, y: (x + y) / (x - y), (3 + 2) / abs(3 + 2)),
+    (lambda x, y: (x + 2 * y) / (1 - x), (3 + 4) / 2),
+    (lambda x, y: ca.if_else(x > y, x + y, x - 7), 3 + 2),
+    (lambda x, y: ca.if_else(x < y, x + y, x - 7), 3 + 7),
+    (lambda x, y: ca.sqrt(x - y) - 4, np.sqrt(5) + 4),
+    (lambda x, y: ca.SX(0) * x, 0),
+])  # fmt: skip
+def test_every_operation(expression: Any, expected: float) -> None:
+    """At x = 3, y = -2, whose size is 2."""
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    size = ca.Function("f", [x, y], [terms(expression(x, y))])
+    assert float(size(3.0, -2.0)) == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_function_that_is_called_counts_by_its_value() -> None:
+    x = ca.SX.sym("x")
+    inner = ca.Function("inner", [x], [x - 5], {"never_inline": True})
+    size = ca.Function("f", [x], [terms(inner(x) + 3)])
+    assert float(size(4.0)) == pytest.approx(2.0)

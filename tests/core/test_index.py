@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from core_models import Cam, Crank, Joined, row
@@ -179,3 +180,30 @@ def test_constraints_that_repeat_each_other_are_all_quoted() -> None:
     with pytest.raises(pt.ModelError, match=r"repeat or contradict(.|\n)*\n  one: (.|\n)*\n  two: "):
         pt.compile(Twice())
     assert len(pt.compile(pt.replace(Twice(), {"two.ratio": 3.0})).compiled.states) == 2
+
+
+class Sum(pt.Component):
+    """The derivative of a sum of two variables that time gives: all three equations have to be differentiated."""
+
+    x: pt.Variable = pt.variable("1", "Sum")
+    y: pt.Variable = pt.variable("1", "First")
+    z: pt.Variable = pt.variable("1", "Second")
+    w: pt.Variable = pt.variable("1/s", "Rate of the sum")
+    s: pt.Variable = pt.variable("1", "A state", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.w == pt.der(self.x)
+        yield self.x * self.y == self.z + 2
+        yield self.y + 0.1 * self.z == 2 + ca.sin(pt.time)
+        yield self.z - 0.3 * self.y == ca.cos(pt.time)
+        yield pt.der(self.s) == self.w
+
+
+def test_equations_of_several_variables_are_differentiated_together() -> None:
+    """The integral of the rate is the change of the sum."""
+    result = pt.simulate(Sum(), 3.0, **TIGHT)
+    t = result.time
+    y = (2 + np.sin(t) - 0.1 * np.cos(t)) / 1.03
+    x = (np.cos(t) + 0.3 * y + 2) / y
+    np.testing.assert_allclose(result["x"], x, atol=1e-9)
+    np.testing.assert_allclose(result["s"], x - x[0], atol=1e-7)

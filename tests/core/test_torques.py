@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -10,8 +11,11 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.compiler.torques import Torque, compliance, solve_torques
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
+from powertrain.laws import FrictionLaw, UnilateralLaw
+from powertrain.recorder import Place
 
 Matrix = np.ndarray[Any, Any]
 CAPACITY = 3.0
@@ -134,3 +138,135 @@ def test_modes_are_those_of_coulomb() -> None:
                 fits.append(modes)
         _, _, m, _ = plant.initialize()
         assert [tuple(m[law.index] for law in plant.compiled.dae.frictions)] == fits
+
+
+EPS = 1e-8
+
+
+def hand_made(
+    rng: np.random.Generator, G: Matrix, contacts: int
+) -> tuple[list[Torque], list[ca.SX], ca.SX, Matrix, Matrix, Matrix]:
+    """Laws with rates a - G tau and bounds that are affine in all torques, the last ``contacts`` of them contacts (rate a + G f)."""
+    n = len(G)
+    tau, mode = [ca.SX.sym(f"tau{i}") for i in range(n)], ca.SX.sym("m", n)
+    a, b, slopes = rng.normal(size=n), rng.uniform(1, 2, n), rng.normal(size=(n, n)) * 0.05
+    sign = np.where(np.arange(n) < n - contacts, 1.0, -1.0)
+    rates = ca.vertsplit(ca.DM(a) - ca.DM(G * sign) @ ca.vertcat(*tau))
+    laws = []
+    for i in range(n):
+        bound = float(b[i]) + ca.dot(ca.DM(slopes[i]), ca.vertcat(*tau))
+        law: FrictionLaw | UnilateralLaw
+        if sign[i] > 0:
+            law = FrictionLaw(ca.SX(0), tau[i], -bound, bound, ca.SX(1), "mode")
+        else:
+            law = UnilateralLaw(ca.SX(0), tau[i], ca.SX(0), "contact")
+        laws.append(Torque(Place("law", "hand", 1), law, tau[i], mode[i], rate=rates[i]))
+    return laws, tau, mode, a, b, slopes
+
+
+def eliminated(G: Matrix, a: Matrix, b: Matrix, slopes: Matrix, contacts: int, modes: tuple[float, ...]) -> Matrix:
+    """Dense: row + eps G_ii (tau - q) = 0 for laws at rest, twice."""
+    n = len(G)
+    sign = np.where(np.arange(n) < n - contacts, 1.0, -1.0)
+    rows, right, soft = np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    for i, mode in enumerate(modes):
+        if mode == (0.0 if sign[i] > 0 else 1.0):
+            rows[i], right[i], soft[i] = -G[i] * sign, -a[i], -sign[i] * EPS * G[i, i]
+        else:
+            rows[i, i] = 1.0
+            if sign[i] > 0:
+                rows[i] -= mode * slopes[i]
+                right[i] = mode * b[i]
+    matrix = rows + np.diag(soft)
+    first = np.linalg.solve(matrix, right)
+    return np.linalg.solve(matrix, right + soft * first)
+
+
+@pytest.mark.parametrize(("n", "rank", "contacts"), [(1, 1, 0), (3, 3, 0), (3, 2, 0), (3, 3, 1), (4, 2, 1)])
+def test_all_modes_of_laws_with_bounds_that_lean_on_torques(n: int, rank: int, contacts: int) -> None:
+    """Also where laws hold the same motion, and the torques are unique by their compliance."""
+    rng = np.random.default_rng(10 * n + rank)
+    root = rng.normal(size=(n, rank))
+    G = root @ root.T
+    laws, tau, mode, a, b, slopes = hand_made(rng, G, contacts)
+    if rank < n:  # rates that torques can make
+        new = G @ rng.normal(size=n)
+        laws = [replace(law, rate=law.rate + float(b - a)) for law, a, b in zip(laws, a, new, strict=True)]
+        a = new
+    solved = solve_torques(laws, tau)
+    assert not solved.implicit
+    assert not solved.residuals
+    function = ca.Function("f", [mode], [ca.vertcat(*solved.tau)])
+    for modes in product(*[MODES] * (n - contacts), *[(0.0, 1.0)] * contacts):
+        expected = eliminated(G, a, b, slopes, contacts, modes)
+        if n == 1 and modes == (0.0,):
+            expected = a / G[0]  # alone on its motion a law does not yield
+        found = np.array(function(list(modes))).ravel()
+        np.testing.assert_allclose(found, expected, atol=1e-5 if rank < n else 1e-10)
+
+
+def test_stuck_laws_creep_by_round_off_only() -> None:
+    """Three laws on one motion: what one step with compliance leaves, 1e-8 of what the torques accelerate, the second takes away."""
+    G = np.full((3, 3), 2.0)
+    laws, tau, mode, _, _, _ = hand_made(np.random.default_rng(2), G, 0)
+    laws = [replace(law, rate=6.0 - 2.0 * ca.sum1(ca.vertcat(*tau))) for law in laws]
+    solved = ca.vertcat(*solve_torques(laws, tau).tau)
+    found = np.array(ca.Function("f", [mode], [solved])([0, 0, 0])).ravel()
+    np.testing.assert_allclose(found, 1.0, atol=1e-7)
+    assert abs(6.0 - 2.0 * found.sum()) < 1e-14 * 6.0
+
+
+def test_laws_that_are_not_linear_in_the_torques_stay_unknowns() -> None:
+    """tau0 enters the bound of law 1 squared: its own row is left over, and solves it."""
+    tau = [ca.SX.sym("tau0"), ca.SX.sym("tau1")]
+    mode = ca.SX.sym("m", 2)
+    rates = [3.0 - 2 * tau[0] - tau[1], 1.0 - tau[0] - 2 * tau[1]]
+    bounds = [ca.SX(1.0), 1 + 0.1 * tau[0] ** 2]
+    laws = [
+        Torque(
+            Place("law", "hand", 1), FrictionLaw(ca.SX(0), tau[i], -bounds[i], bounds[i], ca.SX(1), "mode"), tau[i], mode[i],
+            rate=rates[i],
+        )
+        for i in range(2)
+    ]  # fmt: skip
+    solved = solve_torques(laws, tau)
+    assert solved.implicit == [0]
+    residuals = ca.substitute(ca.vertcat(*solved.residuals), tau[1], solved.tau[1])
+    function = ca.Function("f", [mode, tau[0]], [ca.vertcat(*solved.tau), residuals])
+    for modes, expected in (((0.0, 1.0), None), ((1.0, 1.0), (1.0, 1.1)), ((-1.0, -1.0), (-1.0, -1.1))):
+        if expected is None:  # 3 - 2 x - (1 + x^2/10) = 0
+            x = -10 + np.sqrt(120.0)
+            expected = (x, 1 + 0.1 * x**2)
+        torques, left = (np.array(v).ravel() for v in function(list(modes), expected[0]))
+        np.testing.assert_allclose(torques, expected, atol=1e-12)
+        np.testing.assert_allclose(left, 0.0, atol=1e-9)
+
+
+def test_compliance_is_that_of_the_law_itself() -> None:
+    """|G_ii| where other laws meet in its motion, none where it moves alone; the size of the terms where they cancel each other."""
+    p = ca.SX.sym("p", 2)
+    tau = [ca.SX.sym("tau0"), ca.SX.sym("tau1")]
+    both, alone = -p[0] * tau[0] - tau[1], -p[0] * tau[0]
+    cancelling = (p[0] - p[1]) * tau[0] + tau[1]
+
+    def of(rate: ca.SX, *values: float) -> float:
+        law = Torque(
+            Place("", "", 1), FrictionLaw(rate, tau[0], ca.SX(-1), ca.SX(1), ca.SX(1), ""), tau[0], ca.SX(0), rate=rate
+        )
+        return float(ca.Function("f", [p], [compliance(law, tau[0], ca.vertcat(*tau))])(list(values)))
+
+    assert of(both, 3.0, 0.0) == pytest.approx(3.0)
+    assert of(alone, 3.0, 0.0) == 0.0
+    assert of(tau[1], 1.0, 1.0) == 0.0
+    assert of(cancelling, 3.0, 1.0) == pytest.approx(2.0)
+    assert of(cancelling, 3.0, 3.0) == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(("lower", "upper", "expected"), [(1.0, 3.0, 1.0), (-3.0, -1.0, -1.0), (-1.0, 3.0, 0.0)])
+def test_a_law_that_its_torque_cannot_move_takes_the_least_torque(lower: float, upper: float, expected: float) -> None:
+    """At rest under a prescribed motion; sliding it takes its bound."""
+    tau, mode = ca.SX.sym("tau"), ca.SX.sym("m")
+    law = FrictionLaw(ca.SX(0), tau, ca.SX(lower), ca.SX(upper), ca.SX(1), "mode")
+    solved = solve_torques([Torque(Place("law"), law, tau, mode, rate=ca.SX.sym("given"))], [tau])
+    function = ca.Function("f", [mode], solved.tau)
+    assert [float(function(v)) for v in (-1.0, 0.0, 1.0)] == [lower, expected, upper]

@@ -162,6 +162,7 @@ def bodies(
         rate=rates,
         lower=ca.vertcat(*(ca.SX(low) for low, _ in limits)),
         upper=ca.vertcat(*(ca.SX(high) for _, high in limits)),
+        peak=ca.SX([peak] * laws),
         reach=ca.SX(own),
         compliance=shared * ca.SX(own),
         conditions=ca.vertcat(ca.SX(0, 1), *(switch.g for switch in conditions)),

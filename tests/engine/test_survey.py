@@ -27,6 +27,13 @@ def test_a_parabola_that_dips_below_zero_is_seen(at: float, least: float) -> Non
     assert rough < 1e-6
 
 
+@pytest.mark.parametrize("samples", [[0.02, 0.01, 0.01, 0.1], [0.1, 0.01, 0.01, 0.02]])
+def test_either_parabola_may_dip_between_the_inner_samples(samples: list[float]) -> None:
+    """0.01 - 0.045^2/0.18 by the steep one, 0.009 by the other."""
+    assert surveyed(np.array(samples))[0]
+    assert not surveyed(np.array([0.02, 0.01, 0.01, 0.02]))[0]
+
+
 @pytest.mark.parametrize("at", [-0.1, 1.1])
 def test_a_minimum_outside_the_step_is_none(at: float) -> None:
     assert not surveyed(20.0 * (PLACES - at) ** 2 - 0.01)[0]

@@ -1,0 +1,153 @@
+"""Where an indicator falls through zero, against bracketing root finders, on curves that secants do not like."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from powertrain.engine.buffers import CHECKS, INFO
+from powertrain.engine.location import Locator
+
+Curve = Callable[[float], float]
+AIM = 1e-11
+
+
+class Step:
+    """A step whose indicators are functions of its fraction, with the buffers that the locator reads."""
+
+    def __init__(self, curves: Sequence[Curve]) -> None:
+        self.curves, self.calls = curves, 0
+        places = [*CHECKS, 1.0]
+        info = np.zeros(INFO + len(places))
+        info[INFO:] = [min(curve(q) for curve in curves) for q in places]
+        n = len(curves)
+        self.memory: Any = SimpleNamespace(
+            above=np.zeros(n), g=np.zeros(n), fraction=np.zeros(1), worst=np.zeros(1), info=info
+        )
+
+    def call(self) -> None:
+        """As ``powertrain.engine.steps.locate``."""
+        self.calls += 1
+        memory, q = self.memory, float(self.memory.fraction[0])
+        memory.g[:] = [curve(q) for curve in self.curves]
+        memory.worst[0] = min(
+            (g for g, above in zip(memory.g, memory.above, strict=True) if not above > 0), default=1e300
+        )
+
+    def find(self, depth: float = 0.0) -> float | None:
+        locate: Any = SimpleNamespace(call=self.call)
+        return Locator(locate, self.memory).find(depth)
+
+
+CURVES: dict[str, Curve] = {
+    "line": lambda q: 0.37 - q,
+    "steep": lambda q: 1e6 * (0.37 - q),
+    "shallow": lambda q: 1e-6 * (0.37 - q),
+    "late": lambda q: 0.999 - q,
+    "curved up": lambda q: np.exp(-8 * q) - 0.1,
+    "curved down": lambda q: 0.5 - q**7,
+    "flat below": lambda q: max(0.61 - q, -1e-9),
+    "flat above": lambda q: min(0.61 - q, 1e-3),
+    "quintic": lambda q: -((q - 0.43) ** 5),
+    "root": lambda q: np.copysign(abs(0.43 - q) ** 0.3, 0.43 - q),
+    "torque that ends": lambda q: 50.0 * (0.61 - q) ** 2 - 1e-9 if q < 0.61 else -1e-9,
+    "jump": lambda q: 1.0 if q < 0.437 else -3.0,
+}
+
+
+FEW = {"line": 3, "curved up": 10, "curved down": 12, "flat above": 15, "quintic": 20}
+"""Evaluations that the Illinois method and the extrapolation from above take at most."""
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_first_root(name: str) -> None:
+    """The indicator there is below zero, by twice the aim at most, or at the nearest number where it jumps."""
+    step = Step([CURVES[name]])
+    found = step.find()
+    assert found is not None
+    value = CURVES[name](found)
+    root: Any = brentq(CURVES[name], 0.0, 1.0, xtol=1e-16, maxiter=1000)
+    assert value <= 0.0
+    if value < -2 * AIM:
+        assert found == pytest.approx(root, abs=1e-15)
+    assert found >= root - 1e-12
+    assert CURVES[name](np.nextafter(found, -1) - 1e-9 * (name == "jump")) > 0.0 or value >= -2 * AIM
+    assert step.calls <= FEW.get(name, 70)
+    assert step.memory.g[0] == value
+    assert step.memory.fraction[0] == found
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_cubics(seed: int) -> None:
+    """The first root of several indicators, as all roots of the polynomials give it."""
+    rng = np.random.default_rng(seed)
+    while True:
+        polynomials = [np.polynomial.Polynomial([rng.uniform(0.1, 1), *rng.normal(size=3) * 2]) for _ in range(3)]
+        step = Step([lambda q, p=p: float(p(q)) for p in polynomials])  # type: ignore[misc]
+        if (step.memory.info[INFO:] <= 0.0).any():
+            break
+    every = np.concatenate([np.asarray(p.roots(), complex) for p in polynomials])
+    roots = [float(r.real) for r in every if abs(r.imag) < 1e-12 and 0 < r.real <= 1]
+    found = step.find()
+    assert found is not None
+    assert found == pytest.approx(min(roots), abs=1e-9)
+    assert min(float(p(found)) for p in polynomials) <= 0.0
+    assert step.calls < 25
+
+
+def test_the_first_of_two_that_fall_between_two_places() -> None:
+    step = Step([lambda q: 0.45 - q, lambda q: 10.0 * (0.31 - q)])
+    assert step.find() == pytest.approx(0.31, abs=1e-10)
+
+
+def test_the_first_interval_with_a_negative_end_is_taken() -> None:
+    """An indicator that comes back above zero at the next place, and falls again."""
+
+    def curve(q: float) -> float:
+        return (q - 0.3) * (q - 0.6) * (q - 0.9) * -1.0
+
+    assert curve(0.5) < 0.0 < curve(0.75)
+    assert Step([curve]).find() == pytest.approx(0.3, abs=1e-9)
+
+
+def test_an_indicator_that_was_below_zero_at_the_start() -> None:
+    """The event is now, at the beginning of the interval."""
+    assert Step([lambda q: -1.0 - q]).find() == 0.0
+
+
+def test_nothing_on_closer_look() -> None:
+    """The minima of a step are those of its polynomial; where the corrected unknowns say otherwise there is no event."""
+    step = Step([lambda q: 0.2 - q])
+    step.curves = [lambda q: 2.0 - q]
+    assert step.find() is None
+
+
+def test_an_indicator_that_just_touches_its_goal_at_a_place() -> None:
+    assert Step([lambda q: 0.5 - q - 1e-12]).find() == 0.5
+    assert Step([lambda q: 1.0 - q - 0.5e-11]).find() == 1.0
+
+
+def test_depth() -> None:
+    """Where an indicator is below -depth, counting those only that are above it at the end of the interval."""
+    step = Step([lambda q: 0.4 - q, lambda q: 5.0])
+    found = step.find(depth=0.05)
+    assert found == pytest.approx(0.45, abs=1e-9)
+    assert Step([lambda q: 0.2 - 0.3 * q]).find(depth=0.5) is None
+    dips = Step([lambda q: 30.0 * (q - 0.65) ** 2 - 0.6, lambda q: 0.2 - q])
+    assert dips.find(depth=0.5) == pytest.approx(0.7, abs=1e-9)
+    assert Step([lambda q: 0.2 - q]).find(depth=0.7) == pytest.approx(
+        0.9, abs=1e-9
+    )  # not deep where it is first below zero
+
+
+def test_others_that_fall_later_in_the_interval_do_not_count_twice() -> None:
+    """Indicators above zero at the end of the interval are left out, so that their values do not steer the search."""
+    step = Step([lambda q: 0.3 - q, lambda q: 0.02])
+    assert step.find() == pytest.approx(0.3, abs=1e-10)
+    assert step.memory.above[1] > 0.0
+    assert step.memory.above[0] < 0.0

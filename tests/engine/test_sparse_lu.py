@@ -1,0 +1,117 @@
+"""The symbolic sparse factorisation and the choice of its pivot rows, against numpy and brute force."""
+
+from __future__ import annotations
+
+from itertools import permutations
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from powertrain.engine.pivots import match_rows
+from powertrain.engine.sparse_lu import _eliminate, _entries, _minimum_degree, factorize
+
+Matrix = np.ndarray[Any, Any]
+
+
+def pattern(rng: np.random.Generator, n: int) -> tuple[Matrix, list[int]]:
+    """A sparse matrix with large entries at (rows[j], j), and these rows."""
+    matrix = rng.normal(size=(n, n)) * (rng.random((n, n)) < 2.0 / n)
+    rows = rng.permutation(n)
+    matrix[rows, np.arange(n)] = np.sign(rng.normal(size=n)) * (1.0 + np.abs(matrix).sum(axis=0))
+    return matrix, rows.tolist()
+
+
+def symbolic(kind: Any, matrix: Matrix) -> Any:
+    return kind.sym("A", ca.sparsify(ca.DM(matrix)).sparsity())
+
+
+@pytest.mark.parametrize("kind", [ca.SX, ca.MX])
+@pytest.mark.parametrize("n", [1, 2, 6, 15])
+def test_random_patterns(kind: Any, n: int) -> None:
+    """With the pivots anywhere, at two sets of values, two right sides from one factorisation."""
+    rng = np.random.default_rng(n)
+    for _ in range(4):
+        matrix, rows = pattern(rng, n)
+        A, b = symbolic(kind, matrix), kind.sym("b", n)
+        solved = factorize(A, rows)
+        solve = ca.Function("f", [A, b], [solved(b), solved(2 * b)])
+        for values in (matrix, matrix * rng.uniform(0.9, 1.1, matrix.shape)):
+            right = rng.normal(size=n)
+            one, two = (
+                np.array(v).ravel() for v in solve(ca.DM(A.sparsity(), ca.sparsify(ca.DM(values)).nonzeros()), right)
+            )
+            np.testing.assert_allclose(one, np.linalg.solve(values, right), rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(two, 2 * one, rtol=1e-12)
+
+
+def test_the_diagonal_is_the_default() -> None:
+    matrix = np.array([[4.0, 1, 0], [1, 3, 1], [0, 2, 5]])
+    found = factorize(ca.sparsify(ca.SX(ca.DM(matrix))))(ca.SX([1.0, 2, 3]))
+    np.testing.assert_allclose(np.array(ca.DM(found)).ravel(), np.linalg.solve(matrix, [1.0, 2, 3]), rtol=1e-14)
+
+
+def test_an_arrow_is_eliminated_without_fill() -> None:
+    """The hub comes last, wherever it stands; a chain fills nothing either."""
+    n = 12
+    for hub in (0, 5, 11):
+        arrow = np.eye(n)
+        arrow[hub, :] = arrow[:, hub] = 1.0
+        entries = _entries(symbolic(ca.SX, arrow), {i: i for i in range(n)})
+        order = _minimum_degree(n, entries)
+        assert hub in order[-2:]
+        lower, upper, inverse = _eliminate(n, entries, order)
+        assert sum(map(len, lower)) + sum(map(len, upper)) + len(inverse) == np.count_nonzero(arrow)
+    rng = np.random.default_rng(1)
+    turned = rng.permutation(n)
+    chain = (np.eye(n) + np.eye(n, k=1) + np.eye(n, k=-1))[np.ix_(turned, turned)]
+    entries = _entries(symbolic(ca.SX, chain), {i: i for i in range(n)})
+    lower, upper, inverse = _eliminate(n, entries, _minimum_degree(n, entries))
+    assert sum(map(len, lower)) + sum(map(len, upper)) + len(inverse) == np.count_nonzero(chain)
+
+
+def test_degrees_count_fill() -> None:
+    """A grid: eliminating by degrees that follow the fill needs less than half of what the natural order needs."""
+    k = 5
+    n = k * k
+    grid = np.eye(n)
+    for i in range(n):
+        for j in (i + 1 if (i + 1) % k else i, i + k if i + k < n else i):
+            grid[i, j] = grid[j, i] = 1.0
+    entries = _entries(symbolic(ca.SX, grid), {i: i for i in range(n)})
+
+    def fill(order: list[int]) -> int:
+        lower, _, _ = _eliminate(n, _entries(symbolic(ca.SX, grid), {i: i for i in range(n)}), order)
+        return sum(map(len, lower)) - int(np.count_nonzero(grid) - n) // 2
+
+    assert sorted(_minimum_degree(n, entries)) == list(range(n))
+    assert fill(_minimum_degree(n, entries)) < 0.6 * fill(list(range(n)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_pivots_have_the_largest_product(seed: int) -> None:
+    """Relative to the largest entry of their rows, as brute force over all permutations finds."""
+    rng = np.random.default_rng(seed)
+    n = 5
+    matrix = rng.normal(size=(n, n)) ** 3
+    matrix *= 10.0 ** rng.uniform(-6, 6, n)[:, None]
+    sparsity = ca.sparsify(ca.DM(matrix)).sparsity()
+    relative = np.abs(matrix) / np.abs(matrix).max(axis=1)[:, None]
+    best = max(np.prod([relative[rows[j], j] for j in range(n)]) for rows in permutations(range(n)))
+    found = match_rows(sparsity, matrix)
+    assert sorted(found) == list(range(n))
+    assert np.prod([relative[found[j], j] for j in range(n)]) == pytest.approx(best, rel=1e-9)
+
+
+def test_entries_that_vanish_at_the_point_are_pivots_only_where_nothing_else_fits() -> None:
+    full = ca.Sparsity.dense(2, 2)
+    assert match_rows(full, np.array([[0.0, 1.0], [1e-3, 1.0]])) == [1, 0]
+    assert match_rows(full, np.array([[1.0, 0.0], [np.nan, 1.0]])) == [0, 1]
+    small = np.array([[1.0, 1e-160, 0], [1e-160, 0, 1], [0, 0, 1]])  # 1e-320 in all, but nothing vanishes
+    assert match_rows(ca.Sparsity.dense(3, 3), small) == [1, 0, 2]
+    lower = ca.Sparsity.lower(2)
+    assert match_rows(lower, np.array([[0.0, 0.0], [1.0, 1.0]])) == [0, 1]
+    with pytest.raises(ValueError, match=r"structurally singular: no equation is left for the unknowns \[1\]"):
+        match_rows(ca.Sparsity(2, 2, [0, 2, 2], [0, 1]), np.array([[1.0, 0.0], [2.0, 0.0]]))
+    assert match_rows(ca.Sparsity(0, 0), np.zeros((0, 0))) == []

@@ -1,0 +1,148 @@
+"""What compliance decides: laws that hold one motion share its torque alike, the weaker at its limit, whatever the order and the states."""
+
+from __future__ import annotations
+
+from itertools import pairwise, permutations
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+from powertrain.components.blocks import Ramp
+
+Matrix = np.ndarray[Any, Any]
+
+
+def brake(limit: float) -> rot.Brake:
+    return rot.Brake(fn_max=limit, mue_pos=((0.0, 1.0),))
+
+
+class Held(pt.Component):
+    """A torque that rises in one second on a shaft that brakes hold, each behind a lossless gear; no inertia but the shaft's."""
+
+    order: tuple[int, ...]
+    brakes: tuple[rot.Brake, ...]
+    gears: tuple[rot.IdealGear, ...]
+    rise: Ramp
+    torque: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=0.3)
+    press: pt.Input = pt.signal_input("1", "Pressure of all brakes")
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.rise.y, self.torque.tau)
+        yield pt.connect(self.torque.flange, self.shaft.flange_a)
+        for i in self.order:
+            yield pt.connect(self.shaft.flange_b, self.gears[i].flange_a)
+            yield pt.connect(self.gears[i].flange_b, self.brakes[i].flange_a)
+            yield pt.connect(self.press, self.brakes[i].f_normalized)
+
+
+def held(limits: Matrix, ratios: Matrix, order: tuple[int, ...], height: float) -> Held:
+    return Held(
+        order=order,
+        brakes=tuple(brake(float(v)) for v in limits),
+        gears=tuple(rot.IdealGear(ratio=float(v)) for v in ratios),
+        rise=Ramp(height=height, duration=1.0),
+    )
+
+
+def shares(limits: Matrix, total: float) -> Matrix:
+    """``total`` on equally stiff parts with these limits: the weakest reach theirs one after the other."""
+    rest, found = abs(total), np.zeros(len(limits))
+    for k, i in enumerate(order := np.argsort(limits)):
+        found[i] = min(limits[i], rest / (len(order) - k))
+        rest -= found[i]
+    signed: Matrix = np.sign(total) * found
+    return signed
+
+
+CASES = [
+    ((20.0, 20.0), (1.0, 1.0)),
+    ((2.0, 20.0), (1.0, 1.0)),
+    ((20.0, 2.0), (1.0, 1.0)),
+    ((60.0, 2.0), (-3.0, 2.0)),
+    ((1.0, 20.0, 2.5), (1.0, 1.0, 1.0)),
+    ((1.0, 20.0, 2.5), (2.0, -1.0, 0.5)),
+]
+
+
+@pytest.mark.parametrize("height", [10.0, -10.0])
+@pytest.mark.parametrize(("limits", "ratios"), CASES)
+def test_the_weaker_at_its_limit_and_the_others_take_the_rest(
+    limits: tuple[float, ...], ratios: tuple[float, ...], height: float
+) -> None:
+    """The torques on the shaft, tau over ratio, in every order of the connections."""
+    limit, ratio = np.array(limits), np.array(ratios)
+    for order in permutations(range(len(limit))):
+        agrees(held(limit, ratio, order, height), limit, ratio, height)
+
+
+def agrees(model: Held, limit: Matrix, ratio: Matrix, height: float) -> None:
+    times = np.linspace(0.05, 0.95, 10)
+    expected = np.array([shares(limit / np.abs(ratio), height * t) for t in times])
+    result = pt.simulate(model, 1.0, inputs={"press": 1.0})
+    found = np.array([result.at(times, f"brakes[{i}].tau") for i in range(len(limit))]).T
+    np.testing.assert_allclose(found / ratio, expected, atol=2e-6)
+    np.testing.assert_allclose(result["shaft.w"], 0.0, atol=1e-12)
+
+
+def test_whichever_speed_is_the_state() -> None:
+    """That of the first brake, which is any of three with ratios of their own."""
+    limit, ratio = np.array([1.0, 20.0, 2.5]), np.array([2.0, -1.0, 0.5])
+    for turn in range(3):
+        limits, ratios = np.roll(limit, turn), np.roll(ratio, turn)
+        model = held(limits, ratios, (0, 1, 2), 10.0)
+        assert "brakes[0].w" in pt.compile(model).compiled.states
+        agrees(model, limits, ratios, 10.0)
+
+
+@pytest.mark.parametrize("height", [10.0, -10.0])
+def test_a_law_at_its_limit_that_others_hold_shows_its_limit_as_mode(height: float) -> None:
+    """It would slide if it yielded; its torque is at its bound, its speed zero. One event where it begins, none follows."""
+    model = held(np.array([2.0, 20.0]), np.ones(2), (0, 1), height)
+    result = pt.simulate(model, 1.0, inputs={"press": 1.0}, times=np.linspace(0.0, 1.0, 41))
+    begins = 0.4  # 4 N.m of 10 N.m in one second
+    sign = np.sign(height)
+    after = result.time > begins + 1e-6
+    before = result.time < begins - 1e-6
+    assert (result["brakes[0].mode"][before] == 0).all()
+    assert (result["brakes[0].mode"][after] == sign).all()
+    assert (result["brakes[1].mode"] == 0).all()
+    np.testing.assert_allclose(result["brakes[0].tau"][after], sign * 2.0, atol=1e-9)
+    events = [event.time for event in result.events if event.time > 0.0]
+    assert events == pytest.approx([begins], abs=1e-6)
+
+
+def test_a_run_does_not_depend_on_the_runs_before_it() -> None:
+    """Heights in turn on one plant, and each on a plant of its own."""
+    limits, ratios = np.array([1.0, 20.0, 2.5]), np.array([2.0, -1.0, 0.5])
+    plant = pt.compile(held(limits, ratios, (0, 1, 2), 1.0))
+    times = np.linspace(0.0, 1.0, 11)
+
+    def torques(plant: pt.Plant[Any], height: float) -> Matrix:
+        result = plant.simulate(1.0, inputs={"press": 1.0}, times=times, parameters={"rise.height": height})
+        return np.array([result[f"brakes[{i}].tau"] for i in range(3)])
+
+    heights = (3.0, -60.0, 30.0, 3.0)
+    together = [torques(plant, height) for height in heights]
+    for before, after in pairwise([together[0], together[3]]):
+        np.testing.assert_array_equal(before, after)
+    for height, found in zip(heights, together, strict=True):
+        alone = torques(pt.compile(held(limits, ratios, (0, 1, 2), 1.0)), height)
+        np.testing.assert_array_equal(found, alone)
+
+
+def test_a_start_at_rest_needs_the_break_away_torque() -> None:
+    """6 N.m on a brake that slides at 5 N.m and breaks away at 7.5; 8 N.m are enough."""
+    for height, moves in ((6.0, False), (8.0, True)):
+        brakes = (rot.Brake(fn_max=5.0, mue_pos=((0.0, 1.0),), peak=1.5),)
+        model = Held(
+            order=(0,),
+            brakes=brakes,
+            gears=(rot.IdealGear(ratio=1.0),),
+            rise=Ramp(offset=height, height=0.0, duration=1.0),
+        )
+        result = pt.simulate(model, 1.0, inputs={"press": 1.0})
+        assert (abs(result["shaft.w"][-1]) > 0.1) == moves
