@@ -14,22 +14,34 @@ from powertrain.components.transmissions.layout import (
     relative_ratio,
     unit_ratio,
 )
+from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
+from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flow
+from powertrain.components.transmissions.network_transmission import NetworkTransmission
 from powertrain.components.transmissions.ratio import UnitRatio
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 
 __all__ = [
     "COMBINATIONS",
+    "HOUSING",
     "TYPES",
     "Coupling",
+    "Flow",
     "FluidCoupling",
+    "Joint",
     "Layout",
+    "Lever",
     "ManualGearbox",
+    "Network",
+    "NetworkTransmission",
     "Shiftable",
     "SingleGear",
     "SplitPathTransmission",
     "SwitchedSplitPathTransmission",
     "TorqueConverter",
+    "UnitLoss",
     "UnitRatio",
+    "flow",
+    "joints",
     "members",
     "overall_ratio",
     "relative_ratio",
