@@ -19,7 +19,7 @@ ONE, INTERVAL, SEVERAL, NONE, OPEN = range(5)
 _ZERO = 1e-10
 """A power or a relative speed, over those of the whole, that counts as none."""
 _CHUNK = 100_000
-_ROUNDS = 60
+_ROUNDS, _FOLLOWED = 60, 8
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,14 @@ class UnitLoss:
         """Whether the efficiencies have to be found together with the torques."""
         return any(isinstance(x, Map) and any(axis.name == "tau" for axis in x.axes) for x in (self.ab, self.ba))
 
-    def at(self, a_drives: bool, w: tuple[Array, Array], tau_a: Array) -> Array:
+    def at(self, a_drives: NDArray[np.bool_], w: tuple[Array, Array], tau_a: Array) -> Array:
         """The efficiency at speeds of both shafts and the torque at a; a map is held at its edges."""
-        given = self.ab if a_drives else self.ba
+        return np.where(a_drives, self._one(self.ab, w, tau_a), self._one(self.ba, w, tau_a))
+
+    @staticmethod
+    def _one(given: float | Map, w: tuple[Array, Array], tau_a: Array) -> Array:
         if not isinstance(given, Map):
-            return np.broadcast_to(float(given), w[0].shape)
+            return np.full(w[0].shape, float(given))
         with np.errstate(divide="ignore", invalid="ignore"):
             values = {"ratio": w[1] / w[0], "w_a": np.abs(w[0]), "tau": np.abs(tau_a)}
         held = [np.clip(np.nan_to_num(values[x.name], nan=x.low), x.low, x.high) for x in given.axes]
@@ -92,20 +95,29 @@ def flow(
     *,
     loss: UnitLoss | None = None,
     ratios: ArrayLike | None = None,
+    thorough: bool = True,
 ) -> Flow:
     """Operating points over r = w_out/w_in for the ``torque`` that the output delivers, N.m, negative where the output drives.
 
-    ``ratios``: ratios of the levers of many candidates, shape (candidates, levers); results then have candidates before points.
+    ``ratios``: ratios of the levers of many candidates, shape (candidates, levers); results then have candidates before points, and r,
+    torque and w_in may be (candidates, points).
 
     Unknown are one torque of every lever and both of the unit. In every node but the input torques are balanced; for the unit eta T_a
     w_a + T_b w_b = 0 where a drives, T_a w_a + eta T_b w_b = 0 where b does. That is linear for given directions of the latent powers
-    and of the unit's power. All directions are tried, and those kept that agree with the torques that they give.
+    and of the unit's power. All directions are tried, and those kept that agree with the torques that they give. Where not ``thorough``,
+    directions are those of the torques before, beginning without loss, until they stay: one solution is found, and none where they do not.
     """
     unit = loss or UnitLoss()
     given = np.atleast_2d(network.ratios if ratios is None else np.asarray(ratios, float))
-    points = [np.asarray(x, float) for x in np.broadcast_arrays(*(np.ravel(x) for x in (r, torque, w_in)))]
-    step = max(1, _CHUNK // max(points[0].size, 1))
-    parts = [_flow(network, given[k : k + step], points, unit) for k in range(0, len(given), step)]
+    points = [np.atleast_2d(np.asarray(x, float)) for x in np.broadcast_arrays(r, torque, w_in)]
+    if points[0].shape[0] not in (1, len(given)):
+        raise ParameterError(f"points for {points[0].shape[0]} candidates, but there are {len(given)}")
+    step = max(1, _CHUNK // max(points[0].shape[1], 1))
+    parts = []
+    for k in range(0, len(given), step):
+        part = [x if len(x) == 1 else x[k : k + step] for x in points]
+        system = _system(network, given[k : k + step], part)
+        parts.append(_all_directions(system, unit) if thorough else _followed(system, unit))
     whole = {n: np.concatenate([getattr(p, n) for p in parts], axis=-2) for n in Flow.__dataclass_fields__}
     return Flow(**(whole if ratios is not None else {n: x[..., 0, :] for n, x in whole.items()}))
 
@@ -114,7 +126,7 @@ def flow(
 class _System:
     """What the linear system is written with.
 
-    R: lever ratios (levers, candidates, 1); w: speeds of nodes and housing (nodes + 1, candidates, points); the delivered torque (points).
+    R: lever ratios (levers, candidates, 1); w: speeds of nodes and housing (nodes + 1, candidates, points); the delivered torque.
     """
 
     network: Network
@@ -134,19 +146,29 @@ class _System:
         a, b = (self.network.nodes[name] for name in self.network.unit)
         return self.w[a], self.w[b]
 
-    def matrix(self, signs: tuple[int, ...]) -> Array:
+    @property
+    def delivered(self) -> Array:
+        """Power of the output."""
+        return self.w[self.network.nodes[self.network.output]] * self.torque
+
+    @property
+    def w_in(self) -> Array:
+        """Speed of the input."""
+        return self.w[self.network.nodes[self.network.input]]
+
+    def matrix(self, signs: Array) -> Array:
         """Torques into the nodes (rows) by T_a of the levers and T_a, T_b of the unit (columns); the unit's own row is left zero."""
         shape, node = self.w.shape[1:], self.network.nodes
         rows = np.zeros((*shape, len(self.w) + 1, len(self.network.levers) + 2))
-        for k, (lever, sign) in enumerate(zip(self.network.levers, signs, strict=True)):
-            share = self.R[k] * lever.eta**sign
+        for k, lever in enumerate(self.network.levers):
+            share = self.R[k] * lever.eta ** signs[k]
             for name, factor in ((lever.a, 1.0), (lever.b, -share), (lever.carrier, share - 1.0)):
                 rows[..., node[name] % len(self.w), k] += factor
         for k, name in enumerate(self.network.unit):
             rows[..., node[name] % len(self.w), len(self.network.levers) + k] += 1.0
         return rows
 
-    def solve(self, signs: tuple[int, ...], a_drives: bool, eta: Array) -> tuple[Array, Array]:
+    def solve(self, signs: Array, a_drives: NDArray[np.bool_], eta: Array) -> tuple[Array, Array]:
         """The torques, (levers + 2, candidates, points), and the torque of the input; nan where the speeds leave them open."""
         rows = self.matrix(signs)
         into, out, housing = self.network._node("input"), self.network._node("output"), len(self.w) - 1
@@ -154,10 +176,8 @@ class _System:
         square = rows[..., keep, :]
         w_a, w_b = self.unit
         size = np.maximum(np.maximum(np.abs(w_a), np.abs(w_b)), 1e-300)
-        square[..., -1, -2], square[..., -1, -1] = (
-            (eta if a_drives else 1.0) * w_a / size,
-            (1.0 if a_drives else eta) * w_b / size,
-        )
+        square[..., -1, -2] = np.where(a_drives, eta, 1.0) * w_a / size
+        square[..., -1, -1] = np.where(a_drives, 1.0, eta) * w_b / size
         right = np.zeros(square.shape[:-1])
         right[..., keep.index(out)] = -self.torque
         determined = np.abs(np.linalg.det(square)) > 1e-14
@@ -168,25 +188,42 @@ class _System:
         return np.asarray(np.moveaxis(found, -1, 0), float), np.asarray(tau_in, float)
 
 
-def _flow(network: Network, ratios: Array, points: list[Array], unit: UnitLoss) -> Flow:
-    """All directions for some candidates."""
+def _system(network: Network, ratios: Array, points: list[Array]) -> _System:
+    """Speeds of some candidates."""
     r, torque, w_in = points
-    factors = network.speeds(ratios)
-    moving = np.einsum("cnk,kp->ncp", factors, np.stack([w_in, r * w_in]))
-    system = _System(network, ratios.T[:, :, None], np.concatenate([moving, np.zeros((1, *moving.shape[1:]))]), torque)
+    ends = np.broadcast_to(np.stack([w_in, r * w_in]), (2, len(ratios), r.shape[1]))
+    moving = np.einsum("cnk,kcp->ncp", network.speeds(ratios), ends)
+    return _System(network, ratios.T[:, :, None], np.concatenate([moving, np.zeros((1, *moving.shape[1:]))]), torque)
+
+
+def _all_directions(system: _System, unit: UnitLoss) -> Flow:
+    """All directions, and what their solutions say together."""
     best: Flow | None = None
-    for signs, a_drives in _directions(network):
-        best = _merged(best, _tried(system, signs, a_drives, unit, (r * w_in * torque, w_in)))
+    for signs, a_drives in _directions(system.network):
+        best = _merged(best, _tried(system, np.array(signs, float), np.array(a_drives), unit)[0])
     assert best is not None
     status = np.where(np.isfinite(best.efficiency[0]), best.status, np.where(best.status == OPEN, OPEN, NONE))
     w_a, w_b = system.unit
     apart = best.efficiency[1] - best.efficiency[0] > 1e-9
     fastest = np.abs(system.w).max(axis=0)
-    stuck = (np.abs(system.relative) <= _ZERO * fastest).any(axis=0) | (
-        np.minimum(np.abs(w_a), np.abs(w_b)) <= _ZERO * fastest
-    )
+    still = np.minimum(np.abs(w_a), np.abs(w_b)) <= _ZERO * fastest
+    stuck = (np.abs(system.relative) <= _ZERO * fastest).any(axis=0) | still
     status = np.where((status == ONE) & apart, np.where(stuck, INTERVAL, SEVERAL), status)
     return replace(best, status=status.astype(np.int8))
+
+
+def _followed(system: _System, unit: UnitLoss) -> Flow:
+    """Directions after those of the torques, from those without loss on, until every point agrees with its own."""
+    shape = system.w.shape[1:]
+    signs, a_drives = np.zeros((len(system.network.levers), *shape)), np.ones(shape, bool)
+    x, _ = system.solve(signs, a_drives, np.ones(shape))
+    for _ in range(_FOLLOWED):
+        signs = np.where(x[:-2] * system.relative >= 0, 1.0, -1.0)
+        a_drives = x[-2] * system.unit[0] >= x[-1] * system.unit[1]
+        found, x = _tried(system, signs, a_drives, unit)
+        if (found.status == ONE).all():
+            break
+    return found
 
 
 def _directions(network: Network) -> Iterator[tuple[tuple[int, ...], bool]]:
@@ -197,11 +234,8 @@ def _directions(network: Network) -> Iterator[tuple[tuple[int, ...], bool]]:
             yield signs, a_drives
 
 
-def _tried(
-    system: _System, signs: tuple[int, ...], a_drives: bool, unit: UnitLoss, powers: tuple[Array, Array]
-) -> Flow:
-    """The points for one pattern of directions; nan where it contradicts itself."""
-    out, w_in = powers
+def _tried(system: _System, signs: Array, a_drives: NDArray[np.bool_], unit: UnitLoss) -> tuple[Flow, Array]:
+    """The points for directions, nan where they contradict themselves; and the torques."""
     w = system.unit
     eta = unit.at(a_drives, w, np.zeros_like(w[0]))
     settled = np.ones(w[0].shape, bool)
@@ -212,12 +246,11 @@ def _tried(
         if settled.all():
             break
         x, tau_in = system.solve(signs, a_drives, eta)
-    relative = system.relative
-    latent = x[:-2] * relative
+    latent = x[:-2] * system.relative
     through = np.stack([x[-2] * w[0], x[-1] * w[1]])
-    supplied = tau_in * w_in
+    out, supplied = system.delivered, tau_in * system.w_in
     scale = _ZERO * np.maximum(np.abs(out), np.abs(x[-2:]).max(axis=0) * np.abs(system.w).max(axis=0))
-    agrees = np.isfinite(tau_in) & (through[0 if a_drives else 1] >= -scale)
+    agrees = np.isfinite(tau_in) & (np.where(a_drives, through[0], through[1]) >= -scale)
     for k, lever in enumerate(system.network.levers):
         if lever.eta < 1:
             agrees &= latent[k] * signs[k] >= -scale
@@ -225,22 +258,15 @@ def _tried(
         efficiency = np.where(supplied >= 0, out / supplied, supplied / out)
         efficiency = np.where((supplied < 0) & (out >= 0), np.nan, efficiency)  # energy from nothing contradicts itself
         efficiency = np.where(np.abs(out) + np.abs(supplied) <= scale, 0.0, efficiency)
-        K = (through[0] if a_drives else -through[1]) / supplied
+        K = np.where(a_drives, through[0], -through[1]) / supplied
     keep = agrees & settled & np.isfinite(efficiency)
-    status = np.where(keep, ONE, np.where(agrees & ~settled, OPEN, NONE))
+    status = np.where(keep, ONE, np.where(agrees & ~settled, OPEN, NONE)).astype(np.int8)
 
     def kept(value: Array) -> Array:
         return np.where(keep, value, np.nan)
 
-    return Flow(
-        kept(np.stack([efficiency, efficiency])),
-        kept(K),
-        np.stack(w),
-        kept(x[-2:]),
-        kept(tau_in),
-        kept(latent),
-        status.astype(np.int8),
-    )
+    found = Flow(kept(np.stack([efficiency] * 2)), kept(K), np.stack(w), kept(x[-2:]), kept(tau_in), kept(latent), status)
+    return found, x
 
 
 def _merged(one: Flow | None, other: Flow) -> Flow:
