@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Joint = tuple[str, str]
 HOUSING = "housing"
 """The shaft that stands still."""
+_SINGULAR = 1e-12
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class Network:
     def speeds(self, ratios: ArrayLike | None = None) -> Array:
         """A and B of every node, shape (..., nodes, 2): w = A w_in + B w_out. ``ratios``: other ratios of the levers, shape (..., levers).
 
-        Errors: ParameterError where input and output do not give the speeds of all shafts.
+        Errors: ParameterError where input and output do not give the speeds of all shafts; with other ratios they are nan there.
         """
         given = self.ratios if ratios is None else np.asarray(ratios, float)
         rows = self._rows(given)
@@ -135,13 +136,17 @@ class Network:
         ends[..., 0, self._node("input")] = ends[..., 1, self._node("output")] = 1.0
         whole = np.concatenate([rows, ends], axis=-2)
         freedom = rows.shape[-1] - rows.shape[-2]
-        if freedom != 2 or np.any(np.linalg.cond(whole) > 1e12):
+        sound = _regular(whole) if freedom == 2 else np.zeros(whole.shape[:-2], bool)
+        if freedom != 2 or (ratios is None and not sound):
             raise ParameterError(
                 f"the network{self._joined()} has {freedom} degrees of freedom; input and output give all speeds only where there are "
                 "two, and neither depends on the other"
             )
+        whole[~sound] = np.eye(whole.shape[-1])
         right = np.concatenate([np.zeros((rows.shape[-2], 2)), np.eye(2)])
-        return np.asarray(np.linalg.solve(whole, np.broadcast_to(right, (*whole.shape[:-1], 2))), float)
+        found = np.linalg.solve(whole, np.broadcast_to(right, (*whole.shape[:-1], 2)))
+        found[~sound] = np.nan
+        return np.asarray(found, float)
 
     def mechanical_point(self, shaft: str) -> float:
         """The r = w_out/w_in at which a shaft stands still; infinite for one that the input drives alone."""
@@ -179,6 +184,14 @@ class Network:
 
     def _joined(self) -> str:
         return " with " + ", ".join(f"{a}-{b}" for a, b in self.joints) if self.joints else ""
+
+
+def _regular(whole: Array) -> NDArray[np.bool_]:
+    """Which matrices can be solved: by the determinant over that of rows of the same length at right angles (Hadamard)."""
+    finite = np.isfinite(whole).all(axis=(-2, -1))
+    length = np.linalg.norm(np.where(finite[..., None, None], whole, 1.0), axis=-1)
+    level = np.where(finite[..., None, None], whole, 0.0) / length[..., None]
+    return np.asarray(finite & (np.abs(np.linalg.det(level)) > _SINGULAR))
 
 
 def joints(*pairs: str | Iterable[str]) -> tuple[Joint, ...]:

@@ -218,8 +218,11 @@ def _followed(system: _System, unit: UnitLoss) -> Flow:
     signs, a_drives = np.zeros((len(system.network.levers), *shape)), np.ones(shape, bool)
     x, _ = system.solve(signs, a_drives, np.ones(shape))
     for _ in range(_FOLLOWED):
+        before = signs, a_drives
         signs = np.where(x[:-2] * system.relative >= 0, 1.0, -1.0)
         a_drives = x[-2] * system.unit[0] >= x[-1] * system.unit[1]
+        if np.array_equal(before[0], signs) and np.array_equal(before[1], a_drives):
+            break
         found, x = _tried(system, signs, a_drives, unit)
         if (found.status == ONE).all():
             break

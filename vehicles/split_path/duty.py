@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -83,6 +83,19 @@ class Duty:
         r = two / one
         columns = {"r": r, "weight": two * tau, "torque": np.abs(tau), "speed": one}
         return replace(cls.over((float(r.min()), float(r.max())), columns), sampled=True)
+
+    @classmethod
+    def together(cls, duties: Iterable[tuple[Duty, float]]) -> Duty:
+        """Several duties as one, each with its share of the delivered energy. Errors: ParameterError for shares that are negative or all 0."""
+        given = list(duties)
+        shares = [share for _, share in given]
+        if not given or min(shares) < 0 or not sum(shares) > 0:
+            raise pt.ParameterError(f"duties have the shares {shares}: none is negative, and some is positive")
+        columns = {n: np.concatenate([getattr(d, n) for d, _ in given]) for n in ("r", "torque", "speed")}
+        weight = np.concatenate([d.weight * share for d, share in given]) / sum(shares)
+        order = np.argsort(columns["r"], kind="stable")
+        low, high = min(d.low for d, _ in given), max(d.high for d, _ in given)
+        return cls(weight=weight[order], **{n: v[order] for n, v in columns.items()}, low=low, high=high, sampled=True)
 
     def grid(self, ratios: Sequence[float] | Vector) -> dict[str, Any]:
         """The grid of ``pt.steady``: the load is against the motion."""
