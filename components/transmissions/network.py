@@ -188,7 +188,7 @@ class Network:
 
 def _regular(whole: Array) -> NDArray[np.bool_]:
     """Which matrices can be solved: by the determinant over that of rows of the same length at right angles (Hadamard)."""
-    finite = np.isfinite(whole).all(axis=(-2, -1))
+    finite = np.asarray(np.isfinite(whole).all(axis=(-2, -1)))
     length = np.linalg.norm(np.where(finite[..., None, None], whole, 1.0), axis=-1)
     level = np.where(finite[..., None, None], whole, 0.0) / length[..., None]
     return np.asarray(finite & (np.abs(np.linalg.det(level)) > _SINGULAR))

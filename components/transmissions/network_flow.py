@@ -149,12 +149,12 @@ class _System:
     @property
     def delivered(self) -> Array:
         """Power of the output."""
-        return self.w[self.network.nodes[self.network.output]] * self.torque
+        return np.asarray(self.w[self.network.nodes[self.network.output]] * self.torque, float)
 
     @property
     def w_in(self) -> Array:
         """Speed of the input."""
-        return self.w[self.network.nodes[self.network.input]]
+        return np.asarray(self.w[self.network.nodes[self.network.input]], float)
 
     def matrix(self, signs: Array) -> Array:
         """Torques into the nodes (rows) by T_a of the levers and T_a, T_b of the unit (columns); the unit's own row is left zero."""
@@ -268,7 +268,9 @@ def _tried(system: _System, signs: Array, a_drives: NDArray[np.bool_], unit: Uni
     def kept(value: Array) -> Array:
         return np.where(keep, value, np.nan)
 
-    found = Flow(kept(np.stack([efficiency] * 2)), kept(K), np.stack(w), kept(x[-2:]), kept(tau_in), kept(latent), status)
+    found = Flow(
+        kept(np.stack([efficiency] * 2)), kept(K), np.stack(w), kept(x[-2:]), kept(tau_in), kept(latent), status
+    )
     return found, x
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from powertrain import Equations, Input, ParameterError, connect, replace, signal_input
+from powertrain import Equations, ParameterError, connect, replace
 from powertrain.components.cvu.interfaces import VariableUnit
-from powertrain.components.cvu.unit import CVU
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.gear import Gear
-from powertrain.components.rotational.interfaces import TwoFlanges
+from powertrain.components.transmissions.interfaces import VariableTransmission
 from powertrain.components.transmissions.network import HOUSING, Lever, Network
 
 _SIMPLEST = Network.split_path("bHa", "input", -1.7, 0.95)
@@ -20,7 +19,7 @@ def _planetary(lever: Lever) -> FundamentalDifferential:
     return FundamentalDifferential(ratio=lever.ratio, eta_ab=lever.eta, eta_ba=lever.eta)
 
 
-class NetworkTransmission(TwoFlanges):
+class NetworkTransmission(VariableTransmission):
     """A split-path transmission by its network: every lever a differential or a pair of gears, and the variable unit between two shafts.
 
     For each lever w_a - w_carrier = ratio (w_b - w_carrier) with the loss of ``MeshLaw``, or of ``Gear`` where the carrier is the housing;
@@ -32,9 +31,7 @@ class NetworkTransmission(TwoFlanges):
     network: Network = _SIMPLEST
     planetaries: tuple[FundamentalDifferential, ...] = (_planetary(_SIMPLEST.levers[0]),)
     pairs: tuple[Gear, ...] = ()
-    cvu: VariableUnit = CVU(eta_ab=0.9, eta_ba=0.9)
     housing: Fixed = Fixed()
-    ratio: Input = signal_input("1", "Speed ratio V of the variable unit")
 
     @classmethod
     def of(cls, network: Network, cvu: VariableUnit | None = None) -> Self:

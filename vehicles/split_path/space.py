@@ -87,11 +87,16 @@ def _cube(dimension: int, count: int, number: int, known: Rated | None) -> Vecto
     if not len(best):
         return sample
     centres = known.cube[best[np.arange(count) % len(best)]]
-    return np.clip(centres + 0.5 ** (number + 1) * (sample - 0.5), 0, 1)
+    return np.asarray(np.clip(centres + 0.5 ** (number + 1) * (sample - 0.5), 0, 1), float)
 
 
 def designs_at(
-    structure: Structure, cube: Vector, duty: Duty, points: tuple[float, float], basic: tuple[float, float], unit: Variator
+    structure: Structure,
+    cube: Vector,
+    duty: Duty,
+    points: tuple[float, float],
+    basic: tuple[float, float],
+    unit: Variator,
 ) -> Designs:
     """The designs of points in the unit cube, geared to the unit."""
     n = len(structure.planetaries)
@@ -117,9 +122,7 @@ def geared(designs: Designs, duty: Duty, unit: Variator) -> Designs:
     ends = bounds(designs, duty)
     t = np.linspace(0, 1, _GRID)
     spans = [ends[:, k, None] * (1 - t) + ends[:, k + 1, None] * t for k in range(len(designs.structure.ranges))]
-    a, b = (
-        np.concatenate([designs.unit_speeds(k, r)[s] for k, r in enumerate(spans)], axis=1) for s in (0, 1)
-    )
+    a, b = (np.concatenate([designs.unit_speeds(k, r)[s] for k, r in enumerate(spans)], axis=1) for s in (0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
         V = b / a
         if np.isfinite(unit.ratio).any():
@@ -217,7 +220,9 @@ _GREATEST: dict[str, Callable[[Flow, Vector], Vector]] = {
 """What is as great as possible at worst."""
 
 
-def _greatest(look: Callable[[Vector], Flow], low: Vector, high: Vector, fine: bool) -> tuple[dict[str, Vector], Vector]:
+def _greatest(
+    look: Callable[[Vector], Flow], low: Vector, high: Vector, fine: bool
+) -> tuple[dict[str, Vector], Vector]:
     """The greatest values over low <= r <= high, and whether shaft a of the unit turns back between."""
     grid = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _FINE if fine else _GRID)
     on = look(grid)
@@ -228,8 +233,8 @@ def _greatest(look: Callable[[Vector], Flow], low: Vector, high: Vector, fine: b
         found[name] = on_grid.max(axis=1)
         at, number = grid, np.nan_to_num(on_grid, nan=-np.inf).argmax(axis=1)
         for _ in range(_ZOOMS if fine else 0):
-            ends = (at[np.arange(len(at)), np.clip(number + step, 0, at.shape[1] - 1)] for step in (-1, 1))
-            at = np.linspace(*ends, _GRID, axis=1)
+            low, high = (at[np.arange(len(at)), np.clip(number + step, 0, at.shape[1] - 1)] for step in (-1, 1))
+            at = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _GRID)
             there = value(look(at), at)
             number = np.nan_to_num(there, nan=-np.inf).argmax(axis=1)
             found[name] = np.maximum(found[name], there.max(axis=1))
@@ -259,7 +264,9 @@ def _keeps(values: dict[str, Vector], unit: Variator) -> NDArray[np.bool_]:
     for name in ("torque", "speed", "power"):
         kept &= values[f"unit_{name}"] <= getattr(unit, name) * (1 + _SLACK)
     low, high = unit.ratio
-    return np.asarray(kept & (values["V_min"] >= low - _SLACK * abs(low)) & (values["V_max"] <= high + _SLACK * abs(high)), bool)
+    return np.asarray(
+        kept & (values["V_min"] >= low - _SLACK * abs(low)) & (values["V_max"] <= high + _SLACK * abs(high)), bool
+    )
 
 
 @dataclass(frozen=True)
@@ -285,9 +292,9 @@ class SplitPathSpace:
     def table(self) -> pd.DataFrame:
         """The fronts of all structures and units, the most efficient first.
 
-        ``unit_size``: greatest torque times greatest speed of a unit's shaft over the greatest power that the duty delivers; ``unit_torque``
-        [N.m], ``unit_speed`` [rad/s], ``unit_power`` [W] of the more loaded shaft; ``shifts``: r where ranges meet; ``points``: mechanical
-        points of the planetaries; ``R_o``: their basic ratios; ``front``: on the front of all.
+        ``unit_size``: greatest torque times greatest speed of a unit's shaft over the greatest power that the duty delivers;
+        ``unit_torque`` [N.m], ``unit_speed`` [rad/s], ``unit_power`` [W] of the more loaded shaft; ``shifts``: r where ranges meet;
+        ``points``: mechanical points of the planetaries; ``R_o``: their basic ratios; ``front``: on the front of all.
         """
         import pandas as pd
 
@@ -301,7 +308,7 @@ class SplitPathSpace:
         table = pd.DataFrame(rows, columns=columns).rename(columns={"m": "points"})
         table = table.sort_values("mean_efficiency", ascending=False, kind="stable").reset_index(drop=True)
         on = np.zeros(len(table), bool)
-        on[front(table.mean_efficiency.to_numpy(), table.unit_size.to_numpy())] = True
+        on[front(table.mean_efficiency.to_numpy(float), table.unit_size.to_numpy(float))] = True
         return table.assign(front=on)
 
     @property
@@ -314,7 +321,10 @@ class SplitPathSpace:
         one, k = self._fronts[int(self.table._number[line])]
         d = one.designs.take([k])
         ends = bounds(d, self.duty)[0]
-        networks = [d.networks(n, self.efficiencies.planetary, self.efficiencies.pair)[0] for n in range(len(d.structure.ranges))]
+        networks = [
+            d.networks(n, self.efficiencies.planetary, self.efficiencies.pair)[0]
+            for n in range(len(d.structure.ranges))
+        ]
         return [(float(low), float(high), x) for low, high, x in zip(ends, ends[1:], networks, strict=False)]
 
     def unit(self, line: int = 0) -> Variator:
@@ -322,13 +332,15 @@ class SplitPathSpace:
         return self._fronts[int(self.table._number[line])][0].unit
 
     def flows(self, line: int = 0, points: int = 101) -> list[tuple[Vector, Flow]]:
-        """r and the operating points over the ranges of a line of the table; all directions of power are tried."""
+        """R and the operating points over the ranges of a line of the table; all directions of power are tried."""
         found = []
         for low, high, network in self.ranges(line):
             r = np.linspace(low, high, points)
             r = r[r != 0]
             torque = np.interp(r, self.duty.r, self.duty.torque) * np.sign(r)
-            found.append((r, flow(network, r, torque, np.interp(r, self.duty.r, self.duty.speed), loss=self.unit(line).loss)))
+            found.append(
+                (r, flow(network, r, torque, np.interp(r, self.duty.r, self.duty.speed), loss=self.unit(line).loss))
+            )
         return found
 
     def transmission(self, line: int = 0, range_: int = 0) -> NetworkTransmission:
@@ -337,7 +349,17 @@ class SplitPathSpace:
         return NetworkTransmission.of(self.ranges(line)[range_][2], cvu_of(loss))
 
 
-_COLUMNS = ("mean_efficiency", "min_efficiency", "unit_size", "unit_torque", "unit_speed", "unit_power", "max_K", "V_min", "V_max")
+_COLUMNS = (
+    "mean_efficiency",
+    "min_efficiency",
+    "unit_size",
+    "unit_torque",
+    "unit_speed",
+    "unit_power",
+    "max_K",
+    "V_min",
+    "V_max",
+)
 
 
 def cvu_of(loss: UnitLoss) -> CVU:

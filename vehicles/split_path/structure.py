@@ -1,11 +1,11 @@
 """Structures of split-path transmissions with auxiliary gears and several ranges: what a designer chooses, and the networks that follow.
 
-A unit's shaft that a planetary joins with input and output turns at w_x = sigma (w_out - m w_in); m is its mechanical point. One in gear with the
-input turns at sigma w_in (its mechanical point is infinite), one in gear with the output at sigma w_out (it is 0). Speeds, the share of the
-unit, its torque and size follow from m and sigma of both shafts alone. The basic ratio of the planetary then decides how much of it is done
-by the gear behind the planetary, i = mu/m (w_last = i w_out), and how much by the one beside the unit, g = sigma (1 - mu)/i, where mu is the
-planetary's own mechanical point, R of its layout. Where ranges meet, both shafts of the unit keep their speeds; that gives sigma of the
-next range. If its mechanical point lies beyond the shift, the unit runs back.
+A unit's shaft that a planetary joins with input and output turns at w_x = sigma (w_out - m w_in); m is its mechanical point. One in gear
+with the input turns at sigma w_in (its mechanical point is infinite), one in gear with the output at sigma w_out (it is 0). Speeds, the
+share of the unit, its torque and size follow from m and sigma of both shafts alone. The basic ratio of the planetary then decides how
+much of it is done by the gear behind the planetary, i = mu/m (w_last = i w_out), and how much by the one beside the unit, g = sigma (1 -
+mu)/i, where mu is the planetary's own mechanical point, R of its layout. Where ranges meet, both shafts of the unit keep their speeds;
+that gives sigma of the next range. If its mechanical point lies beyond the shift, the unit runs back.
 """
 
 from __future__ import annotations
@@ -42,9 +42,13 @@ class Structure:
         for ends in self.ranges:
             for side in ends:
                 if side not in _PLAIN and side not in get_args(Layout):
-                    raise pt.ParameterError(f"the side {side!r} is none of input, output, {', '.join(get_args(Layout))}")
+                    raise pt.ParameterError(
+                        f"the side {side!r} is none of input, output, {', '.join(get_args(Layout))}"
+                    )
             if all(side in _PLAIN for side in ends):
-                raise pt.ParameterError(f"the unit from {ends[0]} to {ends[1]} has no planetary beside it: no power is split")
+                raise pt.ParameterError(
+                    f"the unit from {ends[0]} to {ends[1]} has no planetary beside it: no power is split"
+                )
 
     def __str__(self) -> str:
         return " | ".join("-".join(ends) for ends in self.ranges)
@@ -89,7 +93,7 @@ class Designs:
 
     @cached_property
     def sigma(self) -> Vector:
-        """sigma of every range and shaft, (designs, ranges, 2): both shafts keep their speeds at the shifts; not finite where they cannot."""
+        """Of every range and shaft, (designs, ranges, 2): both shafts keep their speeds at the shifts; not finite where they cannot."""
         found = [self.scale]
         for k in range(1, len(self.structure.ranges)):
             at = self.shifts[:, k - 1 : k]
