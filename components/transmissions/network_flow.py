@@ -19,7 +19,8 @@ ONE, INTERVAL, SEVERAL, NONE, OPEN = range(5)
 _ZERO = 1e-10
 """A power or a relative speed, over those of the whole, that counts as none."""
 _CHUNK = 100_000
-_ROUNDS, _FOLLOWED = 60, 8
+_ROUNDS, _SETTLED = 60, 1e-10
+"""How often directions and the efficiency of the unit follow the torques at most, and to what difference."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +201,7 @@ def _all_directions(system: _System, unit: UnitLoss) -> Flow:
     """All directions, and what their solutions say together."""
     best: Flow | None = None
     for signs, a_drives in _directions(system.network):
-        best = _merged(best, _tried(system, np.array(signs, float), np.array(a_drives), unit)[0])
+        best = _merged(best, _tried(system, np.array(signs, float), np.array(a_drives), unit))
     assert best is not None
     status = np.where(np.isfinite(best.efficiency[0]), best.status, np.where(best.status == OPEN, OPEN, NONE))
     w_a, w_b = system.unit
@@ -213,20 +214,21 @@ def _all_directions(system: _System, unit: UnitLoss) -> Flow:
 
 
 def _followed(system: _System, unit: UnitLoss) -> Flow:
-    """Directions after those of the torques, from those without loss on, until every point agrees with its own."""
+    """Directions and the unit's efficiency after the torques, from those without loss on, until they stay."""
     shape = system.w.shape[1:]
-    signs, a_drives = np.zeros((len(system.network.levers), *shape)), np.ones(shape, bool)
-    x, _ = system.solve(signs, a_drives, np.ones(shape))
-    for _ in range(_FOLLOWED):
-        before = signs, a_drives
+    signs, a_drives, eta = np.zeros((len(system.network.levers), *shape)), np.ones(shape, bool), np.ones(shape)
+    x, tau_in = system.solve(signs, a_drives, eta)
+    settled = np.zeros(shape, bool)
+    for _ in range(_ROUNDS):
+        before = signs, a_drives, eta
         signs = np.where(x[:-2] * system.relative >= 0, 1.0, -1.0)
         a_drives = x[-2] * system.unit[0] >= x[-1] * system.unit[1]
-        if np.array_equal(before[0], signs) and np.array_equal(before[1], a_drives):
+        eta = unit.at(a_drives, system.unit, np.nan_to_num(x[-2]))
+        settled = (signs == before[0]).all(axis=0) & (a_drives == before[1]) & (np.abs(eta - before[2]) <= _SETTLED)
+        if settled[np.isfinite(tau_in)].all():
             break
-        found, x = _tried(system, signs, a_drives, unit)
-        if (found.status == ONE).all():
-            break
-    return found
+        x, tau_in = system.solve(signs, a_drives, eta)
+    return _judged(system, signs, a_drives, (x, tau_in), settled)
 
 
 def _directions(network: Network) -> Iterator[tuple[tuple[int, ...], bool]]:
@@ -237,18 +239,31 @@ def _directions(network: Network) -> Iterator[tuple[tuple[int, ...], bool]]:
             yield signs, a_drives
 
 
-def _tried(system: _System, signs: Array, a_drives: NDArray[np.bool_], unit: UnitLoss) -> tuple[Flow, Array]:
-    """The points for directions, nan where they contradict themselves; and the torques."""
+def _tried(system: _System, signs: Array, a_drives: NDArray[np.bool_], unit: UnitLoss) -> Flow:
+    """The points for directions, with the unit's efficiency at the torques that it gives."""
     w = system.unit
     eta = unit.at(a_drives, w, np.zeros_like(w[0]))
     settled = np.ones(w[0].shape, bool)
     x, tau_in = system.solve(signs, a_drives, eta)
     for _ in range(_ROUNDS if unit.depends_on_torque else 0):
         eta, last = unit.at(a_drives, w, np.nan_to_num(x[-2])), eta
-        settled = np.abs(eta - last) <= 1e-12
-        if settled.all():
+        settled = np.abs(eta - last) <= _SETTLED
+        if settled[np.isfinite(tau_in)].all():
             break
         x, tau_in = system.solve(signs, a_drives, eta)
+    return _judged(system, signs, a_drives, (x, tau_in), settled)
+
+
+def _judged(
+    system: _System,
+    signs: Array,
+    a_drives: NDArray[np.bool_],
+    torques: tuple[Array, Array],
+    settled: NDArray[np.bool_],
+) -> Flow:
+    """What torques for directions amount to, nan where they contradict these."""
+    x, tau_in = torques
+    w = system.unit
     latent = x[:-2] * system.relative
     through = np.stack([x[-2] * w[0], x[-1] * w[1]])
     out, supplied = system.delivered, tau_in * system.w_in
@@ -271,7 +286,7 @@ def _tried(system: _System, signs: Array, a_drives: NDArray[np.bool_], unit: Uni
     found = Flow(
         kept(np.stack([efficiency] * 2)), kept(K), np.stack(w), kept(x[-2:]), kept(tau_in), kept(latent), status
     )
-    return found, x
+    return found
 
 
 def _merged(one: Flow | None, other: Flow) -> Flow:

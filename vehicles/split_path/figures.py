@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from powertrain.components.transmissions import HOUSING, Lever, Network
+from powertrain.components.transmissions import HOUSING, Flow, Lever, Network
+from powertrain.vehicles.split_path.duty import Vector
 from powertrain.vehicles.split_path.space import SplitPathSpace
 
 if TYPE_CHECKING:
@@ -107,56 +109,68 @@ def _bar(axes: Axes, network: Network, place: dict[int, float], lever: Lever | N
     )
 
 
+Part = tuple[Vector, Flow, Network]
+"""r, the operating points there, and the network of a range."""
+
+
 def design_figure(space: SplitPathSpace, line: int = 0, path: str | Path | None = None) -> Figure:
-    """A line of the table: the schematic of every range, efficiency, share of the unit, and speeds and torques of its shafts over r.
+    """A line of the table of a ``SplitPathSpace``, drawn as ``ranges_figure`` does. ``path`` saves the figure."""
+    row = space.table.iloc[line]
+    parts = [(r, at, network) for (r, at), (_, _, network) in zip(space.flows(line), space.ranges(line), strict=True)]
+    title = (
+        f"{row.structure}, unit {row.unit}: mean efficiency {100 * row.mean_efficiency:.1f} %, "
+        f"unit of {row.unit_size:.2f} times the power"
+    )
+    return ranges_figure(parts, title, path)
+
+
+def ranges_figure(parts: Sequence[Part], title: str, path: str | Path | None = None) -> Figure:
+    """The schematic of every range, efficiency, share of the unit, and speeds and torques of its shafts over r.
 
     Green, between the mechanical points of the unit's shafts: power splits, and the share is drawn positive; violet, beyond them: power
     comes back through the unit or past it. Where a mesh is stuck the band of the efficiency shows both ends. ``path`` saves the figure.
     """
-    ranges, flows, row = space.ranges(line), space.flows(line), space.table.iloc[line]
     figure = plt.figure(figsize=(11.0, 9.0), layout="constrained")
-    grid = figure.add_gridspec(3, 2 * len(ranges), height_ratios=(1.25, 1, 1))
-    for k, (low, high, network) in enumerate(ranges):
+    n = len(parts)
+    grid = figure.add_gridspec(3, 2 * n, height_ratios=(1.25, 1, 1))
+    for k, (r, _, network) in enumerate(parts):
         axes = network_schematic(network, figure.add_subplot(grid[0, 2 * k : 2 * k + 2]))
-        axes.set_title(f"r from {low:.3g} to {high:.3g}", fontsize=9)
-    n = len(ranges)
+        axes.set_title(f"r from {r[0]:.3g} to {r[-1]:.3g}", fontsize=9)
     panels = [figure.add_subplot(grid[i, j * n : (j + 1) * n]) for i in (1, 2) for j in (0, 1)]
-    for axes, name in zip(
-        panels,
-        _PANELS,
-        strict=True,
-    ):
+    for axes, name in zip(panels, _PANELS, strict=True):
         axes.set_ylabel(name)
-        axes.set_xlim(ranges[0][0], ranges[-1][1])
+        axes.set_xlim(parts[0][0][0], parts[-1][0][-1])
         axes.set_xlabel("r, output speed over input speed")
-        for _, high, _ in ranges[:-1]:
-            axes.axvline(high, color="0.6", lw=0.8, ls=":")
-    for (r, at), (_, _, network) in zip(flows, ranges, strict=True):
-        efficiency = at.efficiency
-        panels[0].fill_between(r, efficiency[0], efficiency[1], color=COLOURS[0], alpha=0.3, lw=0)
-        panels[0].plot(r, efficiency[0], color=COLOURS[0])
-        m_a, m_b = (network.mechanical_point(name) for name in network.unit)
-        K = np.sign(m_a - m_b) * at.K  # positive between the mechanical points
-        panels[1].plot(r, K, color=COLOURS[1])
-        panels[1].fill_between(r, 0, K, where=(K > 0) & (K < 1), color=SPLIT, lw=0)
-        panels[1].fill_between(r, 0, K, where=(K < 0) | (K > 1), color=BACK, lw=0)
-        for s in (0, 1):
-            panels[2].plot(r, at.w[s], color=COLOURS[s])
-            panels[3].plot(r, at.tau[s], color=COLOURS[s])
+        for r, _, _ in parts[:-1]:
+            axes.axvline(r[-1], color="0.6", lw=0.8, ls=":")
+    for part in parts:
+        _draw(panels, part)
     panels[0].set_ylim(None, 1)
-    largest = max(1.2, min(3.0, float(np.nanmax([np.abs(at.K).max() for _, at in flows]))))
+    largest = max(1.2, min(3.0, float(max(np.nanmax(np.abs(at.K)) for _, at, _ in parts))))
     panels[1].set_ylim(-largest, largest)
     for axes in panels[1:]:
         axes.axhline(0, color="0.3", lw=0.8)
     for axes in panels[2:]:
         axes.legend([axes.lines[_first(axes, COLOURS[s])] for s in (0, 1)], ["a", "b"], fontsize=8, frameon=False)
-    figure.suptitle(
-        f"{row.structure}, unit {row.unit}: mean efficiency {100 * row.mean_efficiency:.1f} %, unit of {row.unit_size:.2f} times the power",
-        fontsize=10,
-    )
+    figure.suptitle(title, fontsize=10)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
+
+
+def _draw(panels: Sequence[Axes], part: Part) -> None:
+    """The curves of a range."""
+    r, at, network = part
+    panels[0].fill_between(r, at.efficiency[0], at.efficiency[1], color=COLOURS[0], alpha=0.3, lw=0)
+    panels[0].plot(r, at.efficiency[0], color=COLOURS[0])
+    m_a, m_b = (network.mechanical_point(name) for name in network.unit)
+    K = np.sign(m_a - m_b) * at.K  # positive between the mechanical points
+    panels[1].plot(r, K, color=COLOURS[1])
+    panels[1].fill_between(r, 0, K, where=(K > 0) & (K < 1), color=SPLIT, lw=0)
+    panels[1].fill_between(r, 0, K, where=(K < 0) | (K > 1), color=BACK, lw=0)
+    for s in (0, 1):
+        panels[2].plot(r, at.w[s], color=COLOURS[s])
+        panels[3].plot(r, at.tau[s], color=COLOURS[s])
 
 
 def _first(axes: Axes, colour: str) -> int:

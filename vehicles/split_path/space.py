@@ -43,7 +43,7 @@ def split_path_space(
     units: Sequence[Variator],
     structures: Sequence[Structure] = COMMON,
     *,
-    candidates: int = 1024,
+    candidates: int = 256,
     rounds: int = 3,
     points: tuple[float, float] | None = None,
     basic: tuple[float, float] = (0.25, 4.0),
@@ -167,18 +167,18 @@ class Rated:
         values = {n: np.concatenate([v, other.values[n]]) for n, v in self.values.items()}
         return Rated(Designs(mine.structure, *joined), self.unit, np.concatenate([self.cube, other.cube]), values)
 
-    def front(self) -> Vector:
+    def front(self) -> NDArray[np.intp]:
         """The designs that no other one betters in efficiency and size at once."""
         return front(self.values["mean_efficiency"], self.values["unit_size"])
 
 
-def front(efficiency: Vector, size: Vector) -> Vector:
+def front(efficiency: Vector, size: Vector) -> NDArray[np.intp]:
     """Indices of the Pareto front, the most efficient first; nan is on none."""
     good = np.flatnonzero(np.isfinite(efficiency) & np.isfinite(size))
     order = good[np.lexsort((size[good], -efficiency[good]))]
     least = np.minimum.accumulate(size[order])
     first = np.append(True, least[1:] < least[:-1]) if order.size else np.zeros(0, bool)
-    return np.asarray(order[first], int)
+    return np.asarray(order[first], np.intp)
 
 
 def rate(designs: Designs, duty: Duty, unit: Variator, eta: Efficiencies, cube: Vector, *, fine: bool = False) -> Rated:

@@ -10,11 +10,13 @@ that gives sigma of the next range. If its mechanical point lies beyond the shif
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.transmissions import HOUSING, Layout, Lever, Network, members, relative_ratio
@@ -111,7 +113,7 @@ class Designs:
         """Other gears beside the unit: shaft a by a, shaft b by b times as fast."""
         return Designs(self.structure, self.m, self.R_o, self.shifts, self.scale * np.stack([a, b], axis=1))
 
-    def take(self, rows: Vector | list[int]) -> Designs:
+    def take(self, rows: Sequence[int] | NDArray[np.intp]) -> Designs:
         """Some of them."""
         chosen = np.asarray(rows, int)
         return Designs(self.structure, self.m[chosen], self.R_o[chosen], self.shifts[chosen], self.scale[chosen])
@@ -145,14 +147,14 @@ class Designs:
         return Network(tuple(made), ("unit a", "unit b")), ratios
 
 
-COMMON: tuple[Structure, ...] = tuple(
-    Structure(ranges)
-    for layout in get_args(Layout)
-    for ranges in (
-        (("input", layout),),
-        ((layout, "output"),),
-        (("input", layout), ("input", layout)),
-        ((layout, "output"), (layout, layout)),
-    )
-)
+def _common() -> Iterator[Structure]:
+    for layout in get_args(Layout):
+        behind: Ends = ("input", layout)
+        before: Ends = (layout, "output")
+        compound: Ends = (layout, layout)
+        for ranges in ((behind,), (before,), (behind, behind), (before, compound)):
+            yield Structure(ranges)
+
+
+COMMON = tuple(_common())
 """Of every type: input-coupled, output-coupled, input-coupled with two ranges, and output-coupled below, compound above (two-mode)."""

@@ -42,8 +42,11 @@ def test_random_networks_have_the_operating_points_of_their_model(seed: int) -> 
     torque = float(rng.uniform(5, 50) * rng.choice([-1, 1]))
     found = flow(network, r, torque, loss=LOSS)
     model = steady(network, r, torque)
-    one = found.status == 0
-    assert (one == (model.status.values == 0)).all()
+    status = model.status.values
+    searched = status != 6  # where the model's search for its unknowns converges
+    assert searched.any()
+    assert ((found.status == 0) == (status == 0))[searched].all()
+    one = searched & (status == 0)
     for name, value in (
         ("gear.flange_a.tau", found.tau_in),
         (f"{UNIT}.flange_a.tau", found.tau[0]),
