@@ -283,10 +283,9 @@ def _judged(
     def kept(value: Array) -> Array:
         return np.where(keep, value, np.nan)
 
-    found = Flow(
+    return Flow(
         kept(np.stack([efficiency] * 2)), kept(K), np.stack(w), kept(x[-2:]), kept(tau_in), kept(latent), status
     )
-    return found
 
 
 def _merged(one: Flow | None, other: Flow) -> Flow:

@@ -230,3 +230,33 @@ def test_figures(found: SplitPathSpace, tmp_path: Any) -> None:
     for figure in (design_figure(found, 0, tmp_path / "a.png"), front_figure(found, tmp_path / "b.png")):
         plt.close(figure)
     assert (tmp_path / "a.png").read_bytes()[:4] == (tmp_path / "b.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.slow
+def test_a_design_drives_in_a_car(tmp_path: Any) -> None:
+    """Half a minute: a network like the car's own transmission uses its fuel; one of the program with auxiliary gears drives as well."""
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.components.transmissions import Network, NetworkRatio, NetworkTransmission
+    from powertrain.vehicles.split_path_car import SplitPathCar
+    from powertrain.vehicles.trials import drive_cycle
+
+    path = tmp_path / "short.csv"
+    path.write_text("time_s,speed_km_h\n0,0\n3,0\n13,30\n18,30\n27,0\n30,0\n")
+    cycle = DriveCycle.from_csv(path)
+    same = Network.split_path("abH", "input", -1.7, 0.95)
+    duty = Duty.over(
+        (0.2, 2.0), {"r": [0.2, 0.6, 1.2, 2.0], "weight": np.ones(4), "torque": [150.0, 150, 80, 60], "speed": 200.0}
+    )
+    unit = Variator("unit", UnitLoss(0.9, 0.9), ratio=(-0.3, 2.6))
+    best = split_path_space(duty, [unit], [Structure((("input", "abH"),))], candidates=64, rounds=2, progress=False)
+    other = best.ranges(0)[0][2]
+    cars = [
+        SplitPathCar(),
+        SplitPathCar(transmission=NetworkTransmission.of(same), unit_ratio=NetworkRatio(network=same)),
+        SplitPathCar(transmission=best.transmission(0), unit_ratio=NetworkRatio(network=other)),
+    ]
+    runs = [drive_cycle(car, cycle) for car in cars]
+    fuel = [float(run.result["engine.fuel"][-1]) for run in runs]
+    assert fuel[1] == pytest.approx(fuel[0], rel=1e-6)
+    assert fuel[2] == pytest.approx(fuel[0], rel=0.2)
+    assert max(abs(run.audit.closure) for run in runs) < 1e-5
