@@ -283,7 +283,7 @@ def _space(
     from powertrain.vehicles.split_path import Efficiencies, Variator, split_path_space
     from powertrain.vehicles.split_path.figures import design_figure
 
-    if isinstance(unit, float):
+    if unit is not None and not isinstance(unit, tuple):
         raise click.UsageError("--space: gears beside the unit bring V into its range; give --unit as low:high")
     with of_the_command_line():
         variator = Variator("unit", loss) if unit is None else Variator("unit", loss, unit)

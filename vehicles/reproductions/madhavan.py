@@ -243,6 +243,11 @@ PAPER = Paper(
         Picture("figure-3-6", "Fig. 3.6: graphs of the six couplings; the cage is ringed.", figure_3_6),
         Picture("mechanism", "Figs. 4.1, 5.5: the mechanism, a = 3 cm, b = 6 cm, at four angles.", mechanism),
         Picture(
+            "solids",
+            "The parts as solids, a = 3 cm, b = 6 cm: lever blue, couplers orange, shafts grey, the cage's rod green.",
+            lambda: drawn(LINKS, "solid_mechanism", (8, 5), "3d"),
+        ),
+        Picture(
             "figure-5-7",
             "Fig. 5.7: lever and coupler over a turn of the shaft against the cage.",
             lambda: drawn(LINKS, "motion"),

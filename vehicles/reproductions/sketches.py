@@ -179,8 +179,8 @@ def _cylinder(ax: Axes, measures: tuple[float, float, float], marks: tuple[str, 
 def automotive_differential() -> Figure:
     """Chaudhary Fig. 6 as a stick diagram of the upper half.
 
-    The engine drives the sun of the planetary final drive; its ring is held, its carrier is one with the differential's case; a bevel pinion
-    and side gears on the half shafts.
+    The engine drives the sun of the planetary final drive; its ring is held, its carrier is one with the differential's case; a bevel
+    pinion and side gears on the half shafts.
     """
     figure, (ax,) = panels([""], 1, 8.0, 3.8)
 
