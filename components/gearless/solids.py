@@ -82,10 +82,9 @@ def shaded(triangles: Array, colors: Array) -> Array:
 
 
 def revolved(profile: Array, points: int = 48) -> Array:
-    """Triangles of a body of revolution about z: ``profile`` (n, 2), closed, of heights and radii [m], run through with the body on the
-    left.
+    """Triangles of a body of revolution about z.
 
-    Points on the axis are allowed.
+    ``profile`` (n, 2): heights and radii [m] along a closed line, which may run on the axis.
     """
     angles = np.linspace(0, 2 * np.pi, points, endpoint=False)[:, None]
     height, radius = np.asarray(profile, float).T
