@@ -10,7 +10,13 @@ from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
 from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
-from powertrain.components.transmissions import Layout, SplitPathTransmission, UnitRatio
+from powertrain.components.transmissions import (
+    Layout,
+    RatioOfUnit,
+    SplitPathTransmission,
+    UnitRatio,
+    VariableTransmission,
+)
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
 from powertrain.vehicles.lumped_axles import to_the_road
 
@@ -31,8 +37,10 @@ class SplitPathDrive(Component):
 
     The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a unit of 90 % whose ratio V
     passes zero, as that of a hydrostatic or electric one does: with V from -0.27 to 2.59 the ratio r goes from 0.2 to 2. Above r = 0.37 the
-    power splits, below it a part comes back through the unit. The driver follows ``cycle``; the control gives the engine the speed of
-    least fuel for the demanded power. Below r = 0.2, so below walking pace, the start clutch slips.
+    power splits, below it a part comes back through the unit. Any other transmission with a variable unit fits the slots ``transmission``
+    and ``unit_ratio``, as one of the design program: ``NetworkTransmission.of(network)`` and ``NetworkRatio(network=network)``. The
+    driver follows ``cycle``; the control gives the engine the speed of least fuel for the demanded power. Below r = 0.2, so below walking
+    pace, the start clutch slips.
     Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 4.
     """
 
@@ -42,9 +50,9 @@ class SplitPathDrive(Component):
     engine: Engine = WillansEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     shaft: Inertia = Inertia(J=0.02)
-    unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
+    unit_ratio: RatioOfUnit = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
     actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=-0.27)
-    transmission: SplitPathTransmission = TRANSMISSION
+    transmission: VariableTransmission = TRANSMISSION
     output: SpeedSensor = SpeedSensor()
     rear_brake: WheelBrake = WheelBrake(tau_max=1500)
     rear: Wheel = RigidWheel(J=2.0)

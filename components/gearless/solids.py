@@ -79,3 +79,25 @@ def shaded(triangles: Array, colors: Array) -> Array:
     length = np.linalg.norm(normal, axis=1)
     light = np.divide(normal @ LAMP, length, out=np.zeros_like(length), where=length > 0)
     return np.asarray(np.clip(colors * (0.55 + 0.45 * light)[:, None], 0.0, 1.0))
+
+
+def revolved(profile: Array, points: int = 48) -> Array:
+    """Triangles of a body of revolution about z.
+
+    ``profile`` (n, 2): heights and radii [m] along a closed line, which may run on the axis.
+    """
+    angles = np.linspace(0, 2 * np.pi, points, endpoint=False)[:, None]
+    height, radius = np.asarray(profile, float).T
+    rings = np.stack(
+        [radius * np.cos(angles), radius * np.sin(angles), np.broadcast_to(height, (points, height.size))], -1
+    )
+    found = shell(rings)
+    return found if volume(found) > 0 else found[:, ::-1]
+
+
+def placed(triangles: Array, foot: Array, axis: Array) -> Array:
+    """A body whose axis is z, with its origin at ``foot`` and its axis along ``axis``."""
+    z = np.asarray(axis, float) / np.linalg.norm(axis)
+    x = np.cross(z, [1.0, 0.0, 0.0] if abs(z[0]) < 0.9 else [0.0, 1.0, 0.0])
+    x /= np.linalg.norm(x)
+    return np.asarray(triangles @ np.stack([x, np.cross(z, x), z]) + foot)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.hydrodynamic import FluidCoupling, TorqueConverter
+from powertrain.components.transmissions.interfaces import VariableTransmission
 from powertrain.components.transmissions.layout import (
     COMBINATIONS,
     TYPES,
@@ -14,22 +15,37 @@ from powertrain.components.transmissions.layout import (
     relative_ratio,
     unit_ratio,
 )
-from powertrain.components.transmissions.ratio import UnitRatio
+from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
+from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flow
+from powertrain.components.transmissions.network_transmission import NetworkTransmission
+from powertrain.components.transmissions.ratio import NetworkRatio, RatioOfUnit, UnitRatio
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 
 __all__ = [
     "COMBINATIONS",
+    "HOUSING",
     "TYPES",
     "Coupling",
+    "Flow",
     "FluidCoupling",
+    "Joint",
     "Layout",
+    "Lever",
     "ManualGearbox",
+    "Network",
+    "NetworkRatio",
+    "NetworkTransmission",
+    "RatioOfUnit",
     "Shiftable",
     "SingleGear",
     "SplitPathTransmission",
     "SwitchedSplitPathTransmission",
     "TorqueConverter",
+    "UnitLoss",
     "UnitRatio",
+    "VariableTransmission",
+    "flow",
+    "joints",
     "members",
     "overall_ratio",
     "relative_ratio",

@@ -17,12 +17,20 @@ from powertrain import (
     within,
 )
 from powertrain.components.transmissions.layout import Coupling, Layout, checked, relative_ratio
+from powertrain.components.transmissions.network import Network
 
 STANDSTILL = 1e-6
 """An output-coupled transmission with a smaller ratio stands still at its output."""
 
 
-class UnitRatio(Component):
+class RatioOfUnit(Component):
+    """Partial: the ratio V of a variable unit for an overall ratio r."""
+
+    r: Input = signal_input("1", "Overall speed ratio")
+    V: Output = signal_output("1", "Speed ratio of the variable unit")
+
+
+class UnitRatio(RatioOfUnit):
     """V of the variable unit of a split-path transmission from the overall ratio r.
 
     Input-coupled: V = (r - R)/(1 - R) (eq. 23);  output-coupled: V = (1 - R/r)/(1 - R);  R = (w_3 - w_2)/(w_1 - w_2) of the layout.
@@ -33,8 +41,6 @@ class UnitRatio(Component):
     layout: Layout = "bHa"
     coupling: Coupling = "input"
     basic_ratio: Parameter = parameter("1", "Basic speed ratio R_o of the differential", exclude=(0.0, 1.0))
-    r: Input = signal_input("1", "Overall speed ratio")
-    V: Output = signal_output("1", "Speed ratio of the variable unit")
 
     def equations(self) -> Equations:
         """Speeds on a straight line."""
@@ -46,3 +52,22 @@ class UnitRatio(Component):
             size = switch(r >= 0, r, -r, continuous=True)
             within(size, STANDSTILL, math.inf, name="size of the overall ratio, output-coupled", unit="1")
             yield self.V.value == (1 - R / r) / (1 - R)
+
+
+class NetworkRatio(RatioOfUnit):
+    """V = w_b/w_a of the variable unit in a network from the overall ratio r: V = (A_b + B_b r)/(A_a + B_a r), ``Network.speeds``.
+
+    Where shaft a stands still (its mechanical point) V is infinite: within 1e-6 of it a simulation ends with an error.
+    """
+
+    network: Network = Network.split_path("bHa", "input", -1.7)
+
+    def equations(self) -> Equations:
+        """Speeds of the unit's shafts."""
+        factors = self.network.speeds()
+        (A_a, B_a), (A_b, B_b) = (factors[self.network.nodes[name]].tolist() for name in self.network.unit)
+        r = self.r.value
+        w_a, w_b = A_a + B_a * r, A_b + B_b * r
+        size = switch(w_a >= 0, w_a, -w_a, continuous=True)
+        within(size, STANDSTILL, math.inf, name="speed of the unit's shaft a over that of the input", unit="1")
+        yield self.V.value == w_b / w_a

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 from powertrain import Equations, Input, Parameter, connect, parameter, signal_input
 from powertrain.components.blocks import Constant, Feedback
-from powertrain.components.cvu.interfaces import VariableUnit
-from powertrain.components.cvu.unit import CVU
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.differentials.interfaces import ThreeMembers
 from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.inertia import Inertia
-from powertrain.components.rotational.interfaces import TwoFlanges
+from powertrain.components.transmissions.interfaces import VariableTransmission
 from powertrain.components.transmissions.layout import Coupling, Layout, checked, members, switched
 
 
-class _SplitPath(TwoFlanges):
+class _SplitPath(VariableTransmission):
     """Partial: input flange_a (position 1), output flange_b (position 3), the variable unit at position 2."""
 
     coupling: Coupling = "input"
-    ratio: Input = signal_input("1", "Speed ratio V of the variable unit")
     differential: ThreeMembers = FundamentalDifferential(ratio=-1.7, eta_ab=0.95, eta_ba=0.95)
-    cvu: VariableUnit = CVU(eta_ab=0.9, eta_ba=0.9)
 
 
 class SplitPathTransmission(_SplitPath):

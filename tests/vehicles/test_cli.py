@@ -491,6 +491,45 @@ def test_split_path_with_a_duty(tmp_path: Path) -> None:
     assert "low:high" in refused("split-path", "--ratio", "2")
 
 
+def test_split_path_with_maps_duties_and_pictures(tmp_path: Path) -> None:
+    """A unit by its map, two duties with shares, a drawing; the same for the space of auxiliary gears and ranges."""
+    for name, r in (("field", (0.1, 0.4)), ("road", (0.5, 1.5))):
+        rows = "".join(f"{x},1,{100 / x},200\n" for x in r)
+        (tmp_path / f"{name}.csv").write_text(f"r,weight,torque,speed\n{rows}")
+    unit = tmp_path / "unit.csv"
+    unit.write_text("ratio [1],efficiency [1]\n-1,0.85\n0,0.7\n1,0.85\n")
+    few = ("--ratio", "0.1:1.5", "--unit-map", str(unit), "--top", "2")
+    both = ("--duty", f"{tmp_path / 'field.csv'}:3", "--duty", str(tmp_path / "road.csv"))
+    picture = tmp_path / "best.png"
+    done(
+        "split-path",
+        *few,
+        *both,
+        "--basic",
+        "-3:-0.5:3",
+        "--no-combinations",
+        "--coupling",
+        "input",
+        "--plot",
+        str(picture),
+    )
+    assert picture.read_bytes()[:4] == PNG
+    assert "is not there" in refused("split-path", "--duty", "nothing.csv:2")
+    assert "no share" in refused("split-path", "--duty", f"{tmp_path / 'road.csv'}:much")
+    assert "low:high" in refused("split-path", "--space", "--unit", "3")
+
+
+@pytest.mark.slow
+def test_split_path_space(tmp_path: Path) -> None:
+    table, picture = tmp_path / "space.csv", tmp_path / "best.png"
+    text = done(
+        "split-path", "--space", "--ratio", "0.2:1.5", "--top", "3", "--out", str(table), "--plot", str(picture)
+    )
+    assert "mechanical points" in text
+    assert picture.read_bytes()[:4] == PNG
+    assert {"structure", "unit_size", "mean_efficiency", "front"} <= set(pd.read_csv(table).columns)
+
+
 def test_split_path_without_a_solution() -> None:
     few = ("--basic", "-2:-1.5:2", "--coupling", "input", "--no-combinations", "--unit", "1.1:1.2")
     assert "no design can do it" in refused("split-path", *few, code=1)

@@ -7,13 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.vehicles.cli.options import ArgumentType, Command, OutputFile, Span, of_the_command_line, progress
+from powertrain.vehicles.cli.options import (
+    PICTURE,
+    ArgumentType,
+    Command,
+    OutputFile,
+    Span,
+    of_the_command_line,
+    progress,
+)
 from powertrain.vehicles.cli.text import columns, number
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-    from powertrain.vehicles.split_path import SplitPathDesigns
+    from powertrain.components.transmissions import UnitLoss
+    from powertrain.vehicles.split_path import Duty, SplitPathDesigns
 
 NAMES = {
     "mean_efficiency": "mean efficiency",
@@ -39,6 +46,25 @@ class UnitRange(ArgumentType):
         return float(click.FloatRange(min=1, min_open=True).convert(value, param, ctx))
 
 
+class Shared(ArgumentType):
+    """A file and its share: ``file.csv`` or ``file.csv:share``."""
+
+    name = "file[:share]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[Path, float]:
+        """A file that is there."""
+        if isinstance(value, tuple):
+            return value
+        text, colon, share = str(value).rpartition(":")
+        path, size = (Path(text), share) if colon and not Path(str(value)).is_file() else (Path(str(value)), "1")
+        if not path.is_file():
+            self.fail(f"the file {str(path)!r} is not there", param, ctx)
+        try:
+            return path, float(size)
+        except ValueError:
+            self.fail(f"{size!r} is no share of the delivered energy", param, ctx)
+
+
 @click.command(
     "split-path",
     cls=Command,
@@ -47,6 +73,7 @@ class UnitRange(ArgumentType):
         "split-path --ratio 0.5:2 --unit 0.4:2.5",
         "split-path --ratio 0.5:2 --unit 4 --basic -4:-0.25:31 --coupling input --by max_K --top 5",
         "split-path --ratio 0:2 --unit -1:1 --duty duty.csv --refine --teeth --out designs.csv",
+        "split-path --ratio 0.1:1.5 --space --unit -1:1 --unit-map hydrostatic.csv --duty field.csv:3 --duty road.csv:1 --plot best.png",
     ),
 )
 @click.option(
@@ -68,8 +95,11 @@ class UnitRange(ArgumentType):
 )
 @click.option(
     "--duty",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="CSV with the columns r, weight (share of the delivered energy), and if wanted torque [N.m], speed [rad/s].",
+    "duties",
+    multiple=True,
+    type=Shared(),
+    help="CSV with the columns r, weight (share of the delivered energy), and if wanted torque [N.m], speed [rad/s]. Several with shares: "
+    "a.csv:3 b.csv:1.",
 )
 @click.option(
     "--coupling",
@@ -96,6 +126,17 @@ class UnitRange(ArgumentType):
     help="Efficiency of the variable unit.",
 )
 @click.option(
+    "--unit-map",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="CSV with the unit's efficiency over ratio [1], w_a [rad/s], tau [N.m], or some of them, in place of --eta-unit.",
+)
+@click.option(
+    "--space",
+    is_flag=True,
+    help="Search auxiliary gears and two ranges too: efficiency against the size of the unit.",
+)
+@click.option("--plot", type=PICTURE, help="Draw the best design: shafts, efficiency, power, unit.")
+@click.option(
     "--by",
     type=click.Choice(["mean_efficiency", "min_efficiency", "max_K", "unit_range"]),
     default="mean_efficiency",
@@ -110,11 +151,14 @@ def command(
     ratio: tuple[float, float],
     unit: Unit | None,
     basic: tuple[float, ...],
-    duty: Path | None,
+    duties: tuple[tuple[Path, float], ...],
     coupling: str,
     combinations: bool,
     eta: float,
     eta_unit: float,
+    unit_map: Path | None,
+    space: bool,
+    plot: Path | None,
     by: Any,
     top: int,
     refine: bool,
@@ -129,21 +173,23 @@ def command(
     """
     import numpy as np
 
-    from powertrain.components.cvu import CVU
     from powertrain.components.differentials import FundamentalDifferential
     from powertrain.components.transmissions import SplitPathTransmission
     from powertrain.vehicles.split_path import split_path_designs
+    from powertrain.vehicles.split_path.space import cvu_of
 
+    work, loss = _duty(ratio, duties), _loss(eta_unit, unit_map)
+    if space:
+        _space(work, loss, unit, eta, top, out, plot)
+        return
     given = SplitPathTransmission(
-        differential=FundamentalDifferential(ratio=-1.7, eta_ab=eta, eta_ba=eta),
-        cvu=CVU(eta_ab=eta_unit, eta_ba=eta_unit),
+        differential=FundamentalDifferential(ratio=-1.7, eta_ab=eta, eta_ba=eta), cvu=cvu_of(loss)
     )
     ratios = np.linspace(basic[0], basic[1], int(basic[2]) if len(basic) > 2 else 16)
     with of_the_command_line():
         found = split_path_designs(
-            ratio,
+            work,
             ratios[(ratios != 0) & (ratios != 1)],
-            weights=_table(duty),
             unit=unit,
             transmission=given,
             couplings=("input", "output") if coupling == "both" else (coupling,),  # type: ignore[arg-type]
@@ -159,6 +205,8 @@ def command(
         raise click.ClickException(
             "no design can do it; the table tells why. Widen --unit, --basic, or narrow --ratio."
         )
+    if plot is not None:
+        _draw(found, loss, eta, plot)
     R_o = float(found.table.R_o[0])
     if refine:
         best = found.refine(0)
@@ -198,15 +246,87 @@ def report(found: SplitPathDesigns, top: int) -> str:
     return f"{about}\n\n{columns(rows, head, right=[2, 3, 4, 5, 6, 7])}{note}"
 
 
-def _table(path: Path | None) -> pd.DataFrame | None:
-    if path is None:
-        return None
+def _duty(ratio: tuple[float, float], files: tuple[tuple[Path, float], ...]) -> Duty:
+    """The range of r alone, or the files' duties with their shares."""
     import pandas as pd
 
-    try:
-        return pd.read_csv(path, comment="#", skipinitialspace=True)
-    except ValueError as error:
-        raise click.UsageError(f"{path} is no table: {error}") from None
+    from powertrain.vehicles.split_path import Duty
+
+    given = []
+    for path, share in files:
+        try:
+            table = pd.read_csv(path, comment="#", skipinitialspace=True)
+        except ValueError as error:
+            raise click.UsageError(f"{path} is no table: {error}") from None
+        with of_the_command_line():
+            given.append((Duty.over(ratio, table), share))
+    with of_the_command_line():
+        return Duty.over(ratio) if not given else given[0][0] if len(given) == 1 else Duty.together(given)
+
+
+def _loss(eta: float, path: Path | None) -> UnitLoss:
+    """The unit's efficiency, the same in both directions."""
+    from powertrain import Map
+    from powertrain.components.transmissions import UnitLoss
+
+    if path is None:
+        return UnitLoss(eta, eta)
+    with of_the_command_line():
+        table = Map.from_csv(path, outside="clip")
+        return UnitLoss(table, table)
+
+
+def _space(
+    duty: Duty, loss: UnitLoss, unit: Unit | None, eta: float, top: int, out: Path | None, plot: Path | None
+) -> None:
+    """The Pareto front of structures with auxiliary gears and ranges."""
+    from powertrain.vehicles.split_path import Efficiencies, Variator, split_path_space
+    from powertrain.vehicles.split_path.figures import design_figure
+
+    if unit is not None and not isinstance(unit, tuple):
+        raise click.UsageError("--space: gears beside the unit bring V into its range; give --unit as low:high")
+    with of_the_command_line():
+        variator = Variator("unit", loss) if unit is None else Variator("unit", loss, unit)
+        found = split_path_space(duty, [variator], efficiencies=Efficiencies(planetary=eta), progress=progress())
+    if found.table.empty:
+        raise click.ClickException("no design can do it. Widen --unit, or narrow --ratio.")
+    names = ("mean_efficiency", "min_efficiency", "unit_size", "max_K")
+    rows = []
+    for _, row in found.pareto.head(top).iterrows():
+        told = [", ".join(f"{x:.3g}" for x in row[n]) for n in ("shifts", "points", "R_o")]
+        rows.append([str(row.structure), *(number(float(row[n]), 3) for n in names), *told])
+    head = ("unit's sides", "mean eff.", "least eff.", "unit size", "max |K|", "shift at r", "mechanical points", "R_o")
+    click.echo(
+        f"r from {duty.low:g} to {duty.high:g}: {len(found.pareto)} designs that none betters in efficiency and unit size (torque times "
+        f"speed over power)\n\n{columns(rows, head, right=[1, 2, 3, 4])}"
+    )
+    if out is not None:
+        found.table.drop(columns="_number").to_csv(out, index=False)
+        click.echo(f"wrote {out}: {len(found.table)} designs")
+    if plot is not None:
+        design_figure(found, int(found.pareto.index[0]), plot)
+        click.echo(f"wrote {plot}")
+
+
+def _draw(found: SplitPathDesigns, loss: UnitLoss, eta: float, path: Path) -> None:
+    """The first design of the table."""
+    import numpy as np
+
+    from powertrain.components.transmissions import TYPES, Network, flow
+    from powertrain.vehicles.split_path.figures import ranges_figure
+
+    best, duty = found.table.iloc[0], found.duty
+    numbers = [int(w) for w in str(best.type).rpartition(":")[2].replace("then", "").split(",")]
+    ends = [duty.low, *([1.0] if len(numbers) > 1 else []), duty.high]
+    parts = []
+    for kind, low, high in zip(numbers, ends, ends[1:], strict=False):
+        network = Network.split_path(TYPES[kind], best.coupling, float(best.R_o), eta)
+        r = np.linspace(low, high, 201)
+        r = r[r != 0]
+        torque = np.interp(r, duty.r, duty.torque) * np.sign(r)
+        parts.append((r, flow(network, r, torque, np.interp(r, duty.r, duty.speed), loss=loss), network))
+    ranges_figure(parts, f"Type {best.type}, {best.coupling}-coupled, R_o = {best.R_o:.4g}", path)
+    click.echo(f"wrote {path}")
 
 
 def _teeth(R_o: float) -> str:

@@ -20,6 +20,7 @@ from powertrain.components.gearless.spherical_cam import (
 from powertrain.components.rotational import ConstantSpeed, Inertia
 from powertrain.vehicles.reproductions.drawing import drawn, panels
 from powertrain.vehicles.reproductions.papers import Paper, Picture
+from powertrain.vehicles.reproductions.sketches import automotive_differential
 from powertrain.vehicles.reproductions.table import Row, Table
 
 if TYPE_CHECKING:
@@ -236,6 +237,38 @@ def figure_5() -> Figure:
     return figure
 
 
+def figure_table_1() -> Figure:
+    """Printed and computed ranges of Table 1 side by side; 16.62 rad is no angle and lies outside."""
+    figure, (ax,) = panels([""], 1, 8.0, 4.0)
+    for k, ((M, N), printed) in enumerate(TABLE_1.items()):
+        least, greatest = (float(text) for text in printed)
+        ax.plot(
+            [k - 0.15] * 2, [least, min(greatest, 1.35)], "o-", color="C0", ms=5, label="printed" if k == 0 else None
+        )
+        ax.plot(
+            [k + 0.15] * 2,
+            pressure_angle_range(geometry(M, N)),
+            "s-",
+            color="C3",
+            ms=5,
+            label="computed" if k == 0 else None,
+        )
+        if greatest > 1.5:
+            ax.annotate(
+                f"{greatest:g}",
+                (k - 0.15, 1.42),
+                (k - 0.15, 1.3),
+                ha="center",
+                arrowprops={"arrowstyle": "->"},
+                fontsize=8,
+            )
+    ax.set_xticks(range(len(TABLE_1)), [f"{M}, {N}" for M, N in TABLE_1])
+    ax.set(xlabel="lobes M, rollers N", ylabel="operating pressure angle  [rad]", ylim=(-0.05, 1.45))
+    ax.grid(alpha=0.25, axis="y")
+    ax.legend(fontsize=8, loc="lower right")
+    return figure
+
+
 CAMS = "gearless.spherical_cam"
 DATA = "M = 4, N = 5, α_1 = 90°, α_3 = 44°, α_4 = 19°"
 PAPER = Paper(
@@ -263,6 +296,12 @@ PAPER = Paper(
             lambda: drawn(CAMS, "mechanism", (10, 7), "3d"),
         ),
         Picture("figure-5", "Fig. 5: pressure angles over the cam's angle, {4, 5} and {4, 4}.", figure_5),
+        Picture("table-1", "Table 1: printed and computed ranges of the operating pressure angle.", figure_table_1),
+        Picture(
+            "figure-6",
+            "Fig. 6: an automotive differential behind a planetary final drive; the upper half above the axle.",
+            automotive_differential,
+        ),
         Picture("load-sharing", f"Share of the rollers on both cams; {DATA}.", lambda: drawn(CAMS, "load_sharing")),
         Picture(
             "pressures",

@@ -23,7 +23,9 @@ from powertrain.components.gearless.linkage import (
 from powertrain.components.gearless.linkage.masses import CYLINDERS, GRAM_CM2, STEEL
 from powertrain.components.rotational import ConstantSpeed, Fixed, Inertia, Speed
 from powertrain.vehicles.reproductions import madhavan_figures as figures
+from powertrain.vehicles.reproductions import sketches
 from powertrain.vehicles.reproductions.drawing import drawn, panels
+from powertrain.vehicles.reproductions.free_bodies import lever_and_cage
 from powertrain.vehicles.reproductions.madhavan_data import CM, CYCLE, DUTY, LINKAGE, W_COUPLING
 from powertrain.vehicles.reproductions.madhavan_design import alternate_design, guidelines
 from powertrain.vehicles.reproductions.madhavan_forces import shaking_forces, torques
@@ -232,8 +234,19 @@ PAPER = Paper(
     ),
     tables=(enumeration, evaluation, kinematics, masses, torques, shaking_forces, guidelines, alternate_design),
     pictures=(
+        Picture("figure-3-1", "Fig. 3.1: a planar coupling and its singular point.", sketches.singular_points),
+        Picture(
+            "figure-3-6-mechanisms",
+            "Fig. 3.6: the six couplings as mechanisms; every joint by its sign.",
+            sketches.mechanisms,
+        ),
         Picture("figure-3-6", "Fig. 3.6: graphs of the six couplings; the cage is ringed.", figure_3_6),
         Picture("mechanism", "Figs. 4.1, 5.5: the mechanism, a = 3 cm, b = 6 cm, at four angles.", mechanism),
+        Picture(
+            "solids",
+            "The parts as solids, a = 3 cm, b = 6 cm: lever blue, couplers orange, shafts grey, the cage's rod green.",
+            lambda: drawn(LINKS, "solid_mechanism", (8, 5), "3d"),
+        ),
         Picture(
             "figure-5-7",
             "Fig. 5.7: lever and coupler over a turn of the shaft against the cage.",
@@ -247,6 +260,11 @@ PAPER = Paper(
             "figure-5-20", f"Figs. 5.20, 5.21: forces in the S-pairs; {LOAD}.", lambda: drawn(LINKS, "ball_forces")
         ),
         Picture("figure-5-23", f"Figs. 5.23, 5.24: the C-pair on the lever; {LOAD}.", figures.lever_forces),
+        Picture(
+            "figure-5-22",
+            "Figs. 5.22, 5.25: free bodies of lever and cage, 200 N.m on the cage at rest, α = 40°.",
+            lever_and_cage,
+        ),
         Picture(
             "figure-5-26",
             f"Figs. 5.26, 5.27: the C-pair on the lever, axes of the cage; {LOAD}.",
@@ -267,6 +285,9 @@ PAPER = Paper(
             "figure-7-1",
             "Fig. 7.1: swing of the couplers in the previous and the alternate design.",
             figures.coupler_swing,
+        ),
+        Picture(
+            "appendix", "Figs. A.1, B.1-B.4: the bend of 7 m, and the bodies of Table 5.1.", sketches.bend_and_bodies
         ),
         Picture(
             "efficiency",

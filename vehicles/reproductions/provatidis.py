@@ -25,6 +25,7 @@ from powertrain.components.gearless.circular_cam import (
 )
 from powertrain.components.rotational import Fixed, Inertia, Torque
 from powertrain.vehicles.reproductions.drawing import drawn, panels
+from powertrain.vehicles.reproductions.free_bodies import roller_and_cam
 from powertrain.vehicles.reproductions.papers import Paper, Picture
 from powertrain.vehicles.reproductions.table import Row, Table
 
@@ -348,6 +349,11 @@ PAPER = Paper(
             "figure-12",
             "Figs. 10-12: both cam disks and the rollers between them, drawn apart; outer track blue, inner one orange.",
             lambda: drawn(CAMS, "disks", (8, 7), "3d"),
+        ),
+        Picture(
+            "figure-13",
+            "Figs. 13, 14: free bodies of an outer roller and of the upper cam disk at θ = 22.5°, Table 1, rigid load sharing.",
+            roller_and_cam,
         ),
         Picture("figure-15", "Fig. 15: both tracks unrolled at nine phases; wedged rollers are red.", figure_15),
         Picture(

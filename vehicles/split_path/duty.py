@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -27,8 +27,9 @@ class Duty:
     """The points at which a transmission works: ratio r, share of the delivered energy, size of the output torque, input speed.
 
     ``low`` and ``high`` are the wanted range of r; its ends, and r = 1 within it, are looked at too, with no share. Between the points
-    torque and speed are interpolated over r; a ``sampled`` duty has its points only. Points at r = 0 deliver no energy: they ask
-    for a ratio of the unit and count for nothing else. Errors: ParameterError for shares that are negative or all zero.
+    torque and speed are interpolated over r, before the first and after the last they are as there; a ``sampled`` duty has its points
+    only. Points at r = 0 deliver no energy: they ask for a ratio of the unit and count for nothing else. Errors: ParameterError for
+    shares that are negative or all zero.
     """
 
     r: Vector
@@ -64,10 +65,13 @@ class Duty:
         if (at < low).any() or (at > high).any():
             raise pt.ParameterError(f"the duty has points outside the wanted range of r from {low:g} to {high:g}")
         full["weight"] /= total
-        mean = {n: np.full(ends.size, full[n].mean()) for n in columns} | {"weight": np.zeros(ends.size)}
+        sampled = np.unique(at).size < at.size
+        ends = ends[~np.isin(ends, at)]
+        known = np.argsort(at, kind="stable")
+        between = {n: np.interp(ends, at[known], full[n][known]) for n in columns} | {"weight": np.zeros(ends.size)}
         order = np.argsort(np.append(at, ends), kind="stable")
-        rest = {n: np.append(full[n], mean[n])[order] for n in columns}
-        return cls(np.append(at, ends)[order], **rest, low=low, high=high, sampled=np.unique(at).size < at.size)
+        rest = {n: np.append(full[n], between[n])[order] for n in columns}
+        return cls(np.append(at, ends)[order], **rest, low=low, high=high, sampled=sampled)
 
     @classmethod
     def driven(cls, w_in: ArrayLike, w_out: ArrayLike, torque: ArrayLike) -> Duty:
@@ -83,6 +87,19 @@ class Duty:
         r = two / one
         columns = {"r": r, "weight": two * tau, "torque": np.abs(tau), "speed": one}
         return replace(cls.over((float(r.min()), float(r.max())), columns), sampled=True)
+
+    @classmethod
+    def together(cls, duties: Iterable[tuple[Duty, float]]) -> Duty:
+        """Several duties as one, each with its share of the delivered energy. Errors: ParameterError for a negative share or none."""
+        given = list(duties)
+        shares = [share for _, share in given]
+        if not given or min(shares) < 0 or not sum(shares) > 0:
+            raise pt.ParameterError(f"duties have the shares {shares}: none is negative, and some is positive")
+        columns = {n: np.concatenate([getattr(d, n) for d, _ in given]) for n in ("r", "torque", "speed")}
+        weight = np.concatenate([d.weight * share for d, share in given]) / sum(shares)
+        order = np.argsort(columns["r"], kind="stable")
+        low, high = min(d.low for d, _ in given), max(d.high for d, _ in given)
+        return cls(weight=weight[order], **{n: v[order] for n, v in columns.items()}, low=low, high=high, sampled=True)
 
     def grid(self, ratios: Sequence[float] | Vector) -> dict[str, Any]:
         """The grid of ``pt.steady``: the load is against the motion."""

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from powertrain.components.gearless.linkage.body import LinkageBody
 from powertrain.components.gearless.linkage.curve import WheelSpeeds, cage_turns, in_bend, wheel_velocities
 from powertrain.components.gearless.linkage.differential import LinkageDifferential
 from powertrain.components.gearless.linkage.friction import JointFriction
@@ -31,6 +32,7 @@ __all__ = [
     "JointFriction",
     "LinkMasses",
     "Linkage",
+    "LinkageBody",
     "LinkageDifferential",
     "Motion",
     "Structure",

@@ -11,8 +11,11 @@ from typing import Any, cast
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.components.gearless.linkage.body import LinkageBody
 from powertrain.components.gearless.linkage.curve import cage_turns
 from powertrain.components.gearless.linkage.design import Duty, Front, guided, over_length, peaks
 from powertrain.components.gearless.linkage.forces import Reactions, reactions
@@ -20,6 +23,7 @@ from powertrain.components.gearless.linkage.friction import JointFriction
 from powertrain.components.gearless.linkage.kinematics import Linkage
 from powertrain.components.gearless.linkage.masses import TABLE_5_1, LinkMasses, scaled
 from powertrain.components.gearless.linkage.shaking import shaking
+from powertrain.components.gearless.solids import shaded
 
 Array = NDArray[np.float64]
 CM = 100.0
@@ -233,3 +237,24 @@ def front(found: Front, ax: Axes | None = None) -> Axes:
     ax.grid(alpha=0.3)
     ax.legend()
     return ax
+
+
+PARTS = {"coupler": "tab:orange", "shaft": "0.55", "lever": "tab:blue", "rod": "tab:green"}
+
+
+def solid_mechanism(body: LinkageBody | None = None, alpha: float = 0.6, ax: Axes | None = None) -> Axes:
+    """The parts as shaded solids: lever blue, couplers orange, output shafts grey, the cage's rod of the C-pair green."""
+    body = body or LinkageBody(Linkage())
+    space: Any = plt.figure(layout="constrained").add_subplot(projection="3d", proj_type="ortho") if ax is None else ax
+    solids = body.solids(alpha)
+    triangles = np.concatenate(list(solids.values())) * CM
+    tints = [np.tile(0.25 + 0.75 * np.array(to_rgb(PARTS[n.split()[0]])), (len(t), 1)) for n, t in solids.items()]
+    faces = shaded(triangles, np.concatenate(tints))
+    space.add_collection3d(Poly3DCollection(list(triangles), facecolors=faces, edgecolors="none", antialiased=False))
+    reach = np.abs(triangles).max(axis=(0, 1))
+    space.set(**{f"{n}lim": (-r, r) for n, r in zip("xyz", reach, strict=True)})
+    space.set_box_aspect(tuple(reach), zoom=1.3)
+    space.set_axis_off()
+    space.view_init(elev=24, azim=-62)
+    space.set_title(rf"$\alpha$ = {np.degrees(alpha):.0f}°", y=0.92)
+    return cast("Axes", space)

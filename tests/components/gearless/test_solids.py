@@ -80,3 +80,30 @@ def test_dxf_of_a_track(tmp_path: Path) -> None:
     assert max(x) == pytest.approx(np.pi * 85, abs=0.01)
     for points in curves.values():
         assert points[0, 1] == pytest.approx(points[-1, 1], abs=1e-12)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.6, 2.5])
+def test_parts_of_the_linkage_are_closed_and_meet(alpha: float, tmp_path: Path) -> None:
+    """Balls stand at the S-pairs in coupler and lever; volumes are those of bars and balls; STL is written."""
+    from powertrain.components.gearless.linkage import Linkage, LinkageBody
+
+    body = LinkageBody(Linkage(a=0.03, b=0.06))
+    solids = body.solids(alpha)
+    points = body.linkage.points(alpha)
+    for name, solid in solids.items():
+        assert open_edges(solid) == 0, name
+        assert volume(solid) > 0
+    ball, bar = body.ball, body.bar
+    cap = ball - np.sqrt(ball**2 - bar**2)
+    balls = 2 * (4 / 3 * np.pi * ball**3 - np.pi * cap**2 * (3 * ball - cap) / 3)
+    wanted = balls + np.pi * bar**2 * (body.linkage.a - 2 * np.sqrt(ball**2 - bar**2))
+    assert volume(solids["coupler left"]) == pytest.approx(wanted, rel=0.01)
+    for side in ("left", "right"):
+        corners = solids[f"coupler {side}"].reshape(-1, 3)
+        assert np.linalg.norm(corners - points[f"S_{side}"], axis=1).min() == pytest.approx(ball, rel=0.02)
+        assert np.linalg.norm(solids["lever"].reshape(-1, 3) - points[f"S_{side}"], axis=1).min() == pytest.approx(
+            1.35 * ball, rel=0.02
+        )
+    assert write_stl(tmp_path / "lever.stl", solids["lever"]).stat().st_size > 1000
+    with pytest.raises(pt.ParameterError, match="does not hold"):
+        LinkageBody(Linkage(), bar=0.02)

@@ -1,0 +1,76 @@
+"""A network of planetary gears around a variable unit as a part that drives."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from powertrain import Equations, ParameterError, connect, replace
+from powertrain.components.cvu.interfaces import VariableUnit
+from powertrain.components.differentials.fundamental import FundamentalDifferential
+from powertrain.components.rotational.fixed import Fixed
+from powertrain.components.rotational.gear import Gear
+from powertrain.components.transmissions.interfaces import VariableTransmission
+from powertrain.components.transmissions.network import HOUSING, Lever, Network
+
+_SIMPLEST = Network.split_path("bHa", "input", -1.7, 0.95)
+
+
+def _planetary(lever: Lever) -> FundamentalDifferential:
+    return FundamentalDifferential(ratio=lever.ratio, eta_ab=lever.eta, eta_ba=lever.eta)
+
+
+class NetworkTransmission(VariableTransmission):
+    """A split-path transmission by its network: every lever a differential or a pair of gears, and the variable unit between two shafts.
+
+    For each lever w_a - w_carrier = ratio (w_b - w_carrier) with the loss of ``MeshLaw``, or of ``Gear`` where the carrier is the housing;
+    shafts that joints join are one. flange_a is the network's input, flange_b its output, V = w_b/w_a of the unit's shafts the signal
+    ``ratio``. It stays in one range; nothing here has inertia. ``NetworkTransmission.of`` makes the parts from a network.
+    Errors: ParameterError where the network has not two degrees of freedom, or the parts are not as many as its levers.
+    """
+
+    network: Network = _SIMPLEST
+    planetaries: tuple[FundamentalDifferential, ...] = (_planetary(_SIMPLEST.levers[0]),)
+    pairs: tuple[Gear, ...] = ()
+    housing: Fixed = Fixed()
+
+    @classmethod
+    def of(cls, network: Network, cvu: VariableUnit | None = None) -> Self:
+        """The parts of a network."""
+        planetaries = tuple(_planetary(x) for x in network.levers if x.carrier != HOUSING)
+        pairs = tuple(Gear(ratio=x.ratio, efficiency=x.eta) for x in network.levers if x.carrier == HOUSING)
+        made = cls(network=network, planetaries=planetaries, pairs=pairs)
+        return made if cvu is None else replace(made, cvu=cvu)
+
+    def equations(self) -> Equations:
+        """Every node of the network connects the flanges that stand at it."""
+        self.network.speeds()
+        planetaries, pairs = list(self.planetaries), list(self.pairs)
+        if len(planetaries) + len(pairs) != len(self.network.levers):
+            raise ParameterError(
+                f"{self._path}: the network has {len(self.network.levers)} levers, but there are {len(planetaries)} planetaries and "
+                f"{len(pairs)} pairs; make the transmission with NetworkTransmission.of(network)"
+            )
+        at: dict[int, list[Any]] = {}
+
+        def stand(shaft: str, flange: Any) -> None:
+            at.setdefault(self.network.nodes[shaft], []).append(flange)
+
+        for lever in self.network.levers:
+            if lever.carrier == HOUSING:
+                pair = pairs.pop(0)
+                stand(lever.a, pair.flange_a)
+                stand(lever.b, pair.flange_b)
+            else:
+                planetary = planetaries.pop(0)
+                stand(lever.a, planetary.a)
+                stand(lever.b, planetary.b)
+                stand(lever.carrier, planetary.carrier)
+        stand(self.network.input, self.flange_a)
+        stand(self.network.output, self.flange_b)
+        stand(self.network.unit[0], self.cvu.flange_a)
+        stand(self.network.unit[1], self.cvu.flange_b)
+        stand(HOUSING, self.housing.flange)
+        for flanges in at.values():
+            if len(flanges) > 1:
+                yield connect(*flanges)
+        yield connect(self.ratio, self.cvu.ratio)

@@ -1,0 +1,262 @@
+"""The space of split-path transmissions: ranges that meet, gears that use the unit, extrema, the front, units by their maps."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.cvu import CVU, HydrostaticUnit, VBelt
+from powertrain.components.transmissions import UnitLoss, flow
+from powertrain.vehicles.split_path import (
+    COMMON,
+    Designs,
+    Duty,
+    Efficiencies,
+    SplitPathSpace,
+    Structure,
+    Variator,
+    split_path_space,
+)
+from powertrain.vehicles.split_path.space import bounds, cvu_of, front, geared, rate
+
+R = np.linspace(0.1, 1.5, 15)
+DUTY = Duty.over(
+    (0.1, 1.5), {"r": R, "weight": np.ones(15), "torque": 300 / np.maximum(R, 0.3), "speed": np.full(15, 200.0)}
+)
+ELECTRIC = Variator("electric", UnitLoss(0.85, 0.85), speed=800.0)
+HYDROSTATIC = Variator("hydrostatic", UnitLoss(0.8, 0.82), ratio=(-1.0, 1.0), speed=400.0)
+TWO_MODE = Structure((("Hab", "output"), ("Hab", "Hab")))
+TWO_RANGES = Structure((("input", "abH"), ("input", "abH")))
+
+
+@pytest.fixture(scope="module")
+def found() -> SplitPathSpace:
+    return split_path_space(
+        DUTY, [ELECTRIC, HYDROSTATIC], [TWO_MODE, TWO_RANGES], candidates=64, rounds=2, progress=False
+    )
+
+
+def some(structure: Structure, unit: Variator, *, m: Any, R_o: Any, shifts: Any) -> Designs:
+    a, b, c = (np.atleast_2d(np.asarray(x, float)) for x in (m, R_o, shifts))
+    raw = Designs(structure, a, b, c, np.ones((1, 2)))
+    return geared(raw, DUTY, unit)
+
+
+@pytest.mark.parametrize("structure", [TWO_MODE, TWO_RANGES])
+def test_ranges_meet_at_equal_speeds(structure: Structure) -> None:
+    n = len(structure.planetaries)
+    designs = some(
+        structure, ELECTRIC, m=[0.3, 0.5, 1.3][:n] if n == 3 else [0.3, 1.1], R_o=[-1.2, -2.0, -0.6][:n], shifts=[0.6]
+    )
+    speeds = []
+    for k in (0, 1):
+        network, _ = designs.networks(k, 0.98, 0.99)
+        factors = network.speeds() @ np.array([1.0, 0.6])
+        speeds.append([float(factors[network.nodes[name]]) for name in network.unit])
+    assert speeds[0] == pytest.approx(speeds[1], rel=1e-9)
+
+
+def test_the_unit_runs_back_in_the_second_range() -> None:
+    """As in a hydromechanical tractor transmission: V from its least to its greatest, and back; its range and speed are used."""
+    designs = some(TWO_RANGES, HYDROSTATIC, m=[0.35, 1.1], R_o=[-1.2, -2.0], shifts=[0.7])
+    V = []
+    for k, r in ((0, [0.1, 0.7]), (1, [0.7, 1.5])):
+        a, b = designs.unit_speeds(k, np.array([r]))
+        V.append((b / a)[0].tolist())
+    assert V[0][1] == pytest.approx(V[1][0])
+    assert (V[0][1] - V[0][0]) * (V[1][1] - V[1][0]) < 0
+    assert np.abs(V).max() == pytest.approx(1.0)
+    assert np.abs(designs.unit_speeds(0, np.array([[0.1, 0.7]]))[0]).max() == pytest.approx(400 / 200)
+
+
+def test_share_of_the_unit_follows_from_the_mechanical_points_alone() -> None:
+    """Whatever the basic ratios and layouts: they decide about the meshes' losses only."""
+    shares = []
+    for layout, R_o in (("Hab", [-1.2, -2.0, -0.6]), ("baH", [-3.0, -0.5, -1.5])):
+        ends: Any = ((layout, "output"), (layout, layout))
+        designs = some(Structure(ends), ELECTRIC, m=[0.3, 0.5, 1.3], R_o=R_o, shifts=[0.6])
+        network, _ = designs.networks(1, 1.0, 1.0)
+        r = np.linspace(0.6, 1.5, 7)
+        shares.append(flow(network, r, 10.0).K)
+        np.testing.assert_allclose(shares[-1], (r - 0.5) * (r - 1.3) / (r * (1.3 - 0.5)), rtol=1e-8, atol=1e-12)
+
+
+def test_extrema_are_those_of_a_dense_grid() -> None:
+    designs = some(TWO_MODE, ELECTRIC, m=[0.3, 0.5, 1.3], R_o=[-1.2, -2.0, -0.6], shifts=[0.45])
+    rated = rate(designs, DUTY, ELECTRIC, Efficiencies(), np.zeros((1, 7)), fine=True).values
+    ends = bounds(designs, DUTY)[0]
+    worst: dict[str, float] = {}
+    for k in (0, 1):
+        network, _ = designs.networks(k, 0.98, 0.99)
+        r = np.linspace(ends[k], ends[k + 1], 20001)
+        at = flow(network, r, np.interp(r, DUTY.r, DUTY.torque), 200.0, loss=ELECTRIC.loss)
+        here = {
+            "unit_torque": np.abs(at.tau).max(),
+            "unit_speed": np.abs(at.w).max(),
+            "unit_power": at.unit_power.max(),
+            "max_K": np.abs(at.K).max(),
+            "loss": 1 - at.efficiency[0].min(),
+        }
+        worst |= {n: max(worst.get(n, 0.0), float(v)) for n, v in here.items()}
+    assert 1 - rated["min_efficiency"][0] == pytest.approx(worst.pop("loss"), rel=1e-5)
+    for name, value in worst.items():
+        assert rated[name][0] >= value * (1 - 1e-12), name
+        assert rated[name][0] == pytest.approx(value, rel=1e-4), name
+
+
+def test_mean_efficiency_is_energy_over_energy() -> None:
+    designs = some(TWO_RANGES, ELECTRIC, m=[0.35, 1.1], R_o=[-1.2, -2.0], shifts=[0.7])
+    rated = rate(designs, DUTY, ELECTRIC, Efficiencies(), np.zeros((1, 5)))
+    supplied = 0.0
+    for r, weight, torque in zip(DUTY.r, DUTY.weight, DUTY.torque, strict=True):
+        network, _ = designs.networks(0 if r < 0.7 else 1, 0.98, 0.99)
+        supplied += weight / flow(network, [r], torque, 200.0, loss=ELECTRIC.loss).efficiency[0, 0]
+    assert rated.values["mean_efficiency"][0] == pytest.approx(1 / supplied, rel=1e-12)
+
+
+def test_front_is_what_nothing_betters(found: SplitPathSpace) -> None:
+    table, best = found.table, found.pareto
+    assert len(best) >= 2
+    for _, row in table.iterrows():
+        better = table[(table.mean_efficiency > row.mean_efficiency) & (table.unit_size < row.unit_size)]
+        assert row.front is False or better.empty or not bool(row.front)
+    assert front(np.array([0.9, np.nan, 0.8, 0.85]), np.array([2.0, 0.1, 1.0, 3.0])).tolist() == [0, 2]
+    assert (best.mean_efficiency.diff().dropna() <= 0).all()
+    assert (best.unit_size.diff().dropna() < 0).all()
+
+
+def test_limits_of_the_unit_are_kept(found: SplitPathSpace) -> None:
+    rows = found.table[found.table.unit == "hydrostatic"]
+    assert len(rows)
+    assert (rows.V_max <= 1 + 1e-5).all()
+    assert (rows.V_min >= -1 - 1e-5).all()
+    limit = float(rows.unit_torque.median())
+    tight = Variator("tight", HYDROSTATIC.loss, HYDROSTATIC.ratio, speed=400.0, torque=limit)
+    again = split_path_space(DUTY, [tight], [TWO_RANGES], candidates=64, rounds=2, progress=False)
+    assert (again.table.unit_torque <= limit * (1 + 1e-5)).all()
+    none = Variator("none", HYDROSTATIC.loss, HYDROSTATIC.ratio, speed=400.0, power=1.0)
+    assert split_path_space(DUTY, [none], [TWO_RANGES], candidates=8, rounds=1, progress=False).table.empty
+
+
+def test_the_same_search_finds_the_same(found: SplitPathSpace) -> None:
+    again = split_path_space(
+        DUTY, [ELECTRIC, HYDROSTATIC], [TWO_MODE, TWO_RANGES], candidates=64, rounds=2, progress=False
+    )
+    assert again.table.equals(found.table)
+
+
+def test_the_best_design_is_a_part_that_drives(found: SplitPathSpace) -> None:
+    """Its operating points in the model are those of the table's flows."""
+    from powertrain.components.transmissions import NetworkRatio
+
+    low, high, network = found.ranges(0)[1]
+    part = found.transmission(0, 1)
+    assert part.network == network
+    r = np.linspace(low, high, 5)[1:-1]
+    ratio = pt.steady(NetworkRatio(network=network), {"r": r}, outputs=["V"])
+    at = flow(network, r, 100.0, loss=found.unit(0).loss)
+    np.testing.assert_allclose(ratio["V"].values, at.V, rtol=1e-9)
+    assert isinstance(part.cvu, CVU)
+
+
+def test_variator_of_a_hydrostatic_unit_is_the_unit() -> None:
+    unit = HydrostaticUnit(D_b=8e-6, leakage=4e-12, d_a=0.01, d_b=0.01, mue=0.03)
+    made = Variator.of(
+        "hydrostatic", unit, np.linspace(-1, 1, 33).tolist(), np.linspace(10, 210, 21).tolist(), speed=400.0
+    )
+    assert made.ratio == (-1.0, 1.0)
+    table: Any = made.loss.ab
+    found = pt.steady(
+        _bench(unit), {"V": 0.5, "load": -100.0, "drive.w_fixed": 200.0}, outputs=["unit.flange_a.tau", "ratio"]
+    )
+    V, tau = float(found["ratio"]), float(found["unit.flange_a.tau"])
+    assert table(V, tau) == pytest.approx(100 * V / tau, abs=0.003)
+    assert cvu_of(made.loss).map_ab == table
+    with pytest.raises(pt.ParameterError, match="carries none of the torques"):
+        Variator.of("weak", VBelt(clamp=1.0), [0.5, 1.0], [500.0])
+
+
+def _bench(unit: Any) -> Any:
+    from powertrain.vehicles.split_path.units import UnitBench
+
+    return UnitBench(unit=unit)
+
+
+def test_several_duties_are_one() -> None:
+    field, road = (
+        Duty.over(span, {"r": np.linspace(*span, 3), "weight": np.ones(3)}) for span in ((0.1, 0.4), (0.5, 1.5))
+    )
+    both = Duty.together([(field, 3.0), (road, 1.0)])
+    assert both.weight.sum() == pytest.approx(1)
+    assert both.weight[both.r < 0.45].sum() == pytest.approx(0.75)
+    assert (both.low, both.high) == (0.1, 1.5)
+    with pytest.raises(pt.ParameterError, match="none is negative"):
+        Duty.together([(field, -1.0)])
+
+
+def test_ends_of_a_duty_have_the_torque_of_their_neighbours() -> None:
+    duty = Duty.over((0.1, 2.0), {"r": [0.5, 1.5], "weight": [1, 1], "torque": [100.0, 20.0]})
+    assert duty.r.tolist() == [0.1, 0.5, 1.0, 1.5, 2.0]
+    assert duty.torque.tolist() == [100, 100, 60, 20, 20]
+
+
+def test_what_is_no_structure() -> None:
+    for ranges, said in (
+        ((), "needs a range"),
+        ((("input", "output"),), "no power is split"),
+        ((("input", "abc"),), "the side 'abc' is none of"),
+    ):
+        with pytest.raises(pt.ParameterError, match=said):
+            Structure(ranges)  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match="is empty"):
+        Variator("v", UnitLoss(), (1.0, 0.5))
+    with pytest.raises(pt.ParameterError, match=r"torque = -1 N\.m must be positive"):
+        Variator("v", UnitLoss(), torque=-1.0)
+    with pytest.raises(pt.ParameterError, match="points: from -1 to 1"):
+        split_path_space(DUTY, [ELECTRIC], points=(-1.0, 1.0), progress=False)
+    assert len({str(s) for s in COMMON}) == 24
+    assert math.isinf(ELECTRIC.ratio[1])
+
+
+def test_figures(found: SplitPathSpace, tmp_path: Any) -> None:
+    import matplotlib.pyplot as plt
+
+    from powertrain.vehicles.split_path.figures import design_figure, front_figure
+
+    for figure in (design_figure(found, 0, tmp_path / "a.png"), front_figure(found, tmp_path / "b.png")):
+        plt.close(figure)
+    assert (tmp_path / "a.png").read_bytes()[:4] == (tmp_path / "b.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.slow
+def test_a_design_drives_in_a_car(tmp_path: Any) -> None:
+    """Half a minute: a network like the car's own transmission uses its fuel; one of the program with auxiliary gears drives as well."""
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.components.transmissions import Network, NetworkRatio, NetworkTransmission
+    from powertrain.vehicles.split_path_car import SplitPathCar
+    from powertrain.vehicles.trials import drive_cycle
+
+    path = tmp_path / "short.csv"
+    path.write_text("time_s,speed_km_h\n0,0\n3,0\n13,30\n18,30\n27,0\n30,0\n")
+    cycle = DriveCycle.from_csv(path)
+    same = Network.split_path("abH", "input", -1.7, 0.95)
+    duty = Duty.over(
+        (0.2, 2.0), {"r": [0.2, 0.6, 1.2, 2.0], "weight": np.ones(4), "torque": [150.0, 150, 80, 60], "speed": 200.0}
+    )
+    unit = Variator("unit", UnitLoss(0.9, 0.9), ratio=(-0.3, 2.6))
+    best = split_path_space(duty, [unit], [Structure((("input", "abH"),))], candidates=64, rounds=2, progress=False)
+    other = best.ranges(0)[0][2]
+    cars = [
+        SplitPathCar(),
+        SplitPathCar(transmission=NetworkTransmission.of(same), unit_ratio=NetworkRatio(network=same)),
+        SplitPathCar(transmission=best.transmission(0), unit_ratio=NetworkRatio(network=other)),
+    ]
+    runs = [drive_cycle(car, cycle) for car in cars]
+    fuel = [float(run.result["engine.fuel"][-1]) for run in runs]
+    assert fuel[1] == pytest.approx(fuel[0], rel=1e-6)
+    assert fuel[2] == pytest.approx(fuel[0], rel=0.2)
+    assert max(abs(run.audit.closure) for run in runs) < 1e-5
