@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.control.driver import Driver, SetPedals
 from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
-from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, Shifting
+from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, PowerShiftSchedule, Shifting
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
 from powertrain.components.control.power_split import PowerSplitControl
@@ -20,6 +20,7 @@ __all__ = [
     "GearSchedule",
     "OperatingLineControl",
     "Pedals",
+    "PowerShiftSchedule",
     "PowerSplitControl",
     "SetPedals",
     "Shifting",

@@ -14,6 +14,12 @@ from powertrain.components.transmissions.layout import (
     relative_ratio,
     unit_ratio,
 )
+from powertrain.components.transmissions.power_shift import (
+    PowerShiftGearbox,
+    StartingClutch,
+    StartingConverter,
+    StartingDevice,
+)
 from powertrain.components.transmissions.ratio import UnitRatio
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 
@@ -24,9 +30,13 @@ __all__ = [
     "FluidCoupling",
     "Layout",
     "ManualGearbox",
+    "PowerShiftGearbox",
     "Shiftable",
     "SingleGear",
     "SplitPathTransmission",
+    "StartingClutch",
+    "StartingConverter",
+    "StartingDevice",
     "SwitchedSplitPathTransmission",
     "TorqueConverter",
     "UnitRatio",
