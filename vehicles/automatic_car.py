@@ -28,7 +28,7 @@ class AutomaticCar(Component):
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
-    driver: Pedals = Driver(k_a=1500 / 6000)
+    driver: Pedals = Driver(k_a=1500 / 6000, hold=0.3)
     schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS)
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()

@@ -70,6 +70,7 @@ class _Scheduled(Shifting):
 
     speeds: tuple[tuple[float, float], ...] = SPEEDS
     eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
+    relaxed: Parameter = parameter("1", "Accelerator up to which it makes no difference", default=0.0, min=0, max=0.99)
     kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.8, min=0, max=1)
     patience: Parameter = parameter("s", "Time in which it does not shift up from a kick-down", default=10.0, min=0)
     dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
@@ -81,11 +82,12 @@ class _Scheduled(Shifting):
     def _choose(self) -> Equations:
         self._check()
         t, v, pedal = time - self.began, self.v.value, self.accelerator.value
+        pressed = ca.fmax(pedal - self.relaxed, 0) / (1 - self.relaxed)
         rested = ca.logic_and(t > self.dwell, time > SOON)
         up = self._at_gear([row[0] for row in self.speeds], 1)
         down = self._at_gear([row[1] for row in self.speeds], 2)
         middle = self._at_gear([sum(row) / 2 for row in self.speeds], 2)
-        eager, marks = 1 + self.eager * pedal, (reinit(self.before, self.gear), reinit(self.began, time))
+        eager, marks = 1 + self.eager * pressed, (reinit(self.before, self.gear), reinit(self.began, time))
         calm = ca.logic_or(time > self.kicked + self.patience, v > up * (1 + self.eager))
         higher, lower = ca.logic_and(v > up * eager, calm), v < ca.fmin(down * eager, middle)
         kick = ca.logic_and(ca.logic_and(pedal > self.kick, v < down * eager), ca.logic_not(lower))
@@ -116,9 +118,10 @@ class _Scheduled(Shifting):
 class GearSchedule(_Scheduled):
     """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
 
-      up from gear to gear + 1 where v > up (1 + eager accelerator)
-      down to gear where v < min(down (1 + eager accelerator), (up + down)/2)
-      kick-down to gear where accelerator > kick and v < down (1 + eager accelerator)
+      up from gear to gear + 1 where v > up (1 + eager pressed)
+      down to gear where v < min(down (1 + eager pressed), (up + down)/2)
+      kick-down to gear where accelerator > kick and v < down (1 + eager pressed)
+      pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
       ..+ t_close: hold rises to 1
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))

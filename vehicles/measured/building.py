@@ -1,0 +1,175 @@
+"""A measured car as a vehicle of the library, from what the test-car list and its technology say."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import powertrain as pt
+from powertrain.components.body import CoastDownBody
+from powertrain.components.control import (
+    AlwaysOn,
+    Driver,
+    EngineSwitch,
+    GearSchedule,
+    OperatingLineControl,
+    PowerShiftSchedule,
+    StartStop,
+)
+from powertrain.components.cvu import CVU, RatioActuator
+from powertrain.components.differentials import ChurningLoss
+from powertrain.components.engines import AccessoryDrive, WillansEngine
+from powertrain.components.rotational import Clutch, IdealGear, Inertia
+from powertrain.components.transmissions import (
+    ManualGearbox,
+    PowerShiftGearbox,
+    StartingClutch,
+    StartingConverter,
+    StartingDevice,
+    TorqueConverter,
+)
+from powertrain.components.wheels import RigidWheel
+from powertrain.vehicles.automatic_car import AutomaticCar
+from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.measured.record import TestCar
+from powertrain.vehicles.measured.technology import RPM, Technology
+from powertrain.vehicles.variator_car import VariatorCar
+
+RADIUS = 0.32
+"""Rolling radius [m]: it cancels, as the list has engine speed over vehicle speed."""
+PROGRESSION = 1.05
+"""Factor by which the step between two gears grows from the top gear down, H. Naunheimer et al., Automotive Transmissions, 2nd ed., 4.2."""
+MPH = 0.44704
+MANUAL = 15 * MPH, 25 * MPH, 40 * MPH, 45 * MPH, 50 * MPH, 55 * MPH
+"""Speeds [m/s] at which a manual gearbox is shifted up, 40 CFR 86.128-79."""
+W_DRAG = 150.0
+"""Speed [rad/s] at which a gearbox's drag is given."""
+W_STALL = 2300 * RPM
+"""Speed of the engine under full load against a standing turbine, to which converters are sized."""
+
+
+def build(car: TestCar, technology: Technology, *, cool: bool = False) -> Any:
+    """The vehicle. ``cool``: engine and gearbox have run, but not to their steady temperature, as in the bags of the FTP.
+
+    Road load, test mass, displacement, rated power, number of gears and overall top ratio are the list's; everything else is the technology's.
+    """
+    makers = {"manual": _manual, "automatic": _stepped, "dual clutch": _stepped, "belt": _belt}
+    return makers[car.transmission](car, technology, cool)
+
+
+def _common(car: TestCar, technology: Technology, cool: bool) -> dict[str, Any]:
+    family = technology.family(car)
+    return {
+        "engine": family.engine(car.displacement, car.power, technology.cool_engine if cool else 1.0),
+        "accessories": AccessoryDrive(P=technology.accessories),
+        "driver": Driver(k_a=car.mass / _force(car), hold=0.3),
+        "body": CoastDownBody(m=car.mass, F_0=car.road_load[0], F_1=car.road_load[1], F_2=car.road_load[2]),
+        "front": RigidWheel(J=technology.rotating * car.mass * RADIUS**2, radius=RADIUS, Cr=0),
+        "rear": RigidWheel(J=0, radius=RADIUS, Cr=0),
+        "final_drive": IdealGear(ratio=car.axle_ratio),
+    }
+
+
+def _force(car: TestCar) -> float:
+    """The force [N] that a full accelerator gives at 12 m/s, about."""
+    return 0.6 * car.power / 12.0
+
+
+def _switch(car: TestCar, technology: Technology) -> EngineSwitch:
+    return StartStop(delay=technology.stop_delay) if technology.stops(car) else AlwaysOn()
+
+
+def _drag(car: TestCar, technology: Technology, cool: bool) -> ChurningLoss:
+    torque = technology.gearboxes[car.transmission].drag * (technology.cool_gearbox if cool else 1.0)
+    return ChurningLoss(d=torque / W_DRAG)
+
+
+def ratios(car: TestCar, technology: Technology) -> tuple[float, ...]:
+    """Ratios of the gears, first gear first: geometric with progressive steps, by number and spread, down from the list's top gear."""
+    top, n = car.w_per_v * RADIUS / car.axle_ratio, car.gears
+    steps = n - 1
+    spread = technology.spread[n]
+    step = (spread / PROGRESSION ** (steps * (steps - 1) / 2)) ** (1 / steps)
+    return tuple(top * step**k * PROGRESSION ** (k * (k - 1) / 2) for k in range(steps, -1, -1))
+
+
+def _clutch(engine: WillansEngine) -> Clutch:
+    return Clutch(fn_max=2 * _most(engine), mue_pos=((0.0, 1.0),))
+
+
+def _most(engine: WillansEngine) -> float:
+    assert engine.curve is not None
+    return float(engine.curve.values.max())
+
+
+def _converter(engine: WillansEngine) -> StartingDevice:
+    """The default converter, whose K factor is scaled so that full load stalls it at ``W_STALL``."""
+    default = TorqueConverter()
+    scale = W_STALL / float(engine.full_load(W_STALL)) ** 0.5 / default.table[0][1]
+    table = tuple((nu, K * scale, R) for nu, K, R in default.table)
+    return StartingConverter(converter=TorqueConverter(table=table, tau_max=1.5 * _most(engine)))
+
+
+def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:
+    parts, gears = _common(car, technology, cool), ratios(car, technology)
+    ups = [v * technology.schedule for v in MANUAL[: len(gears) - 1]]
+    rows = tuple((up, technology.gearboxes["manual"].down * up) for up in ups)
+    rated = technology.family(car).w_rated
+    full = min(rated * RADIUS / (i * car.axle_ratio) / up for i, up in zip(gears, ups, strict=False))
+    box = ManualGearbox.of_ratios(*gears)
+    eta = technology.gearboxes["manual"].efficiency
+    parts["final_drive"] = pt.replace(ManualCar().final_drive, ratio=car.axle_ratio, eta_ab=eta, eta_ba=eta)
+    schedule = GearSchedule(speeds=rows, eager=max(full - 1, 0.3), relaxed=0.6, kick=0.95, **_launch())
+    return ManualCar(
+        schedule=schedule,
+        clutch=_clutch(parts["engine"]),
+        gearbox=pt.replace(box, churning=_drag(car, technology, cool)),
+        start_stop=_switch(car, technology),
+        **parts,
+    )
+
+
+def _launch() -> dict[str, float]:
+    return {"w_open": 80.0, "w_closed": 200.0}
+
+
+def _stepped(car: TestCar, technology: Technology, cool: bool) -> AutomaticCar:
+    parts, gears = _common(car, technology, cool), ratios(car, technology)
+    kind = technology.gearboxes[car.transmission]
+    ups = [kind.w_up * RADIUS / (i * car.axle_ratio) for i in gears[1:]]
+    rows = tuple((up, kind.down * up) for up in ups)
+    rated = technology.family(car).w_rated
+    full = min(rated / (kind.w_up * i / j) for i, j in pairwise(gears))
+    relaxed = technology.pressure(car) / technology.largest_pressure(car)
+    schedule = PowerShiftSchedule(speeds=rows, eager=full - 1, relaxed=relaxed, kick=0.9, dwell=1.0, **_launch())
+    unit = CVU(eta_ab=kind.efficiency, eta_ba=kind.efficiency)
+    engine = parts["engine"]
+    start = StartingClutch(clutch=_clutch(engine)) if car.transmission == "dual clutch" else _converter(engine)
+    return AutomaticCar(
+        schedule=schedule,
+        start=start,
+        gearbox=PowerShiftGearbox(ratios=gears, unit=unit, churning=_drag(car, technology, cool)),
+        start_stop=_switch(car, technology),
+        **parts,
+    )
+
+
+def _belt(car: TestCar, technology: Technology, cool: bool) -> VariatorCar:
+    parts = _common(car, technology, cool)
+    kind = technology.gearboxes["belt"]
+    high = car.axle_ratio / (car.w_per_v * RADIUS)
+    low = high / technology.belt_spread
+    share = min(technology.pressure(car) / technology.largest_pressure(car), 0.95)
+    force = _force(car)
+    return VariatorCar(
+        share=share,
+        w_least=kind.w_up,
+        control=OperatingLineControl(F_max=force, ratio_min=low, ratio_max=high, w_open=80, w_closed=200),
+        actuator=RatioActuator(T=0.2, rate=1.0, ratio_min=low, ratio_max=high, ratio_start=low),
+        unit=CVU(eta_ab=kind.efficiency, eta_ba=kind.efficiency),
+        churning=_drag(car, technology, cool),
+        start=_converter(parts["engine"]),
+        start_stop=_switch(car, technology),
+        shaft=Inertia(J=0.03),
+        **parts,
+    )
