@@ -16,6 +16,7 @@ from powertrain.components.control import (
     PowerShiftSchedule,
     StartStop,
 )
+from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.cvu import CVU, RatioActuator
 from powertrain.components.differentials import ChurningLoss
 from powertrain.components.engines import AccessoryDrive, WillansEngine
@@ -33,6 +34,7 @@ from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.measured.record import TestCar
 from powertrain.vehicles.measured.technology import RPM, Technology
+from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.variator_car import VariatorCar
 
 RADIUS = 0.32
@@ -44,6 +46,9 @@ MANUAL = 15 * MPH, 25 * MPH, 40 * MPH, 45 * MPH, 50 * MPH, 55 * MPH
 """Speeds [m/s] at which a manual gearbox is shifted up, 40 CFR 86.128-79."""
 W_DRAG = 150.0
 """Speed [rad/s] at which a gearbox's drag is given."""
+SPLIT_POWER, SPLIT_RING = 71.6e3, 10.3
+"""Rated power [W] of the Prius's engine, to which its machines are in proportion, and ring speed over vehicle speed [rad/m]: third
+generation, ring to wheels 3.267, tyre 0.317 m."""
 W_STALL = 2300 * RPM
 """Speed of the engine under full load against a standing turbine, to which converters are sized."""
 
@@ -53,7 +58,7 @@ def build(car: TestCar, technology: Technology, *, cool: bool = False) -> Any:
 
     Road load, test mass, displacement, rated power, number of gears and overall top ratio are the list's; everything else is the technology's.
     """
-    makers = {"manual": _manual, "automatic": _stepped, "dual clutch": _stepped, "belt": _belt}
+    makers = {"power split": _split, "manual": _manual, "automatic": _stepped, "dual clutch": _stepped, "belt": _belt}
     return makers[car.transmission](car, technology, cool)
 
 
@@ -172,4 +177,43 @@ def _belt(car: TestCar, technology: Technology, cool: bool) -> VariatorCar:
         start_stop=_switch(car, technology),
         shaft=Inertia(J=0.03),
         **parts,
+    )
+
+
+def _split(car: TestCar, technology: Technology, cool: bool) -> PowerSplitHybrid:
+    """The layout of the Prius, its machines and battery in proportion to the engine's power."""
+    parts = _common(car, technology, cool)
+    parts.pop("accessories")
+    size, whole = car.power / SPLIT_POWER, PowerSplitHybrid()
+    ring = SPLIT_RING * RADIUS
+    eta = technology.gearboxes["power split"].efficiency
+    return pt.replace(
+        whole,
+        {
+            **{name: parts[name] for name in ("driver", "body", "front", "rear")},
+            "engine": pt.replace(parts["engine"], tau_starter=0.0),
+            "machine_1": _machine(45e3 * size, 60 * size, 1250.0),
+            "machine_2": _machine(53e3 * size, 163 * 3.1 * size, 560.0),
+            "battery": PolarizedBattery(R=0.2 / size, Q=3.6 * 3600 * 1.6 * size, ocv=cells_in_series(56)),
+            "accessories": AccessoryLoad(P=technology.electric_accessories),
+            "final_drive": pt.replace(whole.final_drive, ratio=ring, eta_ab=eta, eta_ba=eta),
+            "control.tau_full": 163 * 3.1 * size,
+        },
+    )
+
+
+def _machine(power: float, torque: float, w_max: float) -> ElectricMachine:
+    """A permanent-magnet machine with its inverter, by rated power [W], torque [N.m] and top speed [rad/s].
+
+    Losses over rated power: 1 % of copper at rated speed per unit of torque squared, ...
+    """
+    return ElectricMachine(
+        P_max=power,
+        tau_max=torque,
+        w_max=w_max,
+        J=0.03,
+        P_0=0.001 * power,
+        copper=0.06 * power / torque**2,
+        iron=0.01 * power / w_max,
+        windage=0.005 * power / w_max**2,
     )

@@ -78,6 +78,7 @@ class Technology:
     spread: Mapping[int, float] = field(default_factory=lambda: {4: 4.0, 5: 4.5, 6: 5.3, 7: 6.5, 8: 7.7, 9: 9.0, 10: 7.4})
     belt_spread: float = 6.5
     accessories: float = 400.0
+    electric_accessories: float = 300.0
     rotating: float = 0.015
     schedule: float = 1.0
     bmep: float = 7.0e5
@@ -147,8 +148,9 @@ def fitted(values: Mapping[str, float]) -> Technology:
             "manual": Gearbox(v["eff_MT"], v["d_MT"]),
             "automatic": Gearbox(v["eff_AT"], v["d_AT"], v["nAT"] * RPM),
             "dual clutch": Gearbox(v["eff_DCT"], v["d_DCT"], v["nDCT"] * RPM),
+            "power split": Gearbox(v.get("eff_PS", 0.975), 0.0),
             "belt": Gearbox(v["eff_CVT"], v["d_CVT"], v["nCVT"] * RPM),
         },
-        accessories=v["acc"], schedule=v["nMT"], bmep=v["bmep"], bmep_charged=v["bmepTU"], cool_engine=v["warm"], cool_gearbox=v["tw"],
+        accessories=v["acc"], electric_accessories=v.get("eacc",300.), stop_delay=v.get("stop_delay", 2.5), schedule=v["nMT"], bmep=v["bmep"], bmep_charged=v["bmepTU"], cool_engine=v["warm"], cool_gearbox=v["tw"],
         start_stop=frozenset({"honda", "toyota", "volkswagen"}),
     )

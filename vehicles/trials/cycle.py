@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import powertrain as pt
+from powertrain.components.body import RoadProfile
 from powertrain.components.cycles import DriveCycle
 
 SPEED_BAND = 2 / 3.6
@@ -151,7 +152,7 @@ def drive_cycle(
 ) -> CycleRun:
     """Let a vehicle drive a cycle (``None``: the one it has; a name: one of the legislated).
 
-    ``options`` go to ``pt.simulate``. A cycle that the vehicle cannot follow is driven as well as it goes; where the simulation ends
+    ``options`` go to ``pt.simulate``. The grades of a cycle become the vehicle's road. A cycle that the vehicle cannot follow is driven as well as it goes; where the simulation ends
     early, what was driven is kept and ``message`` says why; it also tells of an engine that stalled for good and of a vehicle that stood.
     Errors: those of building the model, and ParameterError for wrong names.
     """
@@ -164,9 +165,11 @@ def drive_cycle(
     else:
         if cycle is not None:
             vehicle = pt.replace(vehicle, cycle=pt.replace(vehicle.cycle, cycle=cycle))  # type: ignore[attr-defined]
+        if (driven := vehicle.cycle.cycle).grades:  # type: ignore[attr-defined]
+            vehicle = pt.replace(vehicle, road=RoadProfile(profile=driven.slope()))
         plant = pt.compile(vehicle)
     model: Any = plant.model
-    driven: DriveCycle = model.cycle.cycle
+    driven = model.cycle.cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
     given, message = dict(parameters or {}), ""
