@@ -33,7 +33,7 @@ from powertrain.components.wheels import RigidWheel
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.measured.record import TestCar
-from powertrain.vehicles.measured.technology import RPM, Technology
+from powertrain.vehicles.measured.technology import BELT_SPREAD, ROTATING, RPM, SPREAD, Technology, rated_speed, stops
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.variator_car import VariatorCar
 
@@ -44,6 +44,8 @@ PROGRESSION = 1.05
 MPH = 0.44704
 MANUAL = 15 * MPH, 25 * MPH, 40 * MPH, 45 * MPH, 50 * MPH, 55 * MPH
 """Speeds [m/s] at which a manual gearbox is shifted up, 40 CFR 86.128-79."""
+DOWN = 0.82
+"""Speed of shifting down over that of shifting up."""
 W_DRAG = 150.0
 """Speed [rad/s] at which a gearbox's drag is given."""
 SPLIT_POWER, SPLIT_RING = 71.6e3, 10.3
@@ -63,13 +65,12 @@ def build(car: TestCar, technology: Technology, *, cool: bool = False) -> Any:
 
 
 def _common(car: TestCar, technology: Technology, cool: bool) -> dict[str, Any]:
-    family = technology.family(car)
     return {
-        "engine": family.engine(car.displacement, car.power, technology.cool_engine if cool else 1.0),
+        "engine": technology.engine(car, cool=cool),
         "accessories": AccessoryDrive(P=technology.accessories),
         "driver": Driver(k_a=car.mass / _force(car), hold=0.3),
         "body": CoastDownBody(m=car.mass, F_0=car.road_load[0], F_1=car.road_load[1], F_2=car.road_load[2]),
-        "front": RigidWheel(J=technology.rotating * car.mass * RADIUS**2, radius=RADIUS, Cr=0),
+        "front": RigidWheel(J=ROTATING * car.mass * RADIUS**2, radius=RADIUS, Cr=0),
         "rear": RigidWheel(J=0, radius=RADIUS, Cr=0),
         "final_drive": IdealGear(ratio=car.axle_ratio),
     }
@@ -81,20 +82,18 @@ def _force(car: TestCar) -> float:
 
 
 def _switch(car: TestCar, technology: Technology) -> EngineSwitch:
-    return StartStop(delay=technology.stop_delay) if technology.stops(car) else AlwaysOn()
+    return StartStop(delay=technology.stop_delay) if stops(car) else AlwaysOn()
 
 
 def _drag(car: TestCar, technology: Technology, cool: bool) -> ChurningLoss:
-    torque = technology.gearboxes[car.transmission].drag * (technology.cool_gearbox if cool else 1.0)
-    return ChurningLoss(d=torque / W_DRAG)
+    return ChurningLoss(d=technology.gearbox(car, cool=cool)[1] / W_DRAG)
 
 
-def ratios(car: TestCar, technology: Technology) -> tuple[float, ...]:
+def ratios(car: TestCar) -> tuple[float, ...]:
     """Ratios of the gears, first gear first: geometric with progressive steps, by number and spread, down from the list's top gear."""
     top, n = car.w_per_v * RADIUS / car.axle_ratio, car.gears
     steps = n - 1
-    spread = technology.spread[n]
-    step = (spread / PROGRESSION ** (steps * (steps - 1) / 2)) ** (1 / steps)
+    step = (SPREAD[n] / PROGRESSION ** (steps * (steps - 1) / 2)) ** (1 / steps)
     return tuple(top * step**k * PROGRESSION ** (k * (k - 1) / 2) for k in range(steps, -1, -1))
 
 
@@ -116,13 +115,12 @@ def _converter(engine: WillansEngine) -> StartingDevice:
 
 
 def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:
-    parts, gears = _common(car, technology, cool), ratios(car, technology)
+    parts, gears = _common(car, technology, cool), ratios(car)
     ups = [v * technology.schedule for v in MANUAL[: len(gears) - 1]]
-    rows = tuple((up, technology.gearboxes["manual"].down * up) for up in ups)
-    rated = technology.family(car).w_rated
+    rows, rated = tuple((up, DOWN * up) for up in ups), rated_speed(car)
     full = min(rated * RADIUS / (i * car.axle_ratio) / up for i, up in zip(gears, ups, strict=False))
     box = ManualGearbox.of_ratios(*gears)
-    eta = technology.gearboxes["manual"].efficiency
+    eta = technology.gearbox(car)[0]
     parts["final_drive"] = pt.replace(ManualCar().final_drive, ratio=car.axle_ratio, eta_ab=eta, eta_ba=eta)
     schedule = GearSchedule(speeds=rows, eager=max(full - 1, 0.3), relaxed=0.6, kick=0.95, **_launch())
     return ManualCar(
@@ -139,15 +137,14 @@ def _launch() -> dict[str, float]:
 
 
 def _stepped(car: TestCar, technology: Technology, cool: bool) -> AutomaticCar:
-    parts, gears = _common(car, technology, cool), ratios(car, technology)
-    kind = technology.gearboxes[car.transmission]
-    ups = [kind.w_up * RADIUS / (i * car.axle_ratio) for i in gears[1:]]
-    rows = tuple((up, kind.down * up) for up in ups)
-    rated = technology.family(car).w_rated
-    full = min(rated / (kind.w_up * i / j) for i, j in pairwise(gears))
-    relaxed = technology.pressure(car) / technology.largest_pressure(car)
+    parts, gears = _common(car, technology, cool), ratios(car)
+    low, eta = technology.n_stepped * RPM, technology.gearbox(car)[0]
+    ups = [low * RADIUS / (i * car.axle_ratio) for i in gears[1:]]
+    rows, rated = tuple((up, DOWN * up) for up in ups), rated_speed(car)
+    full = min(rated / (low * i / j) for i, j in pairwise(gears))
+    relaxed = min(technology.preferred(car), 0.9)
     schedule = PowerShiftSchedule(speeds=rows, eager=full - 1, relaxed=relaxed, kick=0.9, dwell=1.0, **_launch())
-    unit = CVU(eta_ab=kind.efficiency, eta_ba=kind.efficiency)
+    unit = CVU(eta_ab=eta, eta_ba=eta)
     engine = parts["engine"]
     start = StartingClutch(clutch=_clutch(engine)) if car.transmission == "dual clutch" else _converter(engine)
     return AutomaticCar(
@@ -160,18 +157,17 @@ def _stepped(car: TestCar, technology: Technology, cool: bool) -> AutomaticCar:
 
 
 def _belt(car: TestCar, technology: Technology, cool: bool) -> VariatorCar:
-    parts = _common(car, technology, cool)
-    kind = technology.gearboxes["belt"]
+    parts, eta = _common(car, technology, cool), technology.gearbox(car)[0]
     high = car.axle_ratio / (car.w_per_v * RADIUS)
-    low = high / technology.belt_spread
-    share = min(technology.pressure(car) / technology.largest_pressure(car), 0.95)
+    low = high / BELT_SPREAD
+    share = min(technology.preferred(car), 0.95)
     force = _force(car)
     return VariatorCar(
         share=share,
-        w_least=kind.w_up,
+        w_least=technology.n_belt * RPM,
         control=OperatingLineControl(F_max=force, ratio_min=low, ratio_max=high, w_open=80, w_closed=200),
         actuator=RatioActuator(T=0.2, rate=1.0, ratio_min=low, ratio_max=high, ratio_start=low),
-        unit=CVU(eta_ab=kind.efficiency, eta_ba=kind.efficiency),
+        unit=CVU(eta_ab=eta, eta_ba=eta),
         churning=_drag(car, technology, cool),
         start=_converter(parts["engine"]),
         start_stop=_switch(car, technology),
@@ -186,7 +182,7 @@ def _split(car: TestCar, technology: Technology, cool: bool) -> PowerSplitHybrid
     parts.pop("accessories")
     size, whole = car.power / SPLIT_POWER, PowerSplitHybrid()
     ring = SPLIT_RING * RADIUS
-    eta = technology.gearboxes["power split"].efficiency
+    eta = technology.gearbox(car)[0]
     return pt.replace(
         whole,
         {
@@ -195,7 +191,7 @@ def _split(car: TestCar, technology: Technology, cool: bool) -> PowerSplitHybrid
             "machine_1": _machine(45e3 * size, 60 * size, 1250.0),
             "machine_2": _machine(53e3 * size, 163 * 3.1 * size, 560.0),
             "battery": PolarizedBattery(R=0.2 / size, Q=3.6 * 3600 * 1.6 * size, ocv=cells_in_series(56)),
-            "accessories": AccessoryLoad(P=technology.electric_accessories),
+            "accessories": AccessoryLoad(P=0.75 * technology.accessories),
             "final_drive": pt.replace(whole.final_drive, ratio=ring, eta_ab=eta, eta_ba=eta),
             "control.tau_full": 163 * 3.1 * size,
         },

@@ -95,7 +95,7 @@ def test_files(tmp_path: Path) -> None:
         file.write_text(text, encoding="utf-8")
         with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(")):
             DriveCycle.from_csv(file)
-    with pytest.raises(pt.ParameterError, match="no drive cycle 'ftp'; there are hwfet, nedc, udds, wltc"):
+    with pytest.raises(pt.ParameterError, match="no drive cycle 'ftp'; there are ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc"):
         DriveCycle.named("ftp")
 
 
