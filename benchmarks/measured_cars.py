@@ -8,15 +8,22 @@ replaced. All its errors have one factor taken out, fitted over all other cars, 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from math import exp, log
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.measured.fitting import Sensitivities
+from powertrain.vehicles.measured.prediction import predictions
+from powertrain.vehicles.measured.published import PREDICTIONS
 from powertrain.vehicles.measured.record import TestCar
+from powertrain.vehicles.measured.technology import Technology
 
+DATA = Path(__file__).parents[1] / "vehicles" / "measured" / "data"
 FUSION = "2012_Ford_Fusion.yaml"
 RHO, G = 1.2, 9.80665
 GALLON = 3.785411784 * 0.7435 * 43.0e6
@@ -38,7 +45,11 @@ def fastsim_mpg(car: TestCar, cycle: str) -> float:
     library = importlib.import_module("fastsim")
     given: dict[str, Any] = library.Vehicle.from_resource(FUSION).to_dict()
     F_0, F_2 = quadratic(car.road_load)
-    given["chassis"] |= {"drag_coef": 2 * F_2 / RHO, "frontal_area_square_meters": 1.0, "wheel_rr_coef": F_0 / (car.mass * G)}
+    given["chassis"] |= {
+        "drag_coef": 2 * F_2 / RHO,
+        "frontal_area_square_meters": 1.0,
+        "wheel_rr_coef": F_0 / (car.mass * G),
+    }
     given["mass_kilograms"] = car.mass
     given["chassis"] |= {"mass_kilograms": None, "glider_mass_kilograms": None, "cargo_mass_kilograms": None}
     engine = given["pt_type"]["Conv"]["fc"]
@@ -62,3 +73,35 @@ def fastsim_errors(cars: Iterable[TestCar]) -> dict[tuple[str, str], float]:
     }
     means = {car: float(np.mean([e for (c, _), e in raw.items() if c != car])) for car, _ in raw}
     return {key: exp(error - means[key[0]]) - 1 for key, error in raw.items()}
+
+
+def rows(technology: Technology) -> Iterator[dict[str, object]]:
+    """What is published: a row for every car and cycle."""
+    cars = TestCar.shipped()
+    known = Sensitivities.shipped()
+    left = dict(zip(zip(known.cars, known.cycles, strict=True), known.left_out(), strict=True))
+    other = fastsim_errors(cars)
+    for one in predictions(cars, technology):
+        key = (one.car.test_vehicle, one.cycle)
+        yield {
+            "car": one.car.name,
+            "test_vehicle": one.car.test_vehicle,
+            "transmission": one.car.transmission,
+            "cycle": one.cycle,
+            "measured": round(one.measured, 2),
+            "predicted": round(one.mpg, 2),
+            "error": round(100 * one.error, 2),
+            "left_out": round(100 * (exp(left[key] / 100) - 1), 2) if key in left else None,
+            "fastsim": round(100 * other[key], 2) if key in other else None,
+        }
+
+
+def main() -> None:
+    """Writes the file that the documentation shows. It takes a few minutes."""
+    found = pd.DataFrame(rows(Technology()))
+    found.to_csv(DATA / PREDICTIONS, index=False)
+    print(found.to_string(index=False))
+
+
+if __name__ == "__main__":
+    main()

@@ -22,8 +22,8 @@ import numpy as np
 
 from powertrain.checks import check_conditions, check_kind
 from powertrain.errors import ModelError, ParameterError, suggestion
-from powertrain.symbols import Symbol
 from powertrain.quantities import quantity
+from powertrain.symbols import Symbol
 from powertrain.units import checked_unit, with_unit
 
 if TYPE_CHECKING:

@@ -56,7 +56,9 @@ class ElectricCar(Component):
         return cls(
             gearbox=PowerShiftGearbox(ratios=(3.4, 1.9), churning=OIL),
             schedule=PowerShiftSchedule(speeds=((17.0, 13.0),), eager=0.6),
-            machine=ElectricMachine(J=0.03, tau_max=230, P_max=120e3, w_max=1680, P_0=70, copper=0.06, iron=0.8, windage=3e-4),
+            machine=ElectricMachine(
+                J=0.03, tau_max=230, P_max=120e3, w_max=1680, P_0=70, copper=0.06, iron=0.8, windage=3e-4
+            ),
         )
 
     def equations(self) -> Equations:

@@ -16,12 +16,14 @@ from powertrain.components.transmissions import StartingConverter, StartingDevic
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
 from powertrain.vehicles.lumped_axles import to_the_road
 
+
 class VariatorCar(Component):
     """A front-driven car of 1,300 kg: engine, torque converter, belt variator, final drive, wheels.
 
     The control gives the engine the speed of least fuel for the demanded power, but not less than ``w_least``, where engine and lock-up
-    still run smoothly, and torques up to ``share`` of full load: the rest stays in hand for the acceleration of the engine itself. The variator's ratio V = w_b/w_a goes from 0.4 to 2.6; its drag stands for belt, pump and bearings,
-    and the loss of the final drive counts in it.
+    still run smoothly, and torques up to ``share`` of full load: the rest stays in hand for the acceleration of the engine itself.
+    The variator's ratio V = w_b/w_a goes from 0.4 to 2.6; its drag stands for belt, pump and bearings, and the loss of the final drive
+    counts in its efficiency.
     The driver follows ``cycle``; ``start_stop`` says whether the engine runs. The numbers are made up for a compact car with an engine of
     1.6 l. It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
     ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Component, Equations, Input, Output, Parameter, Variable, parameter, signal_input, signal_output, variable
+from powertrain import (
+    Component,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Variable,
+    parameter,
+    signal_input,
+    signal_output,
+    variable,
+)
 from powertrain.components.limited import limited
 
 SLOW = 0.1

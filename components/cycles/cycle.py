@@ -88,8 +88,10 @@ class DriveCycle:
 
     @classmethod
     def from_csv(cls, path: str | Path) -> Self:
-        """A file with the columns ``time_s`` or ``distance_m``, ``speed_km_h`` or ``speed_m_s``, and, if wanted, ``grade`` (tan of the
-        slope) or ``grade_percent``, and ``stop_s``, the time that a cycle over distance waits at a row; lines with # are comments.
+        """A file with a header, over time or over distance; lines with # are comments.
+
+        Its columns are ``time_s`` or ``distance_m``, ``speed_km_h`` or ``speed_m_s``, and, if wanted, ``grade`` (tan of the slope) or
+        ``grade_percent``, and ``stop_s``, the time that a cycle over distance waits at a row.
 
         Errors: ParameterError for a file that cannot be read, for other columns and for a value that is no number, with its line.
         """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from powertrain import Equations, Input, Map, Parameter, ParameterError, connect, parameter, signal_input
 from powertrain.components.cvu import CVU, VariableUnit
 from powertrain.components.differentials.churning import ChurningLoss
@@ -28,7 +30,7 @@ class PowerShiftGearbox(Shiftable):
 
     def equations(self) -> Equations:
         """A variable ratio between two shafts."""
-        if len(self.ratios) < 2 or min(self.ratios) <= 0 or any(a <= b for a, b in zip(self.ratios, self.ratios[1:])):
+        if len(self.ratios) < 2 or min(self.ratios) <= 0 or any(a <= b for a, b in pairwise(self.ratios)):
             raise ParameterError(
                 f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; it takes two or more positive ratios that fall from gear "
                 "to gear"

@@ -1,11 +1,11 @@
 """Maps and drive cycles in a parameter file: the name of a CSV file, the name of a cycle, or their numbers.
 
-    curve = "full_load.csv"
-    curve = { csv = "full_load.csv", outside = "clip" }
-    curve = { name = "full load", unit = "N.m", axes = [{ name = "w", unit = "rad/s", points = [80.0, 400.0], outside = "clip" }],
-              values = [110.0, 150.0] }
-    cycle = "udds"
-    cycle = { name = "hill", table = [[0.0, 0.0], [10.0, 12.0]], grades = [0.0, 0.05] }
+curve = "full_load.csv"
+curve = { csv = "full_load.csv", outside = "clip" }
+curve = { name = "full load", unit = "N.m", axes = [{ name = "w", unit = "rad/s", points = [80.0, 400.0], outside = "clip" }],
+          values = [110.0, 150.0] }
+cycle = "udds"
+cycle = { name = "hill", table = [[0.0, 0.0], [10.0, 12.0]], grades = [0.0, 0.05] }
 """
 
 from __future__ import annotations
@@ -50,7 +50,9 @@ def _map(value: Any, folder: Path) -> pt.Map:
     if isinstance(value, str):
         return pt.Map.from_csv(folder / value)
     if "csv" in value:
-        return pt.Map.from_csv(folder / value["csv"], **{name: value[name] for name in ("outside", "method") if name in value})
+        return pt.Map.from_csv(
+            folder / value["csv"], **{name: value[name] for name in ("outside", "method") if name in value}
+        )
     axes = [pt.Axis(**axis) for axis in value["axes"]]
     return pt.Map(axes, value["values"], value["unit"], value.get("name", "map"), value.get("method", "linear"))
 
@@ -73,9 +75,7 @@ def encoded(found: Place) -> str:
         fields = {"name": value.name, "source": value.source, "table": value.table, "grades": value.grades}
         return _inline({name: content for name, content in fields.items() if content})
     if isinstance(value, pt.Map):
-        axes = tuple(
-            {"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes
-        )
+        axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)
         values = _tuples(value.values.tolist())
         return _inline({"name": value.name, "unit": value.unit, "method": value.method, "axes": axes, "values": values})
     raise pt.ParameterError(f"{found.path}: a {type(value).__name__} has no form in a parameter file")

@@ -76,7 +76,9 @@ def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) ->
     known = {found.path: found for found in places(model)}
     first = known.get(f"{path}[0]")
     if first is None:
-        raise pt.ParameterError(f"{path} is not a row of parts: write a table [{path}], not an array of tables [[{path}]]")
+        raise pt.ParameterError(
+            f"{path} is not a row of parts: write a table [{path}], not an array of tables [[{path}]]"
+        )
     made = []
     for i, item in enumerate(items):
         base = known.get(f"{path}[{i}]", first)
@@ -102,7 +104,9 @@ def _with_class(model: M, found: Place, table: dict[str, Any], folder: Path) -> 
         return model
     if "(" in name:
         return pt.replace(model, {found.path: part(name, found)})
-    return pt.replace(model, {found.path: _fresh(component_named(name, found.kind, found.path), table, found.path, folder)})
+    return pt.replace(
+        model, {found.path: _fresh(component_named(name, found.kind, found.path), table, found.path, folder)}
+    )
 
 
 def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Path) -> pt.Component:
@@ -118,7 +122,9 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
             given[name] = decoded(value, here, folder)
         elif isinstance(value, dict) and CLASS in value:
             given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
-        elif isinstance(value, (bool, int, float, str, list)) and not (isinstance(value, list) and any(isinstance(i, dict) for i in value)):
+        elif isinstance(value, (bool, int, float, str, list)) and not (
+            isinstance(value, list) and any(isinstance(i, dict) for i in value)
+        ):
             given[name] = plain(value)
     return cls(**given)
 
@@ -154,9 +160,7 @@ def _table(component: pt.Component, prefix: str, free: Collection[str] | None, r
             yield from _section(value, f"{prefix}{name}", free, f"[{prefix}{name}]", row)
 
 
-def _section(
-    part: pt.Component, path: str, free: Collection[str] | None, head: str, row: bool
-) -> Iterator[str]:
+def _section(part: pt.Component, path: str, free: Collection[str] | None, head: str, row: bool) -> Iterator[str]:
     yield ""
     yield head
     yield f"{CLASS} = {json.dumps(type(part).__name__)}"

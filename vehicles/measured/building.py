@@ -18,9 +18,9 @@ from powertrain.components.control import (
     PowerShiftSchedule,
     StartStop,
 )
-from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.cvu import CVU, RatioActuator
 from powertrain.components.differentials import ChurningLoss, CrownGear
+from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.engines import AccessoryDrive, WillansEngine
 from powertrain.components.rotational import Clutch, IdealGear, Inertia
 from powertrain.components.transmissions import (
@@ -64,9 +64,16 @@ W_STALL = 2300 * RPM
 def build(car: TestCar, technology: Technology, *, cool: bool = False) -> Any:
     """The vehicle. ``cool``: engine and gearbox have run, but not to their steady temperature, as in the bags of the FTP.
 
-    Road load, test mass, displacement, rated power, number of gears and overall top ratio are the list's; everything else is the technology's.
+    Road load, test mass, displacement, rated power, number of gears and overall top ratio are the list's, everything else the technology's.
     """
-    makers = {"electric": _electric, "power split": _split, "manual": _manual, "automatic": _stepped, "dual clutch": _stepped, "belt": _belt}
+    makers = {
+        "electric": _electric,
+        "power split": _split,
+        "manual": _manual,
+        "automatic": _stepped,
+        "dual clutch": _stepped,
+        "belt": _belt,
+    }
     return makers[car.transmission](car, technology, cool)
 
 
@@ -210,8 +217,11 @@ def _split(car: TestCar, technology: Technology, cool: bool) -> PowerSplitHybrid
 
 
 def _electric(car: TestCar, technology: Technology, cool: bool) -> ElectricCar:
-    """One machine of the rated power; the battery in proportion to it. The drag of its gears counts in the road load, as they
-    turn when the car coasts; so ``cool`` makes no difference."""
+    """One machine of the rated power, and the battery in proportion to it.
+
+    The drag of the gears counts in the road load, as they
+    turn when the car coasts; so ``cool`` makes no difference.
+    """
     eta = technology.gearbox(car)[0]
     wheel = RigidWheel(J=ROTATING * car.mass * RADIUS**2, radius=RADIUS, Cr=0)
     size, ratio = car.power / ELECTRIC_POWER, car.w_per_v * RADIUS
@@ -222,7 +232,9 @@ def _electric(car: TestCar, technology: Technology, cool: bool) -> ElectricCar:
         front=wheel,
         rear=wheel if car.drive in ("A", "4") else pt.replace(wheel, J=0.0),
         machine=_machine(car.power, car.power / (0.35 * W_MACHINE), W_MACHINE, geared=True),
-        battery=pt.replace(BATTERY, {"Q": size * float(BATTERY.Q), "R": float(BATTERY.R) / size, "i_discharge": 600 * size}),
+        battery=pt.replace(
+            BATTERY, {"Q": size * float(BATTERY.Q), "R": float(BATTERY.R) / size, "i_discharge": 600 * size}
+        ),
         gearbox=SingleGear(gear=IdealGear(ratio=ratio), churning=ChurningLoss()),
         final_drive=CrownGear(ratio=1.0001, eta_ab=eta, eta_ba=eta),
         accessories=AccessoryLoad(P=0.75 * technology.accessories),

@@ -40,11 +40,15 @@ class Sensitivities:
     @classmethod
     def shipped(cls) -> Self:
         """Of the shipped cars at the default ``Technology``."""
-        text = files("powertrain.vehicles").joinpath("measured", "data", "sensitivities.csv").read_text(encoding="utf-8")
+        text = (
+            files("powertrain.vehicles").joinpath("measured", "data", "sensitivities.csv").read_text(encoding="utf-8")
+        )
         head, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
         numbers = np.array([[float(x) for x in row[2:]] for row in rows])
         names = tuple(head[3:])
-        return cls(tuple(r[0] for r in rows), tuple(r[1] for r in rows), names, _places(names), numbers[:, 0], numbers[:, 1:])
+        return cls(
+            tuple(r[0] for r in rows), tuple(r[1] for r in rows), names, _places(names), numbers[:, 0], numbers[:, 1:]
+        )
 
     @classmethod
     def computed(cls, cars: Collection[TestCar], technology: Technology) -> Self:
@@ -58,7 +62,9 @@ class Sensitivities:
             moved = replace(technology, **{name: getattr(technology, name) + STEP * priors()[name][1]})
             for i, (car, cycle) in enumerate(keys):
                 slopes[i, j] = (_error(car, cycle, moved) - errors[i]) / STEP
-        return cls(tuple(c.test_vehicle for c, _ in keys), tuple(c for _, c in keys), names, _places(names), errors, slopes)
+        return cls(
+            tuple(c.test_vehicle for c, _ in keys), tuple(c for _, c in keys), names, _places(names), errors, slopes
+        )
 
     def fitted(self, without: str = "") -> Array:
         """The shared numbers, in standard deviations, of greatest posterior probability, found without a car.

@@ -103,7 +103,11 @@ class TestCar:
             mass=float(row["test_mass_kg"]),
             axle_ratio=float(row["axle_ratio"]),
             w_per_v=float(row["n_over_v_top_gear_rpm_per_kmh"]) * RPM_PER_KMH,
-            road_load=(_mean(load[0] for load in loads), _mean(load[1] for load in loads), _mean(load[2] for load in loads)),
+            road_load=(
+                _mean(load[0] for load in loads),
+                _mean(load[1] for load in loads),
+                _mean(load[2] for load in loads),
+            ),
             udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
             hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
         )

@@ -35,12 +35,12 @@ FAMILIES = {
     ("Lexus", 2.0): "late closing",
     ("Lexus", 2.5): "late closing",
 }
-"""Engines of model year 2022 by maker and displacement [l]: compression ratio 13 (Skyactiv-G); and with late closing of the intake valves and
-cooled exhaust gas recirculation beside it (Dynamic Force). All others that breathe naturally are taken to be of the older kind, 10 to 11."""
-STOPPING = {
-    "Acura", "Alfa", "Audi", "Bmw", "Buick", "Cadillac", "Chevrolet", "Ford", "Gmc", "Honda", "Jaguar", "Jeep", "Land", "Lincoln", "Mercedes-Benz",
-    "Mini", "Porsche", "Subaru", "Toyota", "Volkswagen", "Volvo",
-}  # fmt: skip
+"""Engines of model year 2022 by maker and displacement [l]: compression ratio 13 (Skyactiv-G); and with late closing of the intake
+valves and cooled exhaust gas recirculation beside it (Dynamic Force). All others that breathe naturally are of the older kind, 10 to 11."""
+STOPPING = frozenset(
+    "Acura Alfa Audi Bmw Buick Cadillac Chevrolet Ford Gmc Honda Jaguar Jeep Land Lincoln Mercedes-Benz Mini Porsche Subaru Toyota "
+    "Volkswagen Volvo".split()
+)
 """Makers most of whose automatics of model year 2022 stop the engine at rest; their manuals mostly do not."""
 
 
@@ -56,29 +56,39 @@ class Technology:
     An engine's fuel power is (tau + V/(4 pi) (p_0 + p_2 (w/400)^2)) w/e + heat V.
     """
 
-    e_port: float = shared(0.4187, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11")
+    e_port: float = shared(
+        0.4187, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11"
+    )
     e_high: float = shared(0.441, 0.445, 0.015, "1", "indicated efficiency, direct injection, compression ratio 13")
     e_late: float = shared(0.4534, 0.455, 0.015, "1", "indicated efficiency, late closing, cooled recirculation")
     e_turbo: float = shared(0.4326, 0.43, 0.015, "1", "indicated efficiency, turbocharged, direct injection")
     p_0: float = shared(0.607, 0.75, 0.12, "bar", "friction and pumping, naturally aspirated")
     p_0_turbo: float = shared(1.071, 0.85, 0.15, "bar", "friction and pumping, turbocharged")
     heat: float = shared(1.895, 2.0, 0.4, "kW/l", "heat to the walls while the engine fires")
-    accessories: float = shared(388.0, 400.0, 80.0, "W", "alternator and pumps at the crank; 3/4 of it on a hybrid's bus")
+    accessories: float = shared(
+        388.0, 400.0, 80.0, "W", "alternator and pumps at the crank; 3/4 of it on a hybrid's bus"
+    )
     eta_manual: float = shared(0.960, 0.965, 0.01, "1", "efficiency under load, manual gearbox and final drive")
     eta_dual: float = shared(0.965, 0.965, 0.01, "1", "efficiency under load, dual-clutch gearbox and final drive")
     eta_automatic: float = shared(0.970, 0.965, 0.01, "1", "efficiency under load, planetary automatic and final drive")
     eta_belt: float = shared(0.933, 0.93, 0.02, "1", "efficiency under load, belt variator and final drive")
-    eta_split: float = shared(0.973, 0.975, 0.01, "1", "efficiency under load, from the ring of a power split to the wheels")
+    eta_split: float = shared(
+        0.973, 0.975, 0.01, "1", "efficiency under load, from the ring of a power split to the wheels"
+    )
     drag_manual: float = shared(0.68, 1.0, 0.5, "N.m", "drag at the input at 150 rad/s, manual gearbox")
     drag_dual: float = shared(3.2, 2.5, 1.0, "N.m", "drag at the input at 150 rad/s, dual-clutch gearbox")
     drag_automatic: float = shared(2.9, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, automatic with its pump")
     drag_belt: float = shared(2.4, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, variator with its pump")
     cool_gearbox: float = shared(1.81, 1.6, 0.3, "1", "drag in the bags of the FTP over that of warm oil")
-    cool_engine: float = shared(1.094, 1.10, 0.05, "1", "friction of the engine in the bags of the FTP over that of a warm one")
+    cool_engine: float = shared(
+        1.094, 1.10, 0.05, "1", "friction of the engine in the bags of the FTP over that of a warm one"
+    )
     stop_delay: float = shared(7.5, 4.5, 2.3, "s", "standstill after which the engine stops, all inhibitions included")
     pressure: float = shared(7.04, 7.0, 0.7, "bar", "mean effective pressure up to which a low speed is preferred")
     pressure_turbo: float = shared(9.2, 9.0, 1.0, "bar", "the same, turbocharged")
-    schedule: float = shared(0.896, 1.0, 0.08, "1", "speeds of shifting a manual gearbox over those of 40 CFR 86.128-79")
+    schedule: float = shared(
+        0.896, 1.0, 0.08, "1", "speeds of shifting a manual gearbox over those of 40 CFR 86.128-79"
+    )
     n_stepped: float = shared(1372.0, 1300.0, 120.0, "rpm", "engine speed after shifting up, automatic and dual clutch")
     n_belt: float = shared(1264.0, 1250.0, 120.0, "rpm", "least engine speed with a belt variator")
 
@@ -90,7 +100,12 @@ class Technology:
         rows = [(x * rated, y * car.power / rated) for x, y in (CHARGED if charged else NATURAL)]
         speeds, torques = zip(*rows, strict=True)
         return WillansEngine(
-            e={"port injected": self.e_port, "high compression": self.e_high, "late closing": self.e_late, "turbocharged": self.e_turbo}[family(car)],
+            e={
+                "port injected": self.e_port,
+                "high compression": self.e_high,
+                "late closing": self.e_late,
+                "turbocharged": self.e_turbo,
+            }[family(car)],
             tau_0=friction * area * BAR * (self.p_0_turbo if charged else self.p_0),
             tau_2=friction * area * P_2 / 400**2,
             P_heat=self.heat * 1e6 * car.displacement,
@@ -136,7 +151,7 @@ def rated_speed(car: TestCar) -> float:
 
 
 def family(car: TestCar) -> str:
-    """"late closing", "turbocharged", "high compression" or "port injected"."""
+    """ "late closing", "turbocharged", "high compression" or "port injected"."""
     if car.transmission == "power split":
         return "late closing"
     if is_charged(car):

@@ -38,13 +38,17 @@ class Anatomy:
         found = [path for name, path in self.one if name == what]
         if len(found) != 1:
             several = f"{len(found)}: {', '.join(found)}" if found else "none"
-            raise pt.ParameterError(f"{self.vehicle} needs one {what} (a part of kind {ONE[what].__name__}); it has {several}")
+            raise pt.ParameterError(
+                f"{self.vehicle} needs one {what} (a part of kind {ONE[what].__name__}); it has {several}"
+            )
         return found[0]
 
     def the_engine(self) -> str:
         """The path of the only engine. Errors: ParameterError for a vehicle without, or with several."""
         if len(self.engines) != 1:
-            raise pt.ParameterError(f"{self.vehicle} has {len(self.engines)} combustion engines; this takes a vehicle with one")
+            raise pt.ParameterError(
+                f"{self.vehicle} has {len(self.engines)} combustion engines; this takes a vehicle with one"
+            )
         return self.engines[0]
 
 

@@ -94,7 +94,7 @@ class CycleRun:
         return self._per_metre(self.electricity / WH) * 1e3
 
     def mpg(self, charging: float = 1.0) -> float:
-        """Miles per US gallon; of gasoline equivalent, 33.705 kW.h each, for what batteries took through a charger of efficiency ``charging``.
+        """Miles per US gallon; what the batteries gave counts as gasoline of 33.705 kW.h a gallon, through a charger of that efficiency.
 
         nan where the vehicle stood or took nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
         """
@@ -125,7 +125,11 @@ class CycleRun:
     @cached_property
     def marginal_efficiency(self) -> float:
         """Efficiency of a little more torque at the same speed, on average over the work of the engines [1]; nan where they gave none."""
-        shares, heats = zip(*(self._marginal(path) for path in self.anatomy.engines), strict=True) if self.anatomy.engines else ((), ())
+        shares, heats = (
+            zip(*(self._marginal(path) for path in self.anatomy.engines), strict=True)
+            if self.anatomy.engines
+            else ((), ())
+        )
         return sum(shares) / sum(heats) if sum(shares) > 0 else math.nan
 
     def _marginal(self, path: str) -> tuple[float, float]:
@@ -219,8 +223,9 @@ def drive_cycle(
 ) -> CycleRun:
     """Let a vehicle drive a cycle (``None``: the one it has; a name: one of the legislated).
 
-    ``options`` go to ``pt.simulate``. The grades of a cycle become the vehicle's road. A cycle that the vehicle cannot follow is driven as well as it goes; where the simulation ends
-    early, what was driven is kept and ``message`` says why; it also tells of an engine that stalled for good and of a vehicle that stood.
+    ``options`` go to ``pt.simulate``. The grades of a cycle become the vehicle's road. A cycle that the vehicle cannot follow is driven as
+    well as it goes; where the simulation ends early, what was driven is kept and ``message`` says why; it also tells of an engine that
+    stalled for good and of a vehicle that stood.
     Errors: those of building the model, and ParameterError for wrong names.
     """
     if isinstance(cycle, str):

@@ -12,7 +12,6 @@ from powertrain.component import children
 from powertrain.components.body import RoadProfile, RollingRoad
 from powertrain.components.control import SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
-
 from powertrain.vehicles.trials.anatomy import anatomy, value_at
 
 if TYPE_CHECKING:
@@ -36,7 +35,9 @@ def on_rolling_road(vehicle: pt.Component) -> pt.Component:
     level = {name: RoadProfile() for name in vehicle._fields if isinstance(getattr(vehicle, name), RoadProfile)}
     parts = anatomy(vehicle)
     body, pedals = parts.the("body"), parts.the("pedals")
-    return pt.replace(vehicle, {body: RollingRoad(m=float(value_at(vehicle, body).m)), pedals: SetPedals(), **at_rest, **level})
+    return pt.replace(
+        vehicle, {body: RollingRoad(m=float(value_at(vehicle, body).m)), pedals: SetPedals(), **at_rest, **level}
+    )
 
 
 def _refuse_memory(vehicle: pt.Component, whole: pt.Component, path: str = "") -> None:

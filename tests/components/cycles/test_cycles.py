@@ -57,7 +57,9 @@ def test_checksum_of_the_wltc() -> None:
 
 def test_cycle_with_grades_is_a_road_of_the_same_heights(tmp_path: Path) -> None:
     path = tmp_path / "hill.csv"
-    path.write_text("distance_m,speed_km_h,grade_percent,stop_s\n0,0,0,4\n100,36,5,0\n300,36,5,0\n400,0,-2,6\n", encoding="utf-8")
+    path.write_text(
+        "distance_m,speed_km_h,grade_percent,stop_s\n0,0,0,4\n100,36,5,0\n300,36,5,0\n400,0,-2,6\n", encoding="utf-8"
+    )
     cycle = DriveCycle.from_csv(path)
     assert cycle.times.tolist() == pytest.approx([0, 4, 24, 44, 64, 70])
     assert cycle.grades == pytest.approx([0, 0, 0.05, 0.05, -0.02, -0.02])
@@ -95,7 +97,10 @@ def test_files(tmp_path: Path) -> None:
         file.write_text(text, encoding="utf-8")
         with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(")):
             DriveCycle.from_csv(file)
-    with pytest.raises(pt.ParameterError, match="no drive cycle 'ftp'; there are ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc"):
+    with pytest.raises(
+        pt.ParameterError,
+        match="no drive cycle 'ftp'; there are ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc",
+    ):
         DriveCycle.named("ftp")
 
 
