@@ -151,7 +151,7 @@ def rated_speed(car: TestCar) -> float:
 
 
 def family(car: TestCar) -> str:
-    """ "late closing", "turbocharged", "high compression" or "port injected"."""
+    """One of the families: late closing, turbocharged, high compression, port injected."""
     if car.transmission == "power split":
         return "late closing"
     if is_charged(car):
