@@ -59,7 +59,7 @@ def fastsim_mpg(car: TestCar, cycle: str) -> float:
     trace = {"name": cycle, "time_seconds": driven.times.tolist(), "speed_meters_per_second": driven.speeds.tolist()}
     drive = library.SimDrive(library.Vehicle.from_dict(given), library.Cycle.from_dict(trace))
     drive.run()
-    fuel = drive.to_dict()["veh"]["pt_type"]["Conv"]["fc"]["state"]["energy_fuel_joules"]
+    fuel: float = drive.to_dict()["veh"]["pt_type"]["Conv"]["fc"]["state"]["energy_fuel_joules"]
     return driven.distance / 1609.344 / (fuel / GALLON)
 
 

@@ -146,7 +146,8 @@ class DriveCycle:
                     f"drive cycle {name}: from {s[i]:g} m at {v[i]:g} m/s to {s[i + 1]:g} m at {v[i + 1]:g} m/s cannot be driven forward"
                 )
         waits = dict(zip(halts.tolist(), stops, strict=False))
-        rows, slopes, t = [], [], 0.0
+        rows, t = [], 0.0
+        slopes: list[float] = []
         for i, speed in enumerate(v.tolist()):
             if i:
                 t += 2 * float(s[i] - s[i - 1]) / float(v[i] + v[i - 1])
@@ -210,7 +211,8 @@ def _column(header: Sequence[str], names: Sequence[str], path: Path) -> str:
 
 def _rows(lines: Sequence[str], said: str) -> tuple[tuple[str, ...], list[tuple[float, ...]]]:
     """The header and the rows of numbers below it."""
-    header, found = (), list[tuple[float, ...]]()
+    header: tuple[str, ...] = ()
+    found: list[tuple[float, ...]] = []
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith("#"):
             continue

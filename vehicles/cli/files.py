@@ -91,7 +91,7 @@ def _made(found: Place, table: dict[str, Any], folder: Path) -> pt.Component:
     """A part of a table: of the class that the table names, else the one that is there, with the table's values."""
     name = str(table.get(CLASS, type(found.value).__name__))
     if name == type(found.value).__name__:
-        start = found.value
+        start: pt.Component = found.value
     else:
         start = _fresh(component_named(name, found.kind, found.path), table, found.path, folder)
     return _applied(start, table, "", [], folder)

@@ -27,6 +27,8 @@ INERTIA = 80.0
 """Moment of inertia of an engine with its flywheel over displacement [kg.m2/m3]."""
 CHARGED_FROM = 72e6
 """Rated power over displacement [W/m3] from which an engine is taken to be turbocharged."""
+CHARGED_AT = 85e6
+"""Rated power over displacement [W/m3] at which ``p_0_turbo`` is the friction: bearings, rings and valve train are sized for the load."""
 FAMILIES = {
     ("Mazda", 2.0): "high compression",
     ("Mazda", 2.5): "high compression",
@@ -57,46 +59,50 @@ class Technology:
     """
 
     e_port: float = shared(
-        0.4187, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11"
+        0.4171, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11"
     )
-    e_high: float = shared(0.441, 0.445, 0.015, "1", "indicated efficiency, direct injection, compression ratio 13")
-    e_late: float = shared(0.4534, 0.455, 0.015, "1", "indicated efficiency, late closing, cooled recirculation")
-    e_turbo: float = shared(0.4326, 0.43, 0.015, "1", "indicated efficiency, turbocharged, direct injection")
-    p_0: float = shared(0.607, 0.75, 0.12, "bar", "friction and pumping, naturally aspirated")
-    p_0_turbo: float = shared(1.071, 0.85, 0.15, "bar", "friction and pumping, turbocharged")
-    heat: float = shared(1.895, 2.0, 0.4, "kW/l", "heat to the walls while the engine fires")
+    e_high: float = shared(0.4403, 0.445, 0.015, "1", "indicated efficiency, direct injection, compression ratio 13")
+    e_late: float = shared(0.4595, 0.455, 0.015, "1", "indicated efficiency, late closing, cooled recirculation")
+    e_turbo: float = shared(0.4355, 0.43, 0.015, "1", "indicated efficiency, turbocharged, direct injection")
+    p_0: float = shared(0.6402, 0.75, 0.12, "bar", "friction and pumping, naturally aspirated")
+    p_0_turbo: float = shared(
+        1.058, 0.90, 0.15, "bar", "friction and pumping, turbocharged, 85 kW/l; in proportion to kW/l"
+    )
+    heat: float = shared(1.806, 2.0, 0.4, "kW/l", "heat to the walls while the engine fires")
     accessories: float = shared(
-        388.0, 400.0, 80.0, "W", "alternator and pumps at the crank; 3/4 of it on a hybrid's bus"
+        407.9, 400.0, 80.0, "W", "alternator and pumps at the crank; 3/4 of it on a hybrid's bus"
     )
-    eta_manual: float = shared(0.960, 0.965, 0.01, "1", "efficiency under load, manual gearbox and final drive")
-    eta_dual: float = shared(0.965, 0.965, 0.01, "1", "efficiency under load, dual-clutch gearbox and final drive")
-    eta_automatic: float = shared(0.970, 0.965, 0.01, "1", "efficiency under load, planetary automatic and final drive")
-    eta_belt: float = shared(0.933, 0.93, 0.02, "1", "efficiency under load, belt variator and final drive")
+    eta_manual: float = shared(0.9603, 0.965, 0.01, "1", "efficiency under load, manual gearbox and final drive")
+    eta_dual: float = shared(0.9659, 0.965, 0.01, "1", "efficiency under load, dual-clutch gearbox and final drive")
+    eta_automatic: float = shared(0.969, 0.965, 0.01, "1", "efficiency under load, planetary automatic and final drive")
+    eta_belt: float = shared(0.9325, 0.93, 0.02, "1", "efficiency under load, belt variator and final drive")
     eta_split: float = shared(
-        0.973, 0.975, 0.01, "1", "efficiency under load, from the ring of a power split to the wheels"
+        0.9728, 0.975, 0.01, "1", "efficiency under load, from the ring of a power split to the wheels"
     )
-    drag_manual: float = shared(0.68, 1.0, 0.5, "N.m", "drag at the input at 150 rad/s, manual gearbox")
-    drag_dual: float = shared(3.2, 2.5, 1.0, "N.m", "drag at the input at 150 rad/s, dual-clutch gearbox")
-    drag_automatic: float = shared(2.9, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, automatic with its pump")
-    drag_belt: float = shared(2.4, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, variator with its pump")
-    cool_gearbox: float = shared(1.81, 1.6, 0.3, "1", "drag in the bags of the FTP over that of warm oil")
+    drag_manual: float = shared(0.6943, 1.0, 0.5, "N.m", "drag at the input at 150 rad/s, manual gearbox")
+    drag_dual: float = shared(2.862, 2.5, 1.0, "N.m", "drag at the input at 150 rad/s, dual-clutch gearbox")
+    drag_automatic: float = shared(3.29, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, automatic with its pump")
+    drag_belt: float = shared(2.312, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, variator with its pump")
+    cool_gearbox: float = shared(1.752, 1.6, 0.3, "1", "drag in the bags of the FTP over that of warm oil")
     cool_engine: float = shared(
-        1.094, 1.10, 0.05, "1", "friction of the engine in the bags of the FTP over that of a warm one"
+        1.095, 1.10, 0.05, "1", "friction of the engine in the bags of the FTP over that of a warm one"
     )
-    stop_delay: float = shared(7.5, 4.5, 2.3, "s", "standstill after which the engine stops, all inhibitions included")
-    pressure: float = shared(7.04, 7.0, 0.7, "bar", "mean effective pressure up to which a low speed is preferred")
-    pressure_turbo: float = shared(9.2, 9.0, 1.0, "bar", "the same, turbocharged")
+    stop_delay: float = shared(
+        4.721, 4.5, 2.3, "s", "standstill after which the engine stops, all inhibitions included"
+    )
+    pressure: float = shared(7.157, 7.0, 0.7, "bar", "mean effective pressure up to which a low speed is preferred")
+    pressure_turbo: float = shared(8.995, 9.0, 1.0, "bar", "the same, turbocharged")
     schedule: float = shared(
-        0.896, 1.0, 0.08, "1", "speeds of shifting a manual gearbox over those of 40 CFR 86.128-79"
+        0.9042, 1.0, 0.08, "1", "speeds of shifting a manual gearbox over those of 40 CFR 86.128-79"
     )
-    n_stepped: float = shared(1372.0, 1300.0, 120.0, "rpm", "engine speed after shifting up, automatic and dual clutch")
-    n_belt: float = shared(1264.0, 1250.0, 120.0, "rpm", "least engine speed with a belt variator")
+    n_stepped: float = shared(1428, 1300.0, 120.0, "rpm", "engine speed after shifting up, automatic and dual clutch")
+    n_belt: float = shared(1287, 1250.0, 120.0, "rpm", "least engine speed with a belt variator")
 
     def engine(self, car: TestCar, *, cool: bool = False) -> WillansEngine:
         """The engine of a car."""
         charged, rated = is_charged(car), rated_speed(car)
         friction = self.cool_engine if cool else 1.0
-        area = car.displacement / (4 * math.pi)
+        area, specific = car.displacement / (4 * math.pi), car.power / car.displacement / CHARGED_AT
         rows = [(x * rated, y * car.power / rated) for x, y in (CHARGED if charged else NATURAL)]
         speeds, torques = zip(*rows, strict=True)
         return WillansEngine(
@@ -106,7 +112,7 @@ class Technology:
                 "late closing": self.e_late,
                 "turbocharged": self.e_turbo,
             }[family(car)],
-            tau_0=friction * area * BAR * (self.p_0_turbo if charged else self.p_0),
+            tau_0=friction * area * BAR * (self.p_0_turbo * specific if charged else self.p_0),
             tau_2=friction * area * P_2 / 400**2,
             P_heat=self.heat * 1e6 * car.displacement,
             curve=Map.curve(speeds, torques, x="w", x_unit="rad/s", unit="N.m", name="full load", outside="clip"),
