@@ -50,6 +50,8 @@ MANUAL = 15 * MPH, 25 * MPH, 40 * MPH, 45 * MPH, 50 * MPH, 55 * MPH
 """Speeds [m/s] at which a manual gearbox is shifted up, 40 CFR 86.128-79."""
 DOWN = 0.82
 """Speed of shifting down over that of shifting up."""
+W_OPEN, W_CLOSED = 80.0, 200.0
+"""Speeds of the engine [rad/s] from which a start clutch presses, and at which it presses fully."""
 W_DRAG = 150.0
 """Speed [rad/s] at which a gearbox's drag is given."""
 SPLIT_POWER, SPLIT_RING = 71.6e3, 10.3
@@ -140,7 +142,9 @@ def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:
     box = ManualGearbox.of_ratios(*gears)
     eta = technology.gearbox(car)[0]
     parts["final_drive"] = pt.replace(ManualCar().final_drive, ratio=car.axle_ratio, eta_ab=eta, eta_ba=eta)
-    schedule = GearSchedule(speeds=rows, eager=max(full - 1, 0.3), relaxed=0.6, kick=0.95, **_launch())
+    schedule = GearSchedule(
+        speeds=rows, eager=max(full - 1, 0.3), relaxed=0.6, kick=0.95, w_open=W_OPEN, w_closed=W_CLOSED
+    )
     return ManualCar(
         schedule=schedule,
         clutch=_clutch(parts["engine"]),
@@ -150,10 +154,6 @@ def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:
     )
 
 
-def _launch() -> dict[str, float]:
-    return {"w_open": 80.0, "w_closed": 200.0}
-
-
 def _stepped(car: TestCar, technology: Technology, cool: bool) -> AutomaticCar:
     parts, gears = _common(car, technology, cool), ratios(car)
     low, eta = technology.n_stepped * RPM, technology.gearbox(car)[0]
@@ -161,7 +161,9 @@ def _stepped(car: TestCar, technology: Technology, cool: bool) -> AutomaticCar:
     rows, rated = tuple((up, DOWN * up) for up in ups), rated_speed(car)
     full = min(rated / (low * i / j) for i, j in pairwise(gears))
     relaxed = min(technology.preferred(car), 0.9)
-    schedule = PowerShiftSchedule(speeds=rows, eager=full - 1, relaxed=relaxed, kick=0.9, dwell=1.0, **_launch())
+    schedule = PowerShiftSchedule(
+        speeds=rows, eager=full - 1, relaxed=relaxed, kick=0.9, dwell=1.0, w_open=W_OPEN, w_closed=W_CLOSED
+    )
     unit = CVU(eta_ab=eta, eta_ba=eta)
     engine = parts["engine"]
     start = StartingClutch(clutch=_clutch(engine)) if car.transmission == "dual clutch" else _converter(engine)
@@ -183,7 +185,7 @@ def _belt(car: TestCar, technology: Technology, cool: bool) -> VariatorCar:
     return VariatorCar(
         share=share,
         w_least=technology.n_belt * RPM,
-        control=OperatingLineControl(F_max=force, ratio_min=low, ratio_max=high, w_open=80, w_closed=200),
+        control=OperatingLineControl(F_max=force, ratio_min=low, ratio_max=high, w_open=W_OPEN, w_closed=W_CLOSED),
         actuator=RatioActuator(T=0.2, rate=1.0, ratio_min=low, ratio_max=high, ratio_start=low),
         unit=CVU(eta_ab=eta, eta_ba=eta),
         churning=_drag(car, technology, cool),

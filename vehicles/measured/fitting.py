@@ -74,7 +74,7 @@ class Sensitivities:
         rows = np.array([car != without for car in self.cars])
         J = self.slopes[rows] / NOISE
         r = self.errors[rows] / NOISE - J @ self.at
-        return np.asarray(-np.linalg.solve(J.T @ J + np.eye(len(self.names)), J.T @ r))
+        return np.asarray(-np.linalg.solve(J.T @ J + np.eye(len(self.names)), J.T @ r), np.float64)
 
     def predicted(self, z: Array) -> Array:
         """Errors [%] at shared numbers z."""
