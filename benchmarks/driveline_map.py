@@ -15,9 +15,10 @@ import xarray as xr
 import powertrain as pt
 from benchmarks.timing import Call, Row, duration
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials.driveline import PEDAL, SPEED, on_rolling_road
+from powertrain.vehicles.trials.driveline import on_rolling_road
 
 NAME = "driveline map"
+SPEED, PEDAL = "body.speed", "driver.accelerator_set"
 SIGNALS = ["body.force", "engine.fuel_rate", "engine.w", "engine.tau"]
 GOAL = 1.0
 

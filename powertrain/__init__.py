@@ -122,6 +122,8 @@ _ANALYSES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name in ("components", "vehicles"):
+        return import_module(f"powertrain.{name}")
     if name not in _ANALYSES:
         raise AttributeError(f"module 'powertrain' has no attribute {name!r}")
     found = getattr(import_module(_ANALYSES[name]), name)

@@ -22,6 +22,7 @@ import numpy as np
 
 from powertrain.checks import check_conditions, check_kind
 from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.quantities import quantity
 from powertrain.symbols import Symbol
 from powertrain.units import checked_unit, with_unit
 
@@ -85,8 +86,10 @@ class Parameter(Quantity):
         others = [f"{value:g}" for value in self.exclude if value != self.max]
         return f"{low}, {high}" + (f" without {' and '.join(others)}" if others else "")
 
-    def check(self, value: float, where: str) -> float:
-        """``value`` as a float, or ParameterError where it is no finite number or not in the range."""
+    def check(self, value: float | str, where: str) -> float:
+        """``value`` as a float, or ParameterError where it is no finite number or not in the range; "100 kW" is converted."""
+        if isinstance(value, str) and " " in value.strip():
+            value = quantity(value, self.unit, where)
         try:
             number = float(value)
         except (TypeError, ValueError):

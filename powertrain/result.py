@@ -22,6 +22,7 @@ from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
+from powertrain.quantities import converted
 from powertrain.signals import Picked, Samples, signals_of
 from powertrain.symbols import Symbol
 
@@ -198,6 +199,13 @@ class Result(Generic[M]):
     def unit(self, what: What[M]) -> str:
         """The unit of a signal, a parameter, or of sums and differences of like signals; '' where it is not known."""
         return self._pick(what).unit
+
+    def converted(self, what: What[M], unit: str) -> Array:
+        """The values of a signal in another unit: ``result.converted("body.v", "km/h")``.
+
+        Errors: ModelError for an unknown unit, and for one that measures something else than the signal.
+        """
+        return converted(np.asarray(self[what]), self.unit(what), unit)
 
     def __contains__(self, name: object) -> bool:
         return name in self._signals.entries and (self._record is None or name in self._record)

@@ -36,6 +36,7 @@ ONE_SIDED = {
     "OneWayClutch": "locks in one direction",
     "ElastoGap": "pushes and does not pull",
     "Chassis": "on a slope",
+    "CoastDownBody": "on a slope",
     "ElectricMachine": "drives where its signal says",
     "VehicleBody": "on a slope, in the wind",
     "BandBrake": "energises itself forward",

@@ -22,6 +22,7 @@ ORDER = [
     "errors units symbols",
     "arguments",
     "dimensions",
+    "quantities",
     "recorder",
     "checks",
     "component connectors laws",

@@ -7,7 +7,7 @@ from powertrain.components.body import Body, RoadProfile, VehicleBody
 from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, GearSchedule, Pedals, Shifting
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear
-from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
 from powertrain.components.rotational import Clutch, TwoFlanges
 from powertrain.components.transmissions import ManualGearbox, Shiftable
 from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
@@ -29,6 +29,7 @@ class ManualCar(Component):
     schedule: Shifting = GearSchedule()
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()
+    accessories: AccessoryDrive = AccessoryDrive()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     gearbox: Shiftable = ManualGearbox()
     final_drive: TwoFlanges = CrownGear(ratio=4.1, eta_ab=0.95, eta_ba=0.95)
@@ -41,7 +42,7 @@ class ManualCar(Component):
 
     def equations(self) -> Equations:
         """Engine to road."""
-        yield connect(self.engine.crank, self.clutch.flange_a)
+        yield connect(self.engine.crank, self.accessories.flange, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.gearbox.flange_a)
         yield connect(self.gearbox.flange_b, self.final_drive.flange_a)
         yield from to_the_road(self, self.final_drive.flange_b)

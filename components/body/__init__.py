@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.body.axle import DrivenAxle
 from powertrain.components.body.body import AirStream, Body, Chassis, VehicleBody, Wind
+from powertrain.components.body.coast_down import CoastDownBody
 from powertrain.components.body.path import AxlePath, RoadProfile
 from powertrain.components.body.rolling_road import RollingRoad
 
@@ -12,6 +13,7 @@ __all__ = [
     "AxlePath",
     "Body",
     "Chassis",
+    "CoastDownBody",
     "DrivenAxle",
     "RoadProfile",
     "RollingRoad",

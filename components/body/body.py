@@ -56,12 +56,9 @@ class Wind(Component):
 
 
 class Body(Component):
-    """Partial: the data of a body, its axles and its signals. The defaults are a mid-size car."""
+    """Partial: the mass of a body, its axles and its signals. The defaults are a mid-size car."""
 
     m: Parameter = parameter("kg", "Mass of the vehicle with its wheels", default=1500.0, above=0)
-    Cd: Parameter = parameter("1", "Drag coefficient", default=0.3, min=0)
-    A: Parameter = parameter("m2", "Cross section", default=2.2, min=0)
-    rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
     wheelbase: Parameter = parameter("m", "Distance of the axles", default=2.7, above=0)
     h: Parameter = parameter("m", "Height of the centre of mass", default=0.55, min=0)
     front_share: Parameter = parameter("1", "Part of the weight on the front axle at rest", default=0.55, min=0, max=1)
@@ -75,7 +72,15 @@ class Body(Component):
     rear_load: Output = signal_output("N", "Load of the rear axle")
 
 
-class Chassis(Body, Lossy):
+class _InAir(Body):
+    """Partial: a body by its drag coefficient and cross section."""
+
+    Cd: Parameter = parameter("1", "Drag coefficient", default=0.3, min=0)
+    A: Parameter = parameter("m2", "Cross section", default=2.2, min=0)
+    rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
+
+
+class Chassis(_InAir, Lossy):
     """The body in air that an own port brings, see ``VehicleBody``."""
 
     air: AirStream = support(AirStream)
@@ -114,7 +119,7 @@ class Chassis(Body, Lossy):
         return self.drag * (self.speed - self.air.v)
 
 
-class VehicleBody(Body):
+class VehicleBody(_InAir):
     """The body of a vehicle between its two axles, which are rigidly on one mass.
 
     m a = front.f + rear.f - drag - m g sin(alpha),  tan(alpha) = grade,  drag = Cd A rho (v - wind) |v - wind|/2

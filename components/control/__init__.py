@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from powertrain.components.control.driver import Driver, SetPedals
+from powertrain.components.control.electric_drive import ElectricDriveControl
 from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
-from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, Shifting
+from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, PowerShiftSchedule, Shifting
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
 from powertrain.components.control.power_split import PowerSplitControl
@@ -13,6 +14,7 @@ from powertrain.components.control.start_stop import AlwaysOn, EngineSwitch, Sta
 __all__ = [
     "AlwaysOn",
     "Driver",
+    "ElectricDriveControl",
     "EngineSwitch",
     "FixedGear",
     "FlywheelCharge",
@@ -20,6 +22,7 @@ __all__ = [
     "GearSchedule",
     "OperatingLineControl",
     "Pedals",
+    "PowerShiftSchedule",
     "PowerSplitControl",
     "SetPedals",
     "Shifting",

@@ -65,12 +65,63 @@ class FixedGear(Shifting):
         yield self.clutch.value == self._pressed()
 
 
-class GearSchedule(Shifting):
+class _Scheduled(Shifting):
+    """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
+
+    speeds: tuple[tuple[float, float], ...] = SPEEDS
+    eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
+    relaxed: Parameter = parameter("1", "Accelerator up to which it makes no difference", default=0.0, min=0, max=0.99)
+    kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.8, min=0, max=1)
+    patience: Parameter = parameter("s", "Time in which it does not shift up from a kick-down", default=10.0, min=0)
+    dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
+    gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
+    before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
+    began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
+    kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
+
+    def _choose(self) -> Equations:
+        self._check()
+        t, v, pedal = time - self.began, self.v.value, self.accelerator.value
+        pressed = ca.fmax(pedal - self.relaxed, 0) / (1 - self.relaxed)
+        rested = ca.logic_and(t > self.dwell, time > SOON)
+        up = self._at_gear([row[0] for row in self.speeds], 1)
+        down = self._at_gear([row[1] for row in self.speeds], 2)
+        middle = self._at_gear([sum(row) / 2 for row in self.speeds], 2)
+        eager, marks = 1 + self.eager * pressed, (reinit(self.before, self.gear), reinit(self.began, time))
+        calm = ca.logic_or(time > self.kicked + self.patience, v > up * (1 + self.eager))
+        higher, lower = ca.logic_and(v > up * eager, calm), v < ca.fmin(down * eager, middle)
+        kick = ca.logic_and(ca.logic_and(pedal > self.kick, v < down * eager), ca.logic_not(lower))
+        yield when(ca.logic_and(higher, rested), reinit(self.gear, self.gear + 1), *marks)
+        yield when(ca.logic_and(lower, rested), reinit(self.gear, self.gear - 1), *marks)
+        yield when(ca.logic_and(kick, rested), reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
+
+    def _at_gear(self, values: list[float], first: int) -> Symbol:
+        """The value that belongs to the gear, from ``first`` on; where there is none, one that is never reached."""
+        low, high = (0.0, -1e9) if first > 1 else (0.0, 1e9)
+        found = Symbol(high)
+        for k, value in enumerate(values, first):
+            found = ca.if_else(ca.fabs(self.gear - k) < 0.5, value, found)
+        return found + low
+
+    def _check(self) -> None:
+        where = f"{self._path or type(self).__name__}.speeds"
+        for k, (up, down) in enumerate(self.speeds, 1):
+            if not 0 < down < up:
+                raise ParameterError(
+                    f"{where}: up from gear {k} at {up:g} m/s, down to it at {down:g} m/s; it takes 0 < down < up"
+                )
+        for k, (one, other) in enumerate(pairwise(self.speeds), 1):
+            if not (one[0] < other[0] and one[1] < other[1]):
+                raise ParameterError(f"{where}: the rows of gears {k} and {k + 1} are not in order: {one}, {other} m/s")
+
+
+class GearSchedule(_Scheduled):
     """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
 
-      up from gear to gear + 1 where v > up (1 + eager accelerator)
-      down to gear where v < min(down (1 + eager accelerator), (up + down)/2)
-      kick-down to gear where accelerator > kick and v < down (1 + eager accelerator)
+      up from gear to gear + 1 where v > up (1 + eager pressed)
+      down to gear where v < min(down (1 + eager pressed), (up + down)/2)
+      kick-down to gear where accelerator > kick and v < down (1 + eager pressed)
+      pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
       ..+ t_close: hold rises to 1
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
@@ -83,36 +134,15 @@ class GearSchedule(Shifting):
     hysteresis or not in order.
     """
 
-    speeds: tuple[tuple[float, float], ...] = SPEEDS
-    eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
-    kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.8, min=0, max=1)
-    patience: Parameter = parameter("s", "Time in which it does not shift up from a kick-down", default=10.0, min=0)
-    dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
     t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
     t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
-    gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
-    before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
-    began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
-    kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
     hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
 
     def equations(self) -> Equations:
         """When to shift, and the course of a shift."""
-        self._check()
-        t, v, pedal = time - self.began, self.v.value, self.accelerator.value
-        rested = ca.logic_and(t > self.dwell, time > SOON)
-        up = self._at_gear([row[0] for row in self.speeds], 1)
-        down = self._at_gear([row[1] for row in self.speeds], 2)
-        middle = self._at_gear([sum(row) / 2 for row in self.speeds], 2)
-        eager, marks = 1 + self.eager * pedal, (reinit(self.before, self.gear), reinit(self.began, time))
-        calm = ca.logic_or(time > self.kicked + self.patience, v > up * (1 + self.eager))
-        higher, lower = ca.logic_and(v > up * eager, calm), v < ca.fmin(down * eager, middle)
-        kick = ca.logic_and(ca.logic_and(pedal > self.kick, v < down * eager), ca.logic_not(lower))
-        yield when(ca.logic_and(higher, rested), reinit(self.gear, self.gear + 1), *marks)
-        yield when(ca.logic_and(lower, rested), reinit(self.gear, self.gear - 1), *marks)
-        yield when(ca.logic_and(kick, rested), reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
-        yield from self._shift(t)
+        yield from self._choose()
+        yield from self._shift(time - self.began)
         yield self.throttle.value == self.hold * self.accelerator.value
         yield self.clutch.value == ca.fmin(self._pressed(), self.hold)
 
@@ -125,21 +155,22 @@ class GearSchedule(Shifting):
         way = switch(second, (t - self.t_open) / self.t_lever, 1.0, continuous=True)
         yield self.lever.value == self.before + (self.gear - self.before) * switch(first, 0.0, way, continuous=True)
 
-    def _at_gear(self, values: list[float], first: int) -> Symbol:
-        """The value that belongs to the gear, from ``first`` on; where there is none, one that is never reached."""
-        low, high = (0.0, -1e9) if first > 1 else (0.0, 1e9)
-        found = Symbol(high)
-        for k, value in enumerate(values, first):
-            found = ca.if_else(ca.fabs(self.gear - k) < 0.5, value, found)
-        return found + low
 
-    def _check(self) -> None:
-        where = f"{self._path or 'GearSchedule'}.speeds"
-        for k, (up, down) in enumerate(self.speeds, 1):
-            if not 0 < down < up:
-                raise ParameterError(
-                    f"{where}: up from gear {k} at {up:g} m/s, down to it at {down:g} m/s; it takes 0 < down < up"
-                )
-        for k, (one, other) in enumerate(pairwise(self.speeds), 1):
-            if not (one[0] < other[0] and one[1] < other[1]):
-                raise ParameterError(f"{where}: the rows of gears {k} and {k + 1} are not in order: {one}, {other} m/s")
+class PowerShiftSchedule(_Scheduled):
+    """Changes gears by the speed of the vehicle without a pause of the engine, for gearboxes whose clutches take over from each other.
+
+    The gear is chosen as by ``GearSchedule``.
+    t = time since the shift began, 0..t_shift: the lever goes evenly to the new gear
+    throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
+    """
+
+    t_shift: Parameter = parameter("s", "Time that a shift takes", default=0.4, above=0)
+
+    def equations(self) -> Equations:
+        """When to shift, and where the lever is."""
+        yield from self._choose()
+        t = time - self.began
+        way = switch(t < self.t_shift, t / self.t_shift, 1.0, continuous=True)
+        yield self.lever.value == self.before + (self.gear - self.before) * way
+        yield self.throttle.value == self.accelerator.value
+        yield self.clutch.value == self._pressed()

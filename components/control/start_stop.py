@@ -41,22 +41,25 @@ class StartStop(EngineSwitch):
     """Stops the engine at rest, starts it with the accelerator.
 
     The signal ``on``:
-      on = 0 from where |v| < v_stop and accelerator < u_stop,  if it has been running for t_least
+      on = 0 from where |v| < v_stop and accelerator < u_stop have held for ``delay``,  if it has been running for t_least
       on = 1 from where accelerator > u_start
     """
 
     v_stop: Parameter = parameter("m/s", "Speed below which the engine is stopped", default=0.1, above=0)
     u_stop: Parameter = parameter("1", "Accelerator below which it is stopped", default=0.01, above=0, max=1)
     u_start: Parameter = parameter("1", "Accelerator above which it is started", default=0.02, above=0, max=1)
+    delay: Parameter = parameter("s", "Time at rest before it is stopped", default=0.0, min=0)
     t_least: Parameter = parameter("s", "Least time that it runs", default=2.0, above=0)
     running: Discrete = discrete("1", "1: runs, 0: is stopped", start=1.0)
     since: Discrete = discrete("s", "Time at which it was started", start=0.0)
+    rested: Discrete = discrete("s", "Time at which the vehicle came to rest", start=0.0)
 
     def equations(self) -> Equations:
         """A switch with hysteresis."""
         u, v, runs = self.accelerator.value, self.v.value, self.running > 0.5
         rests = ca.logic_and(ca.fabs(v) < self.v_stop, u < self.u_stop)
-        ready = ca.logic_and(runs, time > self.since + self.t_least)
+        ready = ca.logic_and(runs, time > ca.fmax(self.since + self.t_least, self.rested + self.delay))
+        yield when(rests, reinit(self.rested, time))
         yield when(ca.logic_and(rests, ready), reinit(self.running, 0))
         started = ca.logic_and(u > self.u_start, self.running < 0.5)
         yield when(started, reinit(self.running, 1), reinit(self.since, time))

@@ -13,24 +13,34 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import ParameterError
+from powertrain import Map, ParameterError
 
 KM_H = 1 / 3.6
 """One km/h in m/s."""
 CYCLES = {
+    "ftp-stabilized": "FTP-75, bags 2 and 4: the last 864 s of the UDDS, 40 CFR 86 App. I",
+    "ftp-transient": "FTP-75, bags 1 (cold) and 3 (hot): the first 505 s of the UDDS, 40 CFR 86 App. I",
     "hwfet": "EPA Highway Fuel Economy Test, 40 CFR 600 App. I",
     "nedc": "New European Driving Cycle, UN Regulation No. 83 (4 x ECE-15 + EUDC)",
+    "sc03": "EPA SC03 Supplemental FTP with air conditioning, 40 CFR 86 App. I (h)",
     "udds": "EPA Urban Dynamometer Driving Schedule (FTP-72), 40 CFR 86 App. I",
+    "us06": "EPA US06 Supplemental FTP, aggressive driving, 40 CFR 86 App. I (g)",
     "wltc": "WLTC class 3b, UN Global Technical Regulation No. 15",
 }
 """The cycles that come with the library, and the regulation in which each stands."""
+PHASES = {"ftp-transient": ("udds", 0.0, 505.0), "ftp-stabilized": ("udds", 505.0, 1369.0)}
+"""Cycles that are a part of another one: its name, and from when to when [s]."""
+SPEED_UNITS = {"speed_km_h": KM_H, "speed_m_s": 1.0}
+GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
+"""Units of the columns of a file."""
 
 
 @dataclass(frozen=True)
 class DriveCycle:
     """Speed over time: rows (time in s, speed in m/s), joined by straight lines; times increase and speeds are not negative.
 
-    ``named`` takes one of the legislated cycles, ``from_csv`` a file, ``from_distance`` speeds over distance.
+    ``named`` takes one of the legislated cycles, ``from_csv`` a file, ``from_distance`` speeds over distance. ``grades``, where given,
+    are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road.
 
     >>> wltc = DriveCycle.named("wltc")
     >>> round(wltc.duration), round(wltc.distance / 1e3, 2), round(wltc.top_speed * 3.6, 1)
@@ -40,6 +50,7 @@ class DriveCycle:
     name: str
     table: tuple[tuple[float, float], ...]
     source: str = ""
+    grades: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Errors: ParameterError, which names the row."""
@@ -56,20 +67,33 @@ class DriveCycle:
             if v < 0:
                 raise ParameterError(f"drive cycle {self.name}: row {row} asks for {v:g} m/s; a cycle drives forward")
             before = t
+        if self.grades and len(self.grades) != len(self.table):
+            raise ParameterError(
+                f"drive cycle {self.name}: {len(self.grades)} grades for {len(self.table)} rows; each row needs one"
+            )
+        if bad := [row for row, grade in enumerate(self.grades, 1) if not math.isfinite(grade)]:
+            raise ParameterError(f"drive cycle {self.name}: the grade of row {bad[0]} is not finite")
 
     @classmethod
     def named(cls, name: str) -> Self:
         """One of ``CYCLES``. Errors: ParameterError for another name."""
         if name not in CYCLES:
             raise ParameterError(f"there is no drive cycle {name!r}; there are {', '.join(CYCLES)}, and CSV files")
+        if name in PHASES:
+            whole, start, stop = PHASES[name]
+            return cls(name, cls.named(whole).part(start, stop).table, CYCLES[name])
         path = files("powertrain.components").joinpath("cycles", "data", f"{name}.csv")
-        return cls(name, _rows(path.read_text(encoding="utf-8").splitlines(), name, KM_H), CYCLES[name])
+        rows = _rows(path.read_text(encoding="utf-8").splitlines(), name)[1]
+        return cls(name, tuple((t, v * KM_H) for t, v in rows), CYCLES[name])
 
     @classmethod
     def from_csv(cls, path: str | Path) -> Self:
-        """A file of two columns with the header ``time_s,speed_km_h`` or ``time_s,speed_m_s``; lines with # are comments.
+        """A file with a header, over time or over distance; lines with # are comments.
 
-        Errors: ParameterError for a file that cannot be read, for another header and for a value that is no number, with its line.
+        Its columns are ``time_s`` or ``distance_m``, ``speed_km_h`` or ``speed_m_s``, and, if wanted, ``grade`` (tan of the slope) or
+        ``grade_percent``, and ``stop_s``, the time that a cycle over distance waits at a row.
+
+        Errors: ParameterError for a file that cannot be read, for other columns and for a value that is no number, with its line.
         """
         path = Path(path)
         try:
@@ -80,17 +104,30 @@ class DriveCycle:
             raise ParameterError(
                 f"{path}: byte {error.start} is not text in UTF-8; save the file in that encoding"
             ) from None
-        header = next((line for line in lines if line.strip() and not line.startswith("#")), "").replace(" ", "")
-        units = {"time_s,speed_km_h": KM_H, "time_s,speed_m_s": 1.0}
-        if header not in units:
-            raise ParameterError(f"{path}: the header is {header!r}; it must be one of {', '.join(units)}")
-        return cls(path.stem, _rows(lines, str(path), units[header]), str(path))
+        header, rows = _rows(lines, str(path))
+        columns = dict(zip(header, zip(*rows, strict=True), strict=False))
+        at, speed = _column(header, ("time_s", "distance_m"), path), _column(header, tuple(SPEED_UNITS), path)
+        known = {at, speed, *GRADE_UNITS, *(["stop_s"] if at == "distance_m" else [])}
+        if other := [name for name in header if name not in known]:
+            raise ParameterError(f"{path}: unknown column {other[0]!r}; the header may have {', '.join(sorted(known))}")
+        speeds = [v * SPEED_UNITS[speed] for v in columns.get(speed, ())]
+        grades = [g * GRADE_UNITS[name] for name in GRADE_UNITS for g in columns.get(name, ())]
+        if at == "time_s":
+            return cls(path.stem, tuple(zip(columns.get(at, ()), speeds, strict=True)), str(path), tuple(grades))
+        stops = [t for t, v in zip(columns.get("stop_s", ()), speeds, strict=False) if v == 0]
+        return cls.from_distance(path.stem, columns.get(at, ()), speeds, stops, str(path), grades)
 
     @classmethod
     def from_distance(
-        cls, name: str, distances: ArrayLike, speeds: ArrayLike, stops: Sequence[float] = (), source: str = ""
+        cls,
+        name: str,
+        distances: ArrayLike,
+        speeds: ArrayLike,
+        stops: Sequence[float] = (),
+        source: str = "",
+        grades: Sequence[float] = (),
     ) -> Self:
-        """Speeds [m/s] at distances [m], between which the acceleration is constant: dt = 2 ds/(v_1 + v_2).
+        """Speeds [m/s], and slopes [1] if given, at distances [m], between which the acceleration is constant: dt = 2 ds/(v_1 + v_2).
 
         ``stops`` are the times [s] that the vehicle waits where the speed is zero, in order (none: it drives on at once).
         Errors: ParameterError where two neighbouring speeds are zero, since no time passes any distance then.
@@ -110,6 +147,7 @@ class DriveCycle:
                 )
         waits = dict(zip(halts.tolist(), stops, strict=False))
         rows, t = [], 0.0
+        slopes: list[float] = []
         for i, speed in enumerate(v.tolist()):
             if i:
                 t += 2 * float(s[i] - s[i - 1]) / float(v[i] + v[i - 1])
@@ -117,7 +155,8 @@ class DriveCycle:
             if waits.get(i, 0) > 0:
                 t += waits[i]
                 rows.append((t, speed))
-        return cls(name, tuple(rows), source)
+            slopes += [grades[i]] * (len(rows) - len(slopes)) if grades else []
+        return cls(name, tuple(rows), source, tuple(slopes))
 
     @property
     def times(self) -> NDArray[np.float64]:
@@ -144,25 +183,48 @@ class DriveCycle:
         """Highest speed [m/s]."""
         return max(row[1] for row in self.table)
 
+    def slope(self) -> Map:
+        """The slope tan(alpha) of the road over the distance [m], linear between rows; level where the cycle has no grades."""
+        v, steps = self.speeds, np.diff(self.times)
+        places = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * steps)])
+        moved = np.append(np.diff(places) > 0, True)
+        if not self.grades or moved.sum() < 2:
+            return Map.constant(self.grades[0] if self.grades else 0.0, x="s", x_unit="m", name="grade")
+        grades = np.array(self.grades)
+        return Map.curve(places[moved], grades[moved], x="s", x_unit="m", name="grade", outside="clip")
+
     def part(self, start: float, stop: float) -> DriveCycle:
         """What lies between two times [s], which start at zero again."""
-        inside = [row for row in self.table if start < row[0] < stop]
-        ends = np.interp([start, stop], self.times, self.speeds).tolist()
-        rows = [(start, ends[0]), *inside, (stop, ends[1])]
-        return DriveCycle(f"{self.name} {start:g}-{stop:g} s", tuple((t - start, v) for t, v in rows), self.source)
+        times = [start, *(t for t, _ in self.table if start < t < stop), stop]
+        speeds = np.interp(times, self.times, self.speeds).tolist()
+        grades = np.interp(times, self.times, self.grades).tolist() if self.grades else ()
+        rows = tuple((t - start, v) for t, v in zip(times, speeds, strict=True))
+        return DriveCycle(f"{self.name} {start:g}-{stop:g} s", rows, self.source, tuple(grades))
 
 
-def _rows(lines: Sequence[str], said: str, unit: float) -> tuple[tuple[float, float], ...]:
-    found, header = [], True
+def _column(header: Sequence[str], names: Sequence[str], path: Path) -> str:
+    found = [name for name in names if name in header]
+    if len(found) != 1:
+        raise ParameterError(f"{path}: the header is {','.join(header)!r}; it must have one of {' and '.join(names)}")
+    return found[0]
+
+
+def _rows(lines: Sequence[str], said: str) -> tuple[tuple[str, ...], list[tuple[float, ...]]]:
+    """The header and the rows of numbers below it."""
+    header: tuple[str, ...] = ()
+    found: list[tuple[float, ...]] = []
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith("#"):
             continue
-        if header:
-            header = False
+        fields = next(csv.reader([line]))
+        if not header:
+            header = tuple(name.strip() for name in fields)
             continue
         try:
-            t, v = (float(text) for text in next(csv.reader([line])))
+            row = tuple(float(text) for text in fields)
         except ValueError:
-            raise ParameterError(f"{said}, line {number}: {line!r} is not a time and a speed") from None
-        found.append((t, v * unit))
-    return tuple(found)
+            row = ()
+        if len(row) != len(header):
+            raise ParameterError(f"{said}, line {number}: {line!r} is not a row of {','.join(header)}")
+        found.append(row)
+    return header, found

@@ -22,6 +22,7 @@ from powertrain import (
     within,
 )
 from powertrain.components.electric.interfaces import DCTerminal
+from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
 from powertrain.components.thermal import HeatPort, Lossy
 
@@ -75,6 +76,10 @@ class _Battery(Lossy):
         yield self.charge_power.value == (U + R * self.i_charge) * self.i_charge * limited(high / self.band)
         within(self.i, -self.i_discharge, self.i_charge, name="current of the battery", unit="A", action=self.beyond)
         yield from self._dissipate()
+
+    def full_energy(self) -> float:
+        """Energy [J] between the lowest point of ``ocv`` and a state of charge of 1."""
+        return float(numbers(lambda soc: self.Q * _area(self.ocv, soc), 1.0))
 
     def _voltage(self) -> Symbol:
         return self.ocv(self.soc)

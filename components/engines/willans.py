@@ -6,14 +6,17 @@ import casadi as ca
 
 from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parameter
 from powertrain.components.engines.interfaces import Engine
+from powertrain.components.limited import limited
 
 
 class WillansEngine(Engine):
     """An engine whose fuel power rises in a straight line with its torque.
 
-    fuel power = (tau + motoring) w/e,  motoring = tau_0 + tau_2 w^2,  tau = u (full load + motoring) - motoring
+    fuel power = firing w/e + P_heat (firing/tau_heat within 0..1),  firing = tau + motoring
+    motoring = tau_0 + tau_2 w^2,  tau = u (full load + motoring) - motoring
 
-    In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. The
+    In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. P_heat is
+    what the hot cylinders lose to their walls whatever the load, from the torque of combustion tau_heat on; in overrun it is zero. The
     full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at w_tau, and
     from there to the largest power P_max at w_P the cubic that has the slope of a largest power there, -P_max/w_P^2 (held at tau_max
     where it would exceed that); or ``curve``, a map from speed [rad/s] to torque [N.m].
@@ -24,6 +27,8 @@ class WillansEngine(Engine):
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
     tau_0: Parameter = parameter("N.m", "Motoring torque at rest", default=18.0, min=0)
+    P_heat: Parameter = parameter("W", "Heat lost to the walls while it fires", default=0.0, min=0)
+    tau_heat: Parameter = parameter("N.m", "Torque of combustion from which it is lost", default=1.0, above=0)
     tau_2: Parameter = parameter("N.m.s2/rad2", "Rise of the motoring torque with speed squared", default=4e-5, min=0)
     tau_max: Parameter = parameter("N.m", "Largest torque", default=150.0, above=0)
     w_tau: Parameter = parameter("rad/s", "Speed of the largest torque", default=420.0, above=0)
@@ -55,4 +60,4 @@ class WillansEngine(Engine):
         return ca.fmax(self.tau_max + rise + ca.fmin(fall, 0), 0)
 
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
-        return firing * w / self.e
+        return firing * w / self.e + self.P_heat * limited(firing / self.tau_heat)

@@ -18,6 +18,12 @@ from powertrain.components.transmissions.layout import (
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
 from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flow
 from powertrain.components.transmissions.network_transmission import NetworkTransmission
+from powertrain.components.transmissions.power_shift import (
+    PowerShiftGearbox,
+    StartingClutch,
+    StartingConverter,
+    StartingDevice,
+)
 from powertrain.components.transmissions.ratio import NetworkRatio, RatioOfUnit, UnitRatio
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 
@@ -36,9 +42,13 @@ __all__ = [
     "NetworkRatio",
     "NetworkTransmission",
     "RatioOfUnit",
+    "PowerShiftGearbox",
     "Shiftable",
     "SingleGear",
     "SplitPathTransmission",
+    "StartingClutch",
+    "StartingConverter",
+    "StartingDevice",
     "SwitchedSplitPathTransmission",
     "TorqueConverter",
     "UnitLoss",

@@ -209,7 +209,7 @@ def test_run_writes_signals_picture_and_parameters(ran: tuple[str, Path]) -> Non
     assert (folder / "run.png").read_bytes().startswith(PNG)
     written_values = tomllib.loads((folder / "car.toml").read_text())
     assert written_values["body"]["m"] == 1400
-    assert written_values["transmission"]["cvu"] == {"class": "CVU"} | {
+    assert written_values["transmission"]["cvu"] == {"class": "CVU", "map_ab": "none", "map_ba": "none"} | {
         name: written_values["transmission"]["cvu"][name] for name in ("eta_ab", "eta_ba", "ratio_min", "ratio_max")
     }
     assert written_values["transmission"]["cvu"]["eta_ab"] == 0.8

@@ -6,21 +6,23 @@
     class = "WillansEngine"
     J = 0.15  # kg.m2, Moment of inertia with the flywheel, range [0, inf)
 
-``class`` names the component in a slot. Where it is the one that is there already, only the values of its table change.
+``class`` names the component in a slot. Where it is the one that is there already, only the values of its table change. Values may have
+units: ``J = "0.15 kg.m2"``, ``P_max = "82 kW"``. Parts in a row, such as the gears of a gearbox, are an array of tables, which replaces all
+of them. Maps and drive cycles are a CSV file's name, a cycle's name, or a table of their numbers; see ``data``.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import tomllib
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 import powertrain as pt
-from powertrain.component import children
-from powertrain.vehicles.cli.settings import Place, part, place, places, with_value
+from powertrain.component import Port
+from powertrain.vehicles.cli.data import decoded, encoded, literal, plain, takes_data
+from powertrain.vehicles.cli.settings import Place, component_named, part, place, places, with_value
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
@@ -34,8 +36,8 @@ def read(path: str | Path) -> dict[str, Any]:
         raise pt.ParameterError(f"{path} is no TOML file: {error}") from None
 
 
-def applied(model: M, tables: dict[str, Any]) -> tuple[M, list[str]]:
-    """A copy of the model with what the tables say, and the paths that were set.
+def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tuple[M, list[str]]:
+    """A copy of the model with what the tables say, and the paths that were set; names of files are relative to ``folder``.
 
     Errors: ParameterError for a file of another model, for names the model does not have, and for values that do not fit.
     """
@@ -43,36 +45,88 @@ def applied(model: M, tables: dict[str, Any]) -> tuple[M, list[str]]:
     if name != type(model).__name__:
         raise pt.ParameterError(f"the parameter file is for {name}, not for {type(model).__name__}")
     paths: list[str] = []
-    return _applied(model, tables, "", paths), paths
+    return _applied(model, tables, "", paths, folder or Path()), paths
 
 
-def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str]) -> M:
+def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], folder: Path) -> M:
     for key, value in tables.items():
         if key == CLASS:
             continue
         path = f"{prefix}{key}"
+        if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+            model = _with_row(model, path, value, folder)
+            continue
         found = place(model, path)
         if isinstance(value, dict) and found.is_part:
             if CLASS in value:
-                model = _with_class(model, found, value, paths)
-            model = _applied(model, value, f"{path}.", paths)
+                model = _with_class(model, found, value, folder)
+            model = _applied(model, value, f"{path}.", paths, folder)
         elif found.is_part:
             model = pt.replace(model, {path: part(str(value), found)})
+        elif takes_data(found):
+            model = pt.replace(model, {path: decoded(value, found, folder)})
         else:
             model = with_value(model, found, value)
             paths.append(path)
     return model
 
 
-def _with_class(model: M, found: Place, table: dict[str, Any], paths: list[str]) -> M:
+def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) -> M:
+    """Parts in a row, all of them made anew."""
+    known = {found.path: found for found in places(model)}
+    first = known.get(f"{path}[0]")
+    if first is None:
+        raise pt.ParameterError(
+            f"{path} is not a row of parts: write a table [{path}], not an array of tables [[{path}]]"
+        )
+    made = []
+    for i, item in enumerate(items):
+        base = known.get(f"{path}[{i}]", first)
+        bare = Place(f"{path}[{i}]", None, first.kind, base.value)
+        made.append(_made(bare, item, folder))
+    return pt.replace(model, {path: tuple(made)})
+
+
+def _made(found: Place, table: dict[str, Any], folder: Path) -> pt.Component:
+    """A part of a table: of the class that the table names, else the one that is there, with the table's values."""
+    name = str(table.get(CLASS, type(found.value).__name__))
+    if name == type(found.value).__name__:
+        start: pt.Component = found.value
+    else:
+        start = _fresh(component_named(name, found.kind, found.path), table, found.path, folder)
+    return _applied(start, table, "", [], folder)
+
+
+def _with_class(model: M, found: Place, table: dict[str, Any], folder: Path) -> M:
     """The slot filled anew where another class is asked for; values that the class cannot do without come from the table."""
     name = str(table[CLASS])
     if name == type(found.value).__name__:
         return model
-    if "(" not in name:
-        given = [f"{k}={v!r}" for k, v in table.items() if k != CLASS and not isinstance(v, dict)]
-        name = f"{name}({', '.join(given)})"
-    return pt.replace(model, {found.path: part(name, found)})
+    if "(" in name:
+        return pt.replace(model, {found.path: part(name, found)})
+    return pt.replace(
+        model, {found.path: _fresh(component_named(name, found.kind, found.path), table, found.path, folder)}
+    )
+
+
+def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Path) -> pt.Component:
+    """A part of a class with the values of the table that it has no default for; the others are set afterwards."""
+    kinds, given = cls._slot_types(), dict[str, Any]()
+    for name, spec in cls._fields.items():
+        if name not in table:
+            continue
+        value, here = table[name], Place(f"{path}.{name}", None, kinds.get(name), None)
+        if isinstance(spec, pt.Parameter):
+            given[name] = value
+        elif takes_data(here):
+            given[name] = decoded(value, here, folder)
+        elif isinstance(value, dict) and CLASS in value:
+            given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
+        elif isinstance(value, (bool, int, float, str, list)) and not (
+            isinstance(value, list) and any(isinstance(i, dict) for i in value)
+        ):
+            given[name] = plain(value)
+    return cls(**given)
 
 
 def written(model: pt.Component, free: Collection[str] | None = None) -> str:
@@ -85,38 +139,29 @@ def written(model: pt.Component, free: Collection[str] | None = None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _table(component: pt.Component, prefix: str, free: Collection[str] | None) -> Iterator[str]:
-    parts = dict(children(component))
+def _table(component: pt.Component, prefix: str, free: Collection[str] | None, row: bool = False) -> Iterator[str]:
+    """The lines of a part: its own values, then its parts. ``prefix`` is its path for people; in a row of parts all is free."""
     for found in places(component):
         if "." in found.path or found.is_part:
             continue
         if found.spec is not None:
-            if free is None or f"{prefix}{found.path}" in free:
+            if row or free is None or f"{prefix}{found.path}" in free:
                 said = f"{found.spec.unit}, {found.spec.doc}, range {found.spec.range}"
                 yield f"{found.path} = {float(found.value)!r}  # {said}"
-        elif (text := _literal(found.value)) is not None:
+        elif (text := literal(found.value)) is not None:
             yield f"{found.path} = {text}"
-        elif found.value is not None:
-            yield f"# {found.path}: a {type(found.value).__name__} is not written here"
-    for found in places(component):
-        if found.is_part and "." not in found.path:
-            value = parts[found.path]
-            path = f"{prefix}{found.path}"
-            yield ""
-            yield f"[{'.'.join(json.dumps(p) if '[' in p else p for p in path.split('.'))}]"
-            yield f"{CLASS} = {json.dumps(type(value).__name__)}"
-            yield from _table(value, f"{path}.", free)
+        elif found.value is not None or takes_data(found):
+            yield f"{found.path} = {encoded(found)}"
+    for name, value in component._values.items():
+        if isinstance(value, tuple) and value and all(isinstance(item, pt.Component) for item in value):
+            for item in value:
+                yield from _section(item, f"{prefix}{name}", free, f"[[{prefix}{name}]]", row=True)
+        elif isinstance(value, pt.Component) and not isinstance(component._fields[name], Port):
+            yield from _section(value, f"{prefix}{name}", free, f"[{prefix}{name}]", row)
 
 
-def _literal(value: Any) -> str | None:
-    """A plain value in TOML; None for what has no form there."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value)
-    if isinstance(value, (int, float)):
-        return repr(value) if math.isfinite(value) else None
-    if isinstance(value, tuple):
-        items = [_literal(item) for item in value]
-        return None if None in items else f"[{', '.join(str(item) for item in items)}]"
-    return None
+def _section(part: pt.Component, path: str, free: Collection[str] | None, head: str, row: bool) -> Iterator[str]:
+    yield ""
+    yield head
+    yield f"{CLASS} = {json.dumps(type(part).__name__)}"
+    yield from _table(part, f"{path}.", free, row)

@@ -166,7 +166,7 @@ def configured(entry: Entry, params: Path | None, texts: Sequence[str]) -> tuple
     with of_the_command_line():
         model = entry.kind()
         if params is not None:
-            model, paths = files.applied(model, files.read(params))
+            model, paths = files.applied(model, files.read(params), params.parent)
         for path, value in assignments(texts):
             model = assigned(model, path, value)
             paths.append(path)

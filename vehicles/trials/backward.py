@@ -14,6 +14,7 @@ from powertrain.components.body import Body
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.translational import ConstantSpeed
 from powertrain.components.wheels import Wheel
+from powertrain.vehicles.trials.anatomy import anatomy, value_at
 from powertrain.vehicles.trials.driveline import SLOWEST, driveline_map
 from powertrain.vehicles.trials.gears import gear_maps, gears_along, is_geared
 
@@ -94,9 +95,10 @@ class _Pulled(pt.Component):
 
 def _demand(vehicle: Any, v: Array, a: Array) -> Array:
     """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
-    mass = float(vehicle.body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))
+    body = value_at(vehicle, anatomy(vehicle).the("body"))
+    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))
     speeds, rows = np.unique(v, return_inverse=True)
-    pulled = pt.steady(_Pulled(body=vehicle.body), {"pull.v_fixed": speeds}, outputs=["pull.flange.f"])
+    pulled = pt.steady(_Pulled(body=body), {"pull.v_fixed": speeds}, outputs=["pull.flange.f"])
     return np.asarray(mass * a - pulled["pull.flange.f"].values[rows])
 
 
@@ -108,12 +110,15 @@ def _wheels(part: pt.Component) -> list[Wheel]:
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
     """The weight's force along the road in the middle of every row, N."""
     step = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)
-    slope = np.asarray(vehicle.road.profile(np.cumsum(step) - step / 2))
-    return np.asarray(float(vehicle.body.m) * float(vehicle.body.g) * slope / np.sqrt(1 + slope**2))
+    parts = anatomy(vehicle)
+    body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))
+    slope = np.asarray((cycle.slope() if cycle.grades else road.profile)(np.cumsum(step) - step / 2))
+    return np.asarray(float(body.m) * float(body.g) * slope / np.sqrt(1 + slope**2))
 
 
 def _idle(vehicle: Any) -> float:
-    return float(vehicle.engine.fuel_flow(float(vehicle.engine.w_idle), 0.0))
+    engine = value_at(vehicle, anatomy(vehicle).the_engine())
+    return float(engine.fuel_flow(float(engine.w_idle), 0.0))
 
 
 def _look_up(found: xr.Dataset, v: Array, force: Array) -> tuple[Array, Array]:

@@ -8,8 +8,8 @@ from powertrain.vehicles.trials.cycle import CycleRun
 
 
 def stores_of(run: CycleRun) -> tuple[str, ...]:
-    """The parts of a vehicle that carry energy from one drive to the next, as its class names them in ``stores``."""
-    return tuple(getattr(type(run.plant.model), "stores", ()))
+    """The parts of a vehicle that carry energy from one drive to the next: what its class names in ``stores``, else its batteries."""
+    return run.anatomy.stores
 
 
 def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
@@ -25,5 +25,4 @@ def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
     gained = sum(float(table.loc[store]) for store in stores or stores_of(run))
     if not run.fuel > 0:
         return math.nan
-    heat = run.parameters.get("engine.heating_value", run.plant.parameters["engine.heating_value"])
-    return run.litres_per_100km * (1 - gained / (path * run.marginal_efficiency * heat) / run.fuel)
+    return run.litres_per_100km * (1 - gained / (path * run.marginal_efficiency) / run.heat)

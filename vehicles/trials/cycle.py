@@ -15,6 +15,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.trials.anatomy import Anatomy, anatomy, value_at
 
 SPEED_BAND = 2 / 3.6
 """How far a vehicle may leave the cycle [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
@@ -28,6 +29,8 @@ LITTLE = 1.0
 """Torque [N.m] by which a marginal efficiency is told, and from which an engine fires."""
 STALLED, LASTING = 1.0, 2.0
 """Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
+LITRES, METRES, GALLON_KWH, WH = 3.785411784, 1609.344, 33.705, 3600.0
+"""A US gallon [l], a mile [m], the energy of a gallon of gasoline [kW.h], a watt hour [J]."""
 ON, ASKED = 0.5, 0.1
 """Switch from which an engine shall run; part of a cycle's distance that must be more than ``STANDS`` for a vehicle to be missed."""
 Array = NDArray[np.float64]
@@ -37,7 +40,7 @@ Array = NDArray[np.float64]
 class CycleRun:
     """A vehicle that drove a cycle; ``message`` says why it ended early or stood, if it did.
 
-    The vehicle has the parts ``cycle``, ``engine`` and ``body``. ``table`` is what is usually asked.
+    ``anatomy`` says which of the vehicle's parts are its body, engines and batteries. ``table`` is what is usually asked.
     """
 
     cycle: DriveCycle
@@ -46,43 +49,101 @@ class CycleRun:
     parameters: dict[str, float]
     message: str = ""
 
+    @cached_property
+    def anatomy(self) -> Anatomy:
+        """What the vehicle's parts are."""
+        return anatomy(self.plant.model)
+
+    @cached_property
+    def speed(self) -> Array:
+        """Speed [m/s] at ``result.time``."""
+        return self.result[f"{self.anatomy.the('body')}.v"]
+
     @property
     def distance(self) -> float:
         """Distance driven [m]."""
-        return float(self.result["body.s"][-1] - self.result["body.s"][0])
+        path = self.result[f"{self.anatomy.the('body')}.s"]
+        return float(path[-1] - path[0])
 
     @property
     def fuel(self) -> float:
-        """Fuel burnt [kg]."""
-        return float(self.result["engine.fuel"][-1])
+        """Fuel burnt by all engines [kg]."""
+        return sum(self._burnt(engine) for engine in self.anatomy.engines)
 
     @property
     def litres_per_100km(self) -> float:
-        """Consumption [l/100 km]; nan where the vehicle stood."""
-        return self._per_metre(self.fuel / self._of("engine.fuel_density") * 1e3) * 1e5
+        """Consumption of fuel [l/100 km]; nan where the vehicle stood."""
+        litres = sum(self._burnt(engine) / self._of(f"{engine}.fuel_density") for engine in self.anatomy.engines) * 1e3
+        return self._per_metre(litres) * 1e5
 
     @property
     def co2_per_km(self) -> float:
-        """Carbon dioxide [g/km]; nan where the vehicle stood."""
-        return self._per_metre(self.fuel * self._of("engine.co2_per_fuel") * 1e3) * 1e3
+        """Carbon dioxide at the tailpipe [g/km]; nan where the vehicle stood."""
+        grams = sum(self._burnt(engine) * self._of(f"{engine}.co2_per_fuel") for engine in self.anatomy.engines) * 1e3
+        return self._per_metre(grams) * 1e3
+
+    @cached_property
+    def electricity(self) -> float:
+        """Energy taken from the batteries' charge [J], with what they lose themselves; negative where they were charged."""
+        stored = self.audit.components["stored"]
+        return -float(sum(stored.loc[battery] for battery in self.anatomy.batteries))
+
+    @property
+    def wh_per_km(self) -> float:
+        """Energy taken from the batteries' charge [W.h/km]; nan where the vehicle stood."""
+        return self._per_metre(self.electricity / WH) * 1e3
+
+    def mpg(self, charging: float = 1.0) -> float:
+        """Miles per US gallon; what the batteries gave counts as gasoline of 33.705 kW.h a gallon, through a charger of that efficiency.
+
+        nan where the vehicle stood or took nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
+        """
+        gallons = self.litres_per_100km / LITRES * self.distance / 1e5
+        gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
+        return self.distance / METRES / gallons if gallons > 0 else math.nan
+
+    def range(self, usable: float = 1.0) -> float:
+        """How far [m] the batteries' charge takes the vehicle at this consumption, of which a part is ``usable``; nan where none is taken.
+
+        The charge is all that the batteries hold at a state of charge of 1.
+        """
+        if not self.electricity > 0:
+            return math.nan
+        whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
+        return usable * whole / self.electricity * self.distance
 
     @property
     def efficiency(self) -> float:
-        """Mean efficiency of the engine: work of its combustion at the crank over the heat of its fuel [1]; nan where none was burnt."""
-        return self._work() / (self.fuel * self._of("engine.heating_value")) if self.fuel > 0 else math.nan
+        """Mean efficiency of the engines: work of combustion at the crank over the heat of the fuel [1]; nan where none was burnt."""
+        return self._work() / self.heat if self.fuel > 0 else math.nan
+
+    @property
+    def heat(self) -> float:
+        """Chemical energy of the fuel burnt [J]."""
+        return sum(self._burnt(engine) * self._of(f"{engine}.heating_value") for engine in self.anatomy.engines)
 
     @cached_property
     def marginal_efficiency(self) -> float:
-        """Efficiency of a little more torque at the same speed, on average over the work of the engine [1]; nan where it gave none."""
-        given = {name.removeprefix("engine."): v for name, v in self.parameters.items() if name.startswith("engine.")}
-        engine = pt.replace(self.plant.model.engine, given)
-        fires = (self.result["engine.firing"] > LITTLE) & (self._power() > 0)
-        w, tau = (self.result[f"engine.{name}"][fires] for name in ("w", "tau"))
+        """Efficiency of a little more torque at the same speed, on average over the work of the engines [1]; nan where they gave none."""
+        shares, heats = (
+            zip(*(self._marginal(path) for path in self.anatomy.engines), strict=True)
+            if self.anatomy.engines
+            else ((), ())
+        )
+        return sum(shares) / sum(heats) if sum(shares) > 0 else math.nan
+
+    def _marginal(self, path: str) -> tuple[float, float]:
+        """Work of an engine [J], and the heat that as much work would take at its marginal efficiency."""
+        given = {name.removeprefix(f"{path}."): v for name, v in self.parameters.items() if name.startswith(f"{path}.")}
+        engine = pt.replace(value_at(self.plant.model, path), given)
+        power = self._power(path)
+        fires = (self.result[f"{path}.firing"] > LITTLE) & (power > 0)
+        w, tau = (self.result[f"{path}.{name}"][fires] for name in ("w", "tau"))
         if not w.size:
-            return math.nan
+            return 0.0, 0.0
         heat = (engine.fuel_flow(w, tau + LITTLE) - engine.fuel_flow(w, tau)) * float(engine.heating_value)
-        share = (np.gradient(self.result.time) * self._power())[fires]
-        return float(share.sum() / (share @ (heat / (LITTLE * w))))
+        share = (np.gradient(self.result.time) * power)[fires]
+        return float(share.sum()), float(share @ (heat / (LITTLE * w)))
 
     @cached_property
     def band(self) -> tuple[Array, Array, Array]:
@@ -96,7 +157,7 @@ class CycleRun:
     def excess(self) -> Array:
         """How far the speed lies outside of the regulation's band at ``result.time`` [m/s]: positive above, negative below, else 0."""
         t, low, high = self.band
-        time, v = self.result.time, self.result["body.v"]
+        time, v = self.result.time, self.speed
         return np.asarray(np.maximum(v - np.interp(time, t, high), 0) + np.minimum(v - np.interp(time, t, low), 0))
 
     @property
@@ -115,24 +176,35 @@ class CycleRun:
     def table(self) -> pd.DataFrame:
         """The numbers by which vehicles are compared: value and unit."""
         deviation = self.excess[np.argmax(np.abs(self.excess))]
-        rows = {
-            "distance": (self.distance / 1e3, "km"),
-            "fuel": (self.fuel, "kg"),
-            "consumption": (self.litres_per_100km, "l/100 km"),
-            "carbon dioxide": (self.co2_per_km, "g/km"),
-            "work at the crank": (self._work() / 1e6, "MJ"),
-            "mean efficiency of the engine": (self.efficiency, "1"),
+        rows = {"distance": (self.distance / 1e3, "km")}
+        if self.anatomy.engines:
+            rows |= {
+                "fuel": (self.fuel, "kg"),
+                "consumption": (self.litres_per_100km, "l/100 km"),
+                "carbon dioxide": (self.co2_per_km, "g/km"),
+                "work at the crank": (self._work() / 1e6, "MJ"),
+                "mean efficiency of the engine": (self.efficiency, "1"),
+            }
+        if self.anatomy.batteries:
+            rows["from the battery"] = (self.wh_per_km, "W.h/km")
+        rows |= {
             "time outside of the band": (self.time_outside, "s"),
             "largest excess over the band": (float(deviation) * 3.6, "km/h"),
         }
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
 
-    def _work(self) -> float:
-        return float(np.trapezoid(np.maximum(self._power(), 0), self.result.time))
+    def _burnt(self, engine: str) -> float:
+        return float(self.result[f"{engine}.fuel"][-1])
 
-    def _power(self) -> Array:
+    def _work(self) -> float:
+        return sum(
+            float(np.trapezoid(np.maximum(self._power(engine), 0), self.result.time)) for engine in self.anatomy.engines
+        )
+
+    def _power(self, engine: str) -> Array:
         """Power at the crank without the starter's [W]."""
-        return np.asarray((self.result["engine.firing"] - self.result["engine.drag"]) * self.result["engine.w"])
+        torque = self.result[f"{engine}.firing"] - self.result[f"{engine}.drag"]
+        return np.asarray(torque * self.result[f"{engine}.w"])
 
     def _per_metre(self, amount: float) -> float:
         return amount / self.distance if abs(self.distance) > STANDS else math.nan
@@ -151,8 +223,9 @@ def drive_cycle(
 ) -> CycleRun:
     """Let a vehicle drive a cycle (``None``: the one it has; a name: one of the legislated).
 
-    ``options`` go to ``pt.simulate``. A cycle that the vehicle cannot follow is driven as well as it goes; where the simulation ends
-    early, what was driven is kept and ``message`` says why; it also tells of an engine that stalled for good and of a vehicle that stood.
+    ``options`` go to ``pt.simulate``. The grades of a cycle become the vehicle's road. A cycle that the vehicle cannot follow is driven as
+    well as it goes; where the simulation ends early, what was driven is kept and ``message`` says why; it also tells of an engine that
+    stalled for good and of a vehicle that stood.
     Errors: those of building the model, and ParameterError for wrong names.
     """
     if isinstance(cycle, str):
@@ -162,11 +235,8 @@ def drive_cycle(
             raise pt.ParameterError("a compiled vehicle keeps its cycle: give the vehicle itself to drive another one")
         plant = vehicle
     else:
-        if cycle is not None:
-            vehicle = pt.replace(vehicle, cycle=pt.replace(vehicle.cycle, cycle=cycle))  # type: ignore[attr-defined]
-        plant = pt.compile(vehicle)
-    model: Any = plant.model
-    driven: DriveCycle = model.cycle.cycle
+        plant = pt.compile(_on(vehicle, cycle))
+    driven: DriveCycle = value_at(plant.model, anatomy(plant.model).the("cycle")).cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
     given, message = dict(parameters or {}), ""
@@ -176,26 +246,39 @@ def drive_cycle(
         if not isinstance(error.result, pt.Result) or error.result.time.size < 2:
             raise
         result, message = error.result, str(error)
-    return CycleRun(driven, plant, result, given, message or _standing(driven, result))
+    return CycleRun(driven, plant, result, given, message or _standing(driven, result, anatomy(plant.model)))
 
 
-def _standing(cycle: DriveCycle, result: pt.Result[Any]) -> str:
+def _on(vehicle: pt.Component, cycle: DriveCycle | None) -> pt.Component:
+    """The vehicle on a cycle, and on its road where the cycle has grades."""
+    parts = anatomy(vehicle)
+    path = parts.the("cycle")
+    if cycle is not None:
+        vehicle = pt.replace(vehicle, {f"{path}.cycle": cycle})
+    driven = value_at(vehicle, path).cycle
+    return pt.replace(vehicle, {f"{parts.the('road')}.profile": driven.slope()}) if driven.grades else vehicle
+
+
+def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
     """What to say of a vehicle whose engine turned backwards or stalled for good, or which did not move though asked to; else nothing."""
-    backwards = np.flatnonzero(result["engine.w"] < -STALLED)
-    if backwards.size:
-        return (
-            f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {result['engine.w'].min():.4g} rad/s. "
-            "Look at what loads the crank: an accessory takes its torque while it turns, as BearingFriction does, and does not turn it"
-        )
-    distance = abs(float(result["body.s"][-1] - result["body.s"][0]))
+    path = result[f"{parts.the('body')}.s"]
+    distance = abs(float(path[-1] - path[0]))
     driven = f"the vehicle drove {distance:.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
-    runs = np.flatnonzero((result["engine.w"] > STALLED) | (result["engine.on"] < ON))
-    last = float(result.time[runs[-1] if runs.size else 0])
-    if result.time[-1] - last > LASTING:
-        return (
-            f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Look at what loads the crank (clutch, "
-            "accessories), at engine.tau_starter, which has to overcome that at rest, and at the idle controller"
-        )
+    for engine in parts.engines:
+        w = result[f"{engine}.w"]
+        backwards = np.flatnonzero(w < -STALLED)
+        if backwards.size:
+            return (
+                f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {w.min():.4g} rad/s. Look at "
+                "what loads the crank: an accessory takes its torque while it turns, as BearingFriction does, and does not turn it"
+            )
+        runs = np.flatnonzero((result[f"{engine}.w"] > STALLED) | (result[f"{engine}.on"] < ON))
+        last = float(result.time[runs[-1] if runs.size else 0])
+        if result.time[-1] - last > LASTING:
+            return (
+                f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Look at what loads the crank (clutch, "
+                f"accessories), at {engine}.tau_starter, which has to overcome that at rest, and at the idle controller"
+            )
     if distance < STANDS < ASKED * cycle.distance:
         return f"{driven}: it stands. Look at what its wheels are given and what holds them"
     return ""

@@ -12,11 +12,11 @@ from powertrain.component import children
 from powertrain.components.body import RoadProfile, RollingRoad
 from powertrain.components.control import SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
+from powertrain.vehicles.trials.anatomy import anatomy, value_at
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SPEED, PEDAL = "body.speed", "driver.accelerator_set"
 SLOWEST = 2 / 3.6
 """Speed at which maps begin [m/s]."""
 
@@ -33,7 +33,11 @@ def on_rolling_road(vehicle: pt.Component) -> pt.Component:
         if isinstance(part := getattr(vehicle, name), Actuator)
     }
     level = {name: RoadProfile() for name in vehicle._fields if isinstance(getattr(vehicle, name), RoadProfile)}
-    return pt.replace(vehicle, body=RollingRoad(m=_mass(vehicle)), driver=SetPedals(), **at_rest, **level)
+    parts = anatomy(vehicle)
+    body, pedals = parts.the("body"), parts.the("pedals")
+    return pt.replace(
+        vehicle, {body: RollingRoad(m=float(value_at(vehicle, body).m)), pedals: SetPedals(), **at_rest, **level}
+    )
 
 
 def _refuse_memory(vehicle: pt.Component, whole: pt.Component, path: str = "") -> None:
@@ -45,10 +49,6 @@ def _refuse_memory(vehicle: pt.Component, whole: pt.Component, path: str = "") -
                 f"({', '.join(held)}), so that speed and accelerator alone do not tell how the vehicle runs"
             )
         _refuse_memory(vehicle, part, f"{path}{name}.")
-
-
-def _mass(vehicle: Any) -> float:
-    return float(vehicle.body.m)
 
 
 def driveline_map(
@@ -67,14 +67,17 @@ def driveline_map(
 
     Points without a steady state have no numbers, and their status says why. Where there are several (in overrun a centrifugal clutch may
     hold or let the engine idle) the status says so too, and the numbers are those of the one whose clutch holds.
-    The vehicle has the parts ``driver``, ``engine`` and ``body``. Errors: those of ``on_rolling_road``.
+    The vehicle has a body, pedals and one combustion engine. Errors: those of ``on_rolling_road``.
     Source: pt.steady of the vehicle on a rolling road.
     """
     import xarray as xr
 
+    parts = anatomy(vehicle)
+    body, engine = parts.the("body"), parts.the_engine()
+    speed, pedal = f"{body}.speed", f"{parts.the('pedals')}.accelerator_set"
+    names = {f"{body}.force": "force", f"{engine}.fuel_rate": "fuel_rate", f"{engine}.w": "w", f"{engine}.tau": "tau"}
     plant = pt.compile(on_rolling_road(vehicle))
-    grid = {SPEED: np.asarray(speeds, float), PEDAL: np.asarray(accelerators, float)}
-    names = {"body.force": "force", "engine.fuel_rate": "fuel_rate", "engine.w": "w", "engine.tau": "tau"}
+    grid = {speed: np.asarray(speeds, float), pedal: np.asarray(accelerators, float)}
     outputs: dict[str, Any] = {signal: signal for signal in names}
     if variator is not None:
         flow = pt.power_flow(plant, grid, outputs=outputs, first=True, progress=progress)
@@ -85,10 +88,10 @@ def driveline_map(
     found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
     found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
     found = found.assign_coords(
-        speed=("speed", grid[SPEED], {"units": "m/s", "long_name": "Speed"}),
-        accelerator=("accelerator", grid[PEDAL], {"units": "1", "long_name": "Accelerator pedal"}),
+        speed=("speed", grid[speed], {"units": "m/s", "long_name": "Speed"}),
+        accelerator=("accelerator", grid[pedal], {"units": "1", "long_name": "Accelerator pedal"}),
     )
-    heat = found["fuel_rate"] * plant.parameters["engine.heating_value"]
+    heat = found["fuel_rate"] * plant.parameters[f"{engine}.heating_value"]
     work = found["force"] * found["speed"]
     found["efficiency"] = (work / heat).where((work > 0) & (heat > 0))
     found["efficiency"].attrs = {"units": "1", "long_name": "Efficiency from the tank to the road"}

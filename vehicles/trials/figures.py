@@ -16,6 +16,7 @@ from powertrain.components.rotational import TwoFlanges
 from powertrain.components.wheels import WheelBrake
 from powertrain.power.powerplot import REGIMES
 from powertrain.power.variator import VARIATOR_CASES, port_motion
+from powertrain.vehicles.trials.anatomy import anatomy
 from powertrain.vehicles.trials.cycle import CycleRun
 
 if TYPE_CHECKING:
@@ -65,10 +66,11 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
 
     figure = Figure(figsize=(9, 5.5), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    v = result["body.v"] * KM_H
+    body = anatomy(result.model).the("body")
+    v = result[f"{body}.v"] * KM_H
     above.plot(result.time, v, color="C0")
     above.set(ylabel="Speed [km/h]", title=f"{name} with a full accelerator: {v.max():.0f} km/h")
-    below.plot(result.time, result["body.chassis.a"], color="C1")
+    below.plot(result.time, np.gradient(v / KM_H, result.time), color="C1")
     settled = result.time[np.argmax(v >= SETTLED * v.max())]
     below.set(ylabel="Acceleration [m/s²]", xlabel="Time [s]", xlim=(0, 1.1 * settled))
     for ax in (above, below):
@@ -83,7 +85,7 @@ def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="band: ±2 km/h, ±1 s")
     times, wanted = run.cycle.times, run.cycle.speeds
     ax.plot(times, wanted * KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
-    time, v = run.result.time, run.result["body.v"] * KM_H
+    time, v = run.result.time, run.speed * KM_H
     ax.plot(time, v, color="C0", lw=1.1, label="vehicle")
     outside = run.excess != 0
     if outside.any():

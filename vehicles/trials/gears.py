@@ -66,8 +66,8 @@ class _Shifter:
 
     def __init__(self, schedule: GearSchedule) -> None:
         self.up, self.down = np.array(schedule.speeds).T
-        self.eager, self.dwell, self.kick, self.patience = (
-            float(getattr(schedule, name)) for name in ("eager", "dwell", "kick", "patience")
+        self.eager, self.relaxed, self.dwell, self.kick, self.patience = (
+            float(getattr(schedule, name)) for name in ("eager", "relaxed", "dwell", "kick", "patience")
         )
         self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
 
@@ -75,7 +75,8 @@ class _Shifter:
         """At time t [s] with speed v [m/s] and accelerator ``pedal``."""
         if t - self.began < self.dwell:
             return
-        now, before = 1 + self.eager * pedal, self.gear
+        pressed = max(pedal - self.relaxed, 0) / (1 - self.relaxed)
+        now, before = 1 + self.eager * pressed, self.gear
         up, down = self._limits()
         calm = t > self.kicked + self.patience or v > up * (1 + self.eager)
         if v > up * now and calm:

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.body import RoadProfile
 from powertrain.components.control import SetPedals
+from powertrain.vehicles.trials.anatomy import anatomy
 
 KM_H = 1 / 3.6
 SETTLED = 1e-3
@@ -22,11 +24,12 @@ def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
 
     Errors: SimulationError where that takes more than ten minutes.
     """
-    plant = pt.compile(pt.replace(vehicle, driver=SetPedals(accelerator_set=1)))
+    parts = anatomy(vehicle)
+    plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
     reached = 0.0
     for minutes in range(1, 11):
         result = plant.simulate(60.0 * minutes, points=6000 * minutes, **options)
-        t, v = result.time, result["body.v"]
+        t, v = result.time, _speed(result)
         if v[-1] - v[np.searchsorted(t, t[-1] - 5)] < 5 * SETTLED:
             return result
         reached = float(v[-1])
@@ -35,7 +38,7 @@ def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
 
 def time_between(result: pt.Result[Any], low: float, high: float) -> float:
     """Time [s] from the speed ``low`` to ``high`` [m/s], nan where the vehicle does not reach them."""
-    t, v = result.time, result["body.v"]
+    t, v = result.time, _speed(result)
     if v.max() < high:
         return float("nan")
     return float(t[np.argmax(v >= high)] - t[np.argmax(v >= low)])
@@ -44,9 +47,15 @@ def time_between(result: pt.Result[Any], low: float, high: float) -> float:
 def climbs(vehicle: pt.Component, grade: float, time: float = 20.0) -> bool:
     """Whether the vehicle moves off and up a slope tan(alpha) = ``grade`` within a time [s]."""
     road = RoadProfile(profile=pt.Map.constant(grade, x="s", x_unit="m", name="grade"))
-    uphill = pt.replace(vehicle, road=road, driver=SetPedals(accelerator_set=1))
+    parts = anatomy(vehicle)
+    uphill = pt.replace(vehicle, {parts.the("road"): road, parts.the("pedals"): SetPedals(accelerator_set=1)})
     result = pt.simulate(uphill, time, points=100)
-    return bool(result["body.v"][-1] > 1.0 and result["body.s"][-1] > 0)
+    return bool(_speed(result)[-1] > 1.0 and result[f"{parts.the('body')}.s"][-1] > 0)
+
+
+def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
+    """Speed of the vehicle [m/s]."""
+    return np.asarray(result[f"{anatomy(result.model).the('body')}.v"])
 
 
 def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
@@ -63,7 +72,7 @@ def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bo
 def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, progress: bool = False) -> pd.DataFrame:
     """Acceleration times (nan where a speed is not reached), top speed and gradeability: value and unit.
 
-    ``run`` is what ``full_accelerator`` gave, else it is made here. The vehicle has the parts ``driver``, ``body`` and ``road``.
+    ``run`` is what ``full_accelerator`` gave, else it is made here. The vehicle has a body, pedals and a road, whatever their names.
     Top speed is the highest that is reached: a store may help to it.
     """
     result = run or full_accelerator(vehicle, progress=progress)
@@ -71,7 +80,7 @@ def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, pro
         "0 to 50 km/h": (time_between(result, 1e-3, 50 * KM_H), "s"),
         "0 to 100 km/h": (time_between(result, 1e-3, 100 * KM_H), "s"),
         "80 to 120 km/h": (time_between(result, 80 * KM_H, 120 * KM_H), "s"),
-        "top speed": (float(result["body.v"].max()) / KM_H, "km/h"),
+        "top speed": (float(_speed(result).max()) / KM_H, "km/h"),
         "gradeability": (100 * gradeability(vehicle, progress=progress), "%"),
     }
     return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])

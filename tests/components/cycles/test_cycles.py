@@ -12,6 +12,10 @@ from powertrain.components.cycles import CYCLES, CycleSpeed, DriveCycle
 # Duration in s, distance in km and top speed in km/h as the regulations state them.
 STATED = {
     "hwfet": (765, 16.51, 96.4),
+    "ftp-stabilized": (864, 6.21, 55.2),
+    "ftp-transient": (505, 5.78, 91.3),
+    "sc03": (600, 5.76, 88.2),
+    "us06": (600, 12.89, 129.2),
     "nedc": (1180, 11.01, 120.0),
     "udds": (1369, 11.99, 91.3),
     "wltc": (1800, 23.27, 131.3),
@@ -51,6 +55,21 @@ def test_checksum_of_the_wltc() -> None:
     assert round(float(DriveCycle.named("wltc").speeds.sum()) * 3.6, 1) == 83758.6
 
 
+def test_cycle_with_grades_is_a_road_of_the_same_heights(tmp_path: Path) -> None:
+    path = tmp_path / "hill.csv"
+    path.write_text(
+        "distance_m,speed_km_h,grade_percent,stop_s\n0,0,0,4\n100,36,5,0\n300,36,5,0\n400,0,-2,6\n", encoding="utf-8"
+    )
+    cycle = DriveCycle.from_csv(path)
+    assert cycle.times.tolist() == pytest.approx([0, 4, 24, 44, 64, 70])
+    assert cycle.grades == pytest.approx([0, 0, 0.05, 0.05, -0.02, -0.02])
+    places = np.linspace(0, 400, 401)
+    slope = np.asarray(cycle.slope()(places))
+    np.testing.assert_allclose(slope, np.interp(places, [0, 100, 300, 400], [0, 0.05, 0.05, -0.02]), atol=1e-12)
+    half = cycle.part(14, 34)
+    assert half.grades == pytest.approx([0.025, 0.05, 0.05])
+
+
 def test_distance_cycle_has_constant_acceleration_between_rows() -> None:
     cycle = DriveCycle.from_distance("lap", [0, 50, 150, 200], [0, 10, 10, 0], stops=[3, 5])
     assert cycle.distance == pytest.approx(200, rel=1e-14)
@@ -69,7 +88,7 @@ def test_files(tmp_path: Path) -> None:
     assert town.distance == pytest.approx(100)
     for text, said in {
         "t,v\n0,0\n": "the header is 't,v'",
-        "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a time and a speed",
+        "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a row of time_s,speed_m_s",
         "time_s,speed_m_s\n0,0\n1,1\n1,2\n": "row 3 is at 1 s, after 1 s",
         "time_s,speed_m_s\n0,0\n1,-1\n": "row 2 asks for -1 m/s",
         "time_s,speed_m_s\n0,0\n1,nan\n": "both must be finite",
@@ -78,7 +97,10 @@ def test_files(tmp_path: Path) -> None:
         file.write_text(text, encoding="utf-8")
         with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(")):
             DriveCycle.from_csv(file)
-    with pytest.raises(pt.ParameterError, match="no drive cycle 'ftp'; there are hwfet, nedc, udds, wltc"):
+    with pytest.raises(
+        pt.ParameterError,
+        match="no drive cycle 'ftp'; there are ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc",
+    ):
         DriveCycle.named("ftp")
 
 

@@ -1,0 +1,60 @@
+"""Control of an electrically driven car: drives and brakes with its machine as far as machine and battery may."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Component,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Variable,
+    parameter,
+    signal_input,
+    signal_output,
+    variable,
+)
+from powertrain.components.limited import limited
+
+SLOW = 0.1
+"""Speed [m/s] below which forces are told from power as at this speed."""
+
+
+class ElectricDriveControl(Component):
+    """Divides pedals between a machine and the friction brakes (series blending: the machine brakes first).
+
+    k = w/v (v at least 0.1 m/s), the speed of the machine over that of the car
+    tau = accelerator min(limit, discharge_power/w) - regenerated/k,  friction = brake - regenerated/F_brake
+    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1
+
+    ``regenerated`` [N] is the force of recovery, counted without the losses of the gears; what the driver asks for beyond it the friction
+    brakes give, so that the car brakes alike with a full and with an empty battery. F_brake is the force of all brakes with a full pedal,
+    F_most what the driven axle is trusted with. Towards standstill recovery fades. With F_most = 0 nothing is recovered. ``limit`` is the
+    largest torque of the machine at its speed, which its vehicle tells.
+    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
+    """
+
+    F_brake: Parameter = parameter("N", "Force of all brakes with a full pedal", default=15e3, above=0)
+    F_most: Parameter = parameter("N", "Largest force of recovery", default=5000.0, min=0)
+    v_fade: Parameter = parameter("m/s", "Speed below which recovery fades", default=3.0, above=0)
+    accelerator: Input = signal_input("1", "Accelerator pedal")
+    brake: Input = signal_input("1", "Brake pedal")
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    w: Input = signal_input("rad/s", "Speed of the machine")
+    limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
+    charge_power: Input = signal_input("W", "Power that the battery may take", default=1e9)
+    discharge_power: Input = signal_input("W", "Power that the battery may give", default=1e9)
+    tau: Output = signal_output("N.m", "Torque of the machine")
+    friction: Output = signal_output("1", "Demand on the friction brakes")
+    regenerated: Variable = variable("N", "Force of recovery")
+
+    def equations(self) -> Equations:
+        """Pedals to torque."""
+        v, w, b, limit = ca.fmax(self.v.value, SLOW), ca.fmax(self.w.value, SLOW), self.brake.value, self.limit.value
+        most = ca.fmin(ca.fmin(self.F_most, limit * w / v), self.charge_power.value / v)
+        yield self.regenerated == limited(self.v.value / self.v_fade) * ca.fmin(b * self.F_brake, ca.fmax(most, 0))
+        drive = self.accelerator.value * ca.fmin(limit, self.discharge_power.value / w)
+        yield self.tau.value == drive - self.regenerated * v / w
+        yield self.friction.value == b - self.regenerated / self.F_brake

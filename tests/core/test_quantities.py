@@ -1,0 +1,64 @@
+"""Numbers with units, in and out."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import powertrain as pt
+from powertrain.components.body import VehicleBody
+from powertrain.components.engines import WillansEngine
+from powertrain.components.rotational import Inertia
+from powertrain.quantities import converted, quantity
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("1500 kg", "kg", 1500.0),
+        ("100 kW", "W", 1e5),
+        ("2000 rpm", "rad/s", 2000 * math.pi / 30),
+        ("36 km/h", "m/s", 10.0),
+        ("60 mph", "m/s", 26.8224),
+        ("150 hp", "W", 111854.98),
+        ("1.8 l", "m3", 1.8e-3),
+        ("250 Nm", "N.m", 250.0),
+        ("250 N*m", "N.m", 250.0),
+        ("0.2 kg*m^2", "kg.m2", 0.2),
+        ("20 °C", "K", 293.15),
+        ("240 g/kWh", "kg/J", 240e-3 / 3.6e6),
+        ("5 %", "1", 0.05),
+        ("-3e1 deg", "rad", -math.pi / 6),
+    ],
+)
+def test_text_to_number(text: str, unit: str, value: float) -> None:
+    assert quantity(text, unit, "x") == pytest.approx(value, rel=1e-7)
+
+
+def test_parameters_take_units() -> None:
+    body = pt.replace(VehicleBody(), m="1.5 t")
+    assert float(body.m) == 1500
+    assert float(WillansEngine(P_max="82 kW").P_max) == 82e3  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"VehicleBody.m = '1500 N': N cannot be converted to kg"):
+        VehicleBody(m="1500 N")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"'5 stones': 'stones' is not a unit"):
+        VehicleBody(m="5 stones")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"is outside its range"):
+        VehicleBody(m="-1 kg")  # type: ignore[arg-type]
+
+
+class Turning(pt.Component):
+    rotor: Inertia = Inertia(J=1)
+    other: Inertia = Inertia(J=1)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.rotor.flange_b, self.other.flange_a)
+
+
+def test_results_come_in_other_units() -> None:
+    result = pt.simulate(Turning(), 1.0, points=3, starts={"rotor.w": 100.0})
+    assert result.converted("rotor.w", "rpm") == pytest.approx(100 * 30 / math.pi)
+    with pytest.raises(pt.ModelError, match=r"rad/s cannot be converted to km"):
+        result.converted("rotor.w", "km")
+    assert converted(3.6, "kg/h", "g/s") == pytest.approx(1.0)

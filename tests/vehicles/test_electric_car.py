@@ -1,0 +1,69 @@
+"""The battery-electric car: recovery, blending, range, gears."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.trials import CycleRun, charge_corrected, drive_cycle
+from powertrain.vehicles.trials.anatomy import anatomy
+
+STOP = DriveCycle("stop", ((0.0, 0.0), (12.0, 20.0), (20.0, 20.0), (32.0, 0.0), (36.0, 0.0)))
+
+
+@pytest.fixture(scope="module")
+def run() -> CycleRun:
+    return drive_cycle(ElectricCar(), STOP)
+
+
+def test_consumption_in_all_its_units(run: CycleRun) -> None:
+    km, joule = run.distance / 1e3, run.electricity
+    assert run.fuel == run.co2_per_km == run.litres_per_100km == 0
+    assert np.isnan(run.efficiency)
+    assert np.isnan(charge_corrected(run))
+    assert run.wh_per_km == pytest.approx(joule / 3600 / km)
+    assert run.mpg() == pytest.approx(km / 1.609344 / (joule / 3.6e6 / 33.705))
+    assert run.mpg(0.88) == pytest.approx(0.88 * run.mpg())
+    full = ElectricCar().battery.full_energy()
+    assert run.range(0.9) == pytest.approx(0.9 * full / joule * run.distance)
+    # the stored energy's change is the integral of open-circuit voltage times current
+    soc, i = run.result["battery.soc"], run.result["battery.i"]
+    chemical = -np.trapezoid(np.asarray(ElectricCar().battery.ocv(soc)) * i, run.result.time)
+    assert joule == pytest.approx(chemical, rel=2e-3)
+    assert run.audit.closure < 1e-6
+    assert run.time_outside == 0
+
+
+def test_recovers_and_brakes_alike_with_a_full_battery(run: CycleRun) -> None:
+    full = drive_cycle(pt.replace(ElectricCar(), {"control.F_most": 0.0}), STOP)
+    assert full.audit.components["lost"]["front_brake"] > 20 * run.audit.components["lost"]["front_brake"]
+    kinetic = (1700 + 4 / 0.3**2) * 20**2 / 2
+    assert 0.75 * kinetic < full.electricity - run.electricity < kinetic
+    t = np.linspace(0, 36, 361)
+    ours, theirs = (np.interp(t, one.result.time, one.speed) for one in (run, full))
+    np.testing.assert_allclose(ours, theirs, atol=0.12)
+
+
+def test_a_battery_that_takes_nothing_leaves_all_to_the_brakes() -> None:
+    car = pt.replace(ElectricCar(), {"battery.soc_max": 0.55, "battery.soc_min": 0.1})
+    run = drive_cycle(car, STOP)
+    assert run.result["machine.tau"].min() > -1
+    assert run.time_outside == 0
+
+
+def test_two_speeds() -> None:
+    run = drive_cycle(ElectricCar.two_speed(), STOP)
+    assert run.time_outside == 0
+    assert set(np.unique(run.result["schedule.gear"])) == {1.0, 2.0}
+    assert run.audit.closure < 1e-6
+
+
+def test_anatomy() -> None:
+    parts = anatomy(ElectricCar())
+    assert (parts.engines, parts.machines, parts.stores) == ((), ("machine",), ("battery",))
+    assert [parts.the(what) for what in ("body", "pedals", "road", "cycle")] == ["body", "driver", "road", "cycle"]
+    with pytest.raises(pt.ParameterError, match="ElectricCar has 0 combustion engines"):
+        parts.the_engine()

@@ -1,0 +1,103 @@
+"""Vehicles by name and from files: what is written is what is read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.body import RoadProfile
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.electric import cells_in_series
+from powertrain.components.engines import MappedEngine, WillansEngine
+from powertrain.components.transmissions import ManualGearbox
+from powertrain.vehicles import load, names, save
+from powertrain.vehicles.cli.files import applied, written
+from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.manual_car import ManualCar
+
+HILL = DriveCycle("hill", ((0.0, 0.0), (10.0, 12.5), (20.0, 0.0)), "mine", (0.0, 0.05, -0.01))
+
+
+def read_again(car: Any) -> Any:
+    import tomllib
+
+    return applied(type(car)(), tomllib.loads(written(car)))[0]
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_vehicle_goes_through_a_file(name: str) -> None:
+    assert read_again(load(name)) == load(name)
+
+
+@pytest.mark.parametrize(
+    "car",
+    [
+        ManualCar(engine=MappedEngine.gasoline(), road=RoadProfile.from_heights([0, 1000, 2000], [0, 10, 5])),
+        pt.replace(ManualCar(), {"cycle.cycle": HILL, "gearbox": ManualGearbox.of_ratios(3.5, 2.0, 1.2)}),
+        pt.replace(ElectricCar.two_speed(), {"battery.ocv": cells_in_series(108)}),
+        pt.replace(load("mazda-mazda3-manual"), engine=WillansEngine()),
+    ],
+    ids=["maps", "cycle and gears", "voltage", "without a curve"],
+)
+def test_what_is_not_plain_goes_through_a_file(car: Any) -> None:
+    assert read_again(car) == car
+
+
+def test_same_consumption_after_saving_and_loading(tmp_path: Path) -> None:
+    from powertrain.vehicles.trials import drive_cycle
+
+    car = pt.replace(load("nissan-versa-manual"), {"cycle.cycle": DriveCycle.named("udds").part(0, 125)})
+    save(car, tmp_path / "car.toml")
+    again = load(tmp_path / "car.toml")
+    assert again == car
+    assert drive_cycle(again).fuel == drive_cycle(car).fuel
+
+
+def test_a_file_of_ones_own(tmp_path: Path) -> None:
+    (tmp_path / "full.csv").write_text("w [rad/s], tau [N.m]\n80,110\n400,160\n650,120\n", encoding="utf-8")
+    (tmp_path / "lap.csv").write_text("time_s,speed_km_h\n0,0\n10,36\n30,0\n", encoding="utf-8")
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        'class = "ManualCar"\nbody.m = "1.2 t"\n'
+        '[engine]\ncurve = { csv = "full.csv", outside = "clip" }\nP_max = "100 hp"\n'
+        '[cycle]\ncycle = "lap.csv"\n'
+        "[[gearbox.gears]]\nratio = 3.5\n[[gearbox.gears]]\nratio = 1.5\n"
+        "[[gearbox.synchronisers]]\nfn_max = 900\n[[gearbox.synchronisers]]\nfn_max = 800\n",
+        encoding="utf-8",
+    )
+    car = load(path)
+    assert float(car.body.m) == 1200
+    assert float(car.engine.full_load(240.0)) == pytest.approx(135)
+    assert car.cycle.cycle.distance == pytest.approx(150)
+    assert [float(g.ratio) for g in car.gearbox.gears] == [3.5, 1.5]
+    assert np.allclose([float(s.fn_max) for s in car.gearbox.synchronisers], [900, 800])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("body.m = 5\n", "does not say which vehicle"),
+        ('class = "ManualCar"\nbody.m = "5 N"\n', "N cannot be converted to kg"),
+        ('class = "ManualCar"\n[cycle]\ncycle = "uds"\n', "there is no drive cycle 'uds'"),
+        ('class = "ManualCar"\n[engine]\ncurve = { name = "x" }\n', r"engine.curve = .* is not a map: it lacks 'axes'"),
+        ('class = "ManualCar"\n[[engine]]\nJ = 1\n', "engine is not a row of parts"),
+        ('class = "ManualCarr"\n', "there is no vehicle 'ManualCarr'"),
+    ],
+)
+def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=said):
+        load(path)
+
+
+def test_unknown_name() -> None:
+    with pytest.raises(pt.ParameterError, match="there is no vehicle 'toyota-rav4'"):
+        load("toyota-rav4")
+    assert "ManualCar" in names()
+    assert "toyota-rav4-automatic" in names()
+    assert pt.vehicles.load is load

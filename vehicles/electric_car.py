@@ -1,0 +1,85 @@
+"""A battery-electric car with one machine and one or more gears."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, connect
+from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain.components.control import Driver, ElectricDriveControl, FixedGear, Pedals, PowerShiftSchedule, Shifting
+from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.differentials import ChurningLoss, CrownGear
+from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
+from powertrain.components.rotational import IdealGear, TwoFlanges
+from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
+from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+from powertrain.vehicles.lumped_axles import to_the_road
+
+BATTERY = PolarizedBattery(
+    ocv=cells_in_series(96), Q=150 * 3600, R=0.06, i_discharge=600, i_charge=400, soc_min=0.03, soc_max=0.98, band=0.02
+)
+"""96 cells of 150 A.h in a row: 54 kW.h."""
+
+
+OIL = ChurningLoss(d=8e-4)
+"""Drag of bearings and oil at the machine's shaft."""
+
+
+class ElectricCar(Component):
+    """A front-driven car of 1,700 kg with a machine of 150 kW, a fixed reduction and a battery of 54 kW.h.
+
+    The control blends recovery and friction brakes. ``gearbox`` takes one gear, or ``ElectricCar.two_speed()``'s: two that shift under
+    load by a ``PowerShiftSchedule``. ``CycleRun`` tells W.h/km, range and miles per gallon of gasoline equivalent.
+    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
+    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential. The numbers are made up for a compact car.
+    """
+
+    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
+    driver: Pedals = Driver(k_a=1700 / 7500)
+    control: ElectricDriveControl = ElectricDriveControl()
+    schedule: Shifting = FixedGear()
+    battery: PolarizedBattery = BATTERY
+    accessories: AccessoryLoad = AccessoryLoad(P=300)
+    machine: ElectricMachine = ElectricMachine(
+        J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
+    )
+    gearbox: Shiftable = SingleGear(gear=IdealGear(ratio=2.5), churning=OIL)
+    final_drive: TwoFlanges = CrownGear(ratio=3.6, eta_ab=0.97, eta_ba=0.97)
+    front_brake: WheelBrake = WheelBrake(tau_max=3000)
+    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
+    front: Wheel = RigidWheel(J=2.0)
+    rear: Wheel = RigidWheel(J=2.0)
+    body: Body = VehicleBody(m=1700, A=2.3, Cd=0.25)
+    road: RoadProfile = RoadProfile()
+
+    @classmethod
+    def two_speed(cls) -> ElectricCar:
+        """The same car with two gears, the second from 17 m/s on, and a smaller machine."""
+        return cls(
+            gearbox=PowerShiftGearbox(ratios=(3.4, 1.9), churning=OIL),
+            schedule=PowerShiftSchedule(speeds=((17.0, 13.0),), eager=0.6),
+            machine=ElectricMachine(
+                J=0.03, tau_max=230, P_max=120e3, w_max=1680, P_0=70, copper=0.06, iron=0.8, windage=3e-4
+            ),
+        )
+
+    def equations(self) -> Equations:
+        """The bus, and the way to the road."""
+        yield connect(self.battery.bus, self.machine.bus, self.accessories.bus)
+        yield connect(self.machine.shaft, self.gearbox.flange_a)
+        yield connect(self.gearbox.flange_b, self.final_drive.flange_a)
+        yield from to_the_road(self, self.final_drive.flange_b)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        yield connect(self.cycle.v_ref, self.driver.v_ref)
+        yield connect(self.cycle.a_ref, self.driver.a_ref)
+        yield connect(self.body.v, self.driver.v, self.control.v, self.schedule.v)
+        yield connect(self.driver.accelerator, self.schedule.accelerator)
+        yield connect(self.schedule.throttle, self.control.accelerator)
+        yield connect(self.driver.brake, self.control.brake)
+        yield connect(self.machine.speed, self.control.w, self.schedule.w)
+        yield self.control.limit.value == self.machine.limit(self.machine.w, self.machine.bus.v)
+        yield connect(self.battery.charge_power, self.control.charge_power)
+        yield connect(self.battery.discharge_power, self.control.discharge_power)
+        yield connect(self.schedule.lever, self.gearbox.lever)
+        yield connect(self.control.tau, self.machine.torque_demand)
+        yield connect(self.control.friction, self.front_brake.demand, self.rear_brake.demand)

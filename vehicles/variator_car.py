@@ -1,0 +1,85 @@
+"""A front-driven car with a belt variator behind a torque converter."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Component, Equations, Parameter, connect, parameter
+from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, OperatingLineControl, Pedals
+from powertrain.components.cvu import CVU, Actuator, RatioActuator, VariableUnit
+from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.differentials import ChurningLoss
+from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
+from powertrain.components.rotational import IdealGear, Inertia, SpeedSensor, TwoFlanges
+from powertrain.components.transmissions import StartingConverter, StartingDevice
+from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
+from powertrain.vehicles.lumped_axles import to_the_road
+
+
+class VariatorCar(Component):
+    """A front-driven car of 1,300 kg: engine, torque converter, belt variator, final drive, wheels.
+
+    The control gives the engine the speed of least fuel for the demanded power, but not less than ``w_least``, where engine and lock-up
+    still run smoothly, and torques up to ``share`` of full load: the rest stays in hand for the acceleration of the engine itself.
+    The variator's ratio V = w_b/w_a goes from 0.4 to 2.6; its drag stands for belt, pump and bearings, and the loss of the final drive
+    counts in its efficiency.
+    The driver follows ``cycle``; ``start_stop`` says whether the engine runs. The numbers are made up for a compact car with an engine of
+    1.6 l. It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
+    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
+    """
+
+    share: float = 0.85
+    w_least: Parameter = parameter("rad/s", "Least speed of the engine on its line", default=125.0, above=0)
+    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
+    driver: Pedals = Driver(k_a=1300 / 6000, hold=0.3)
+    control: OperatingLineControl = OperatingLineControl(ratio_min=0.4, ratio_max=2.6)
+    start_stop: EngineSwitch = AlwaysOn()
+    engine: Engine = WillansEngine()
+    accessories: AccessoryDrive = AccessoryDrive()
+    start: StartingDevice = StartingConverter()
+    shaft: Inertia = Inertia(J=0.03)
+    churning: ChurningLoss = ChurningLoss(d=0.015)
+    actuator: Actuator = RatioActuator(T=0.2, rate=1.0, ratio_min=0.4, ratio_max=2.6, ratio_start=0.4)
+    unit: VariableUnit = CVU(eta_ab=0.91, eta_ba=0.91)
+    pulley: Inertia = Inertia(J=0.01)
+    output: SpeedSensor = SpeedSensor()
+    final_drive: TwoFlanges = IdealGear(ratio=5.4)
+    front_brake: WheelBrake = WheelBrake(tau_max=3000)
+    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
+    front: Wheel = RigidWheel(J=2.0)
+    rear: Wheel = RigidWheel(J=2.0)
+    body: Body = VehicleBody(m=1300, A=2.1)
+    road: RoadProfile = RoadProfile()
+
+    def equations(self) -> Equations:
+        """Engine to road."""
+        yield connect(self.engine.crank, self.accessories.flange, self.start.flange_a)
+        yield connect(self.start.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.churning.flange, self.unit.flange_a)
+        yield connect(self.unit.flange_b, self.pulley.flange_a)
+        yield connect(self.pulley.flange_b, self.final_drive.flange_a, self.output.flange)
+        yield from to_the_road(self, self.final_drive.flange_b)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        yield connect(self.cycle.v_ref, self.driver.v_ref)
+        yield connect(self.cycle.a_ref, self.driver.a_ref)
+        yield connect(self.body.v, self.driver.v, self.control.v, self.start_stop.v)
+        yield connect(self.driver.brake, self.front_brake.demand, self.rear_brake.demand)
+        yield connect(self.driver.accelerator, self.control.accelerator, self.start_stop.accelerator)
+        yield connect(self.start_stop.on, self.engine.on)
+        yield connect(self.engine.speed, self.control.w)
+        yield connect(self.output.w, self.control.w_out)
+        line = self.engine.operating_line(self.share)
+        yield self.control.w_best.value == ca.fmax(line(self.control.power.value), self.w_least)
+        yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
+        yield self.control.tau_drag.value == self.engine.motoring(self.engine.w)
+        yield self.engine.throttle.value == self.engine.opening(self.engine.w, self.control.throttle.value)
+        yield connect(self.control.clutch, self.start.pressed)
+        yield connect(self.control.ratio, self.actuator.demand)
+        yield connect(self.actuator.ratio, self.unit.ratio)
+
+    def initial(self) -> Equations:
+        """At rest, with the engine idling."""
+        yield self.engine.w == self.engine.w_idle
