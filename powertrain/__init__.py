@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from powertrain.power.powerterms import power_outputs
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
+    from powertrain.variational.gradients import Gradient, gradient, sensitivity
+    from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
 
 __version__ = "0.1.0"
 __all__ = [
@@ -54,10 +56,12 @@ __all__ = [
     "Discrete",
     "EnergyAudit",
     "Equations",
+    "Gradient",
     "InitializationError",
     "Input",
     "Map",
     "ModelError",
+    "Objective",
     "Output",
     "Parameter",
     "ParameterError",
@@ -71,16 +75,22 @@ __all__ = [
     "Symbol",
     "Variable",
     "__version__",
+    "at",
     "compile",
     "connect",
     "der",
     "discrete",
     "eigenmodes",
     "energy_audit",
+    "final",
     "flow",
     "friction",
+    "gradient",
+    "integral",
     "linearize",
     "load",
+    "maximum",
+    "minimum",
     "parameter",
     "port",
     "power_flow",
@@ -89,9 +99,11 @@ __all__ = [
     "replace",
     "schedule",
     "schematic",
+    "sensitivity",
     "signal_input",
     "signal_output",
     "simulate",
+    "squares",
     "steady",
     "steady_gradient",
     "support",
@@ -106,6 +118,16 @@ __all__ = [
 
 # The analyses are imported when they are first asked for.
 _ANALYSES = {
+    "Gradient": "powertrain.variational.gradients",
+    "Objective": "powertrain.variational.objectives",
+    "at": "powertrain.variational.objectives",
+    "final": "powertrain.variational.objectives",
+    "gradient": "powertrain.variational.gradients",
+    "integral": "powertrain.variational.objectives",
+    "maximum": "powertrain.variational.objectives",
+    "minimum": "powertrain.variational.objectives",
+    "sensitivity": "powertrain.variational.gradients",
+    "squares": "powertrain.variational.objectives",
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
     "Sweep": "powertrain.analysis.sweep",

@@ -115,8 +115,10 @@ class Plant(Generic[M]):
         if record is not None:
             signals_of(self.compiled).matching(record)
         engine = self._engine(method, compile)
-        held = self._set_inputs(engine, by_name("inputs", inputs), start)
+        given = by_name("inputs", inputs)
+        held = self._set_inputs(engine, given, start)
         x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
+        knots = {s.name: (s.times, s.values) for s in (_scheduled(s, given) for s in self.compiled.dae.schedules) if s.name in given}
         watch = _progress(progress, start, stop)
         try:
             trajectory = engine.run(
@@ -128,9 +130,9 @@ class Plant(Generic[M]):
                 if OUTSIDE in str(error):
                     why = explain(self.compiled, reached.end, reached.final, reached.final_held, p)
                     error.args = (f"{error}{why and chr(10) + '  '}{why}",)
-                error.result = Result(self.compiled, error.result, grid, p, report, record, message=str(error))
+                error.result = Result(self.compiled, error.result, grid, p, report, record, str(error), knots)
             raise
-        return Result(self.compiled, trajectory, grid, p, report, record)
+        return Result(self.compiled, trajectory, grid, p, report, record, inputs=knots)
 
     def initialize(
         self,
