@@ -10,7 +10,7 @@ import numpy as np
 from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
 from powertrain.result import Result
-from powertrain.signals import Samples, signals_of
+from powertrain.signals import Picked, Samples, signals_of
 from powertrain.symbols import Symbol, column
 from powertrain.variational.objectives import Objective, Reading, Term, weights_of
 
@@ -29,6 +29,7 @@ class Functional:
     expressions: Symbol
     readings: tuple[Reading, ...]
     value: float
+    key: tuple[object, ...] = ()
 
     @property
     def cuts(self) -> Array:
@@ -49,14 +50,15 @@ def functional(result: Result[Any], objective: Objective) -> Functional:
             integrand = term.factor * p.expression + (0 if integrand is None else integrand)
             continue
         if term.kind in ("maximum", "minimum"):
-            worth, found = _extremum(result, p.expression, k, term)
+            worth, found = _extremum(result, p, k, term)
         else:
-            worth, found = _read(result, p.expression, k, term)
+            worth, found = _read(result, p, k, term)
         value += worth
         readings += found
     label = " + ".join(labels)
+    key = tuple((p.label, term.kind == "integral" and term.factor) for term, p in zip(objective.terms, picked, strict=True))
     unit = units.pop() if len(units) == 1 else ""
-    return Functional(label, unit, integrand, column([p.expression for p in picked]), tuple(readings), value)
+    return Functional(label, unit, integrand, column([p.expression for p in picked]), tuple(readings), value, key)
 
 
 def _label(term: Term, signal: str) -> str:
@@ -66,13 +68,16 @@ def _label(term: Term, signal: str) -> str:
     return f"{factor}{term.kind} of {signal}"
 
 
-def _values(result: Result[Any], expression: Symbol, samples: Samples) -> Array:
+def _values(result: Result[Any], picked: Picked, samples: Samples) -> Array:
     p = np.array(list(result.parameters.values()), float)
     signals = signals_of(result.compiled)
-    return signals.evaluate([expression], signals.corrected(samples, p), p)[:, 0]
+    samples = signals.corrected(samples, p)
+    if picked.name in signals.entries:
+        return signals.compute([picked.name], samples, p)[picked.name]
+    return signals.evaluate([picked.expression], samples, p)[:, 0]
 
 
-def _read(result: Result[Any], expression: Symbol, k: int, term: Term) -> tuple[float, list[Reading]]:
+def _read(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
     trajectory = result.trajectory
     times = np.array(term.times or (trajectory.end,), float)
     outside = times[(times < trajectory.start) | (times > trajectory.end)]
@@ -80,11 +85,11 @@ def _read(result: Result[Any], expression: Symbol, k: int, term: Term) -> tuple[
         raise ParameterError(
             f"of: t = {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
-    value, weights = weights_of(term, _values(result, expression, Samples(*trajectory.at(times, with_events=False))))
+    value, weights = weights_of(term, _values(result, picked, Samples(*trajectory.at(times, with_events=False))))
     return value, [Reading(t, k, w) for t, w in zip(times.tolist(), weights.tolist(), strict=True)]
 
 
-def _extremum(result: Result[Any], expression: Symbol, k: int, term: Term) -> tuple[float, list[Reading]]:
+def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
     """Where a signal is greatest or least: at an event, or refined between its neighbours."""
     trajectory, sign = result.trajectory, 1.0 if term.kind == "maximum" else -1.0
     instants = [i for i in trajectory.instants if i.time > trajectory.start]
@@ -97,14 +102,14 @@ def _extremum(result: Result[Any], expression: Symbol, k: int, term: Term) -> tu
         t = np.array([i.time for i in instants]).repeat(2)
         y = np.array([v[:size] for i in instants for v in (i.left, i.right)])
         m = np.array([v for i in instants for v in (i.held_left, i.held_right)])
-        values = sign * _values(result, expression, Samples(t, y[:, :n], y[:, n:], m))
+        values = sign * _values(result, picked, Samples(t, y[:, :n], y[:, n:], m))
         j = int(values.argmax())
         best, where = float(values[j]), Reading(float(t[j]), k, term.factor, j // 2, 1 if j % 2 else -1)
         times = times[~np.isin(times, t)]
     low, high = trajectory.start, trajectory.end
     for _ in range(_ROUNDS):
         samples = Samples(*trajectory.at(times, with_events=False))
-        values = sign * _values(result, expression, samples)
+        values = sign * _values(result, picked, samples)
         j = int(values.argmax())
         if values[j] > best + 1e-12 * (1.0 + abs(best)):
             best, where = float(values[j]), Reading(float(times[j]), k, term.factor)

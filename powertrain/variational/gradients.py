@@ -14,9 +14,10 @@ from powertrain.arguments import listed, row
 from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
 from powertrain.result import Result
-from powertrain.signals import Signals, signals_of
+from powertrain.signals import Picked, Samples, Signals, signals_of
+from powertrain.symbols import column
 from powertrain.variational.functional import Functional, functional
-from powertrain.variational.objectives import Objective, Reading, objective
+from powertrain.variational.objectives import Objective, objective
 from powertrain.variational.sweeps import Model, adjoint, forward, integral_value, passage
 from powertrain.variational.unknowns import Unknowns, unknowns
 
@@ -154,7 +155,7 @@ def sensitivity(
     wanted = _asked(result, wrt)
     asked = np.unique(result.time) if times is None else np.unique(row("times", times))
     picked = [signals_of(result.compiled).pick(s) for s in listed("signals", signals)]
-    values = sensitivities(result, [p.expression for p in picked], wanted, asked)
+    values = sensitivities(result, picked, wanted, asked)
     data = {
         p.label: (
             ("time", "wrt"),
@@ -172,19 +173,16 @@ def sensitivity(
 
 
 def sensitivities(
-    result: Result[Any], expressions: Sequence[Any], wanted: Unknowns, times: Array
+    result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array
 ) -> NDArray[np.float64]:
-    """d(expression)/d(unknown) at times within the run: (time, expression, unknown)."""
+    """d(signal)/d(unknown) at times within the run: (time, signal, unknown)."""
     trajectory = result.trajectory
     outside = times[(times < trajectory.start) | (times > trajectory.end)]
     if outside.size:
         raise ParameterError(
             f"times: {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
-    from powertrain.signals import Samples
-    from powertrain.symbols import column
-
-    of = Functional(str(expressions), "", None, column(list(expressions)), (), 0.0)
+    of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, tuple(p.label for p in picked))
     model = _model(result, wanted, of)
     way = passage(model, result, wanted, of, times)
     kept = forward(model, wanted, way, keep=True)[1]
@@ -209,7 +207,8 @@ _models: WeakKeyDictionary[Signals, dict[Any, Model]] = WeakKeyDictionary()
 def _model(result: Result[Any], wanted: Unknowns, of: Functional) -> Model:
     """The functions for this choice, built once for a compiled model and a few choices."""
     known = _models.setdefault(signals_of(result.compiled), {})
-    key = (wanted.parameters, wanted.segments, str(of.integrand), str(of.expressions))
+    conditions = tuple(a.label for a in result.report.solved) if hasattr(result.report, "solved") else ()
+    key = (wanted.parameters, wanted.segments, of.key, conditions)
     if key not in known:
         while len(known) >= _KEPT:
             del known[next(iter(known))]

@@ -10,19 +10,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import roots_jacobi
 
 from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Trajectory
 from powertrain.result import Result
 from powertrain.signals import Samples, signals_of
 
-POINTS = np.array([(4 - 6**0.5) / 10, (4 + 6**0.5) / 10, 1.0])
-"""The collocation points of Radau IIA of order 5 in a step of length 1."""
+STAGES = 4
+"""One more than the fifth order of the run's own methods asks for: what drives the variational equations may be faster than the states."""
+POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])), 1.0)
+"""The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps without events inside: starts and durations in s, and samples at their three collocation points, one after the other."""
+    """Steps without events inside: starts and durations in s, and samples at their collocation points, one after the other."""
 
     times: Array
     durations: Array
@@ -35,9 +38,13 @@ class Steps:
 
 @dataclass(frozen=True)
 class Instants:
-    """The events of a run: times in s, both limits, the earlier limit's slope over the step before, impacts and resets by name."""
+    """The events of a run: times in s, both limits, the starts of the steps before, impacts and resets by name.
+
+    ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output.
+    """
 
     times: Array
+    seen: Samples
     left: Samples
     right: Samples
     before: Samples
@@ -87,17 +94,13 @@ def _instants(trajectory: Trajectory, corrected: Any) -> Instants:
     def side(values: list[Array], held: list[Array]) -> Samples:
         y = np.array(values, float).reshape(len(found), -1)[:, :unknowns] if found else np.zeros((0, unknowns))
         m = np.array(held, float) if found else np.zeros((0, trajectory.held.shape[1]))
-        return corrected(Samples(times, y[:, :n], y[:, n:], m)) if found else Samples(times, y[:, :n], y[:, n:], m)
+        return Samples(times, y[:, :n], y[:, n:], m)
 
     owner = np.maximum(trajectory.times.searchsorted(times, side="left") - 1, 0)
-    before = _dense(trajectory, trajectory.times[owner], owner) if found else side([], [])
-    return Instants(
-        times,
-        side([i.left for i in found], [i.held_left for i in found]),
-        side([i.right for i in found], [i.held_right for i in found]),
-        corrected(before) if found else before,
-        tuple(i.extra for i in found),
-    )
+    seen = side([i.left for i in found], [i.held_left for i in found])
+    right = side([i.right for i in found], [i.held_right for i in found])
+    before = _dense(trajectory, trajectory.times[owner], owner) if found else seen
+    return Instants(times, seen, corrected(seen), corrected(right), before, tuple(i.extra for i in found))
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:

@@ -14,14 +14,14 @@ Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, Guard, Switch, When
 from powertrain.engine.buffers import Array
-from powertrain.engine.indicators import Indicator, indicators
+from powertrain.engine.indicators import EPS, Indicator, indicators
 from powertrain.errors import SimulationError
 from powertrain.signals import Samples, signals_of
 from powertrain.symbols import column
@@ -38,6 +38,7 @@ _TRIGGER = 1e-6
 _GRAZING = 1e-3
 """An indicator that reaches zero with less than this share of its mean slope over the step before only touches it."""
 _EQUAL = 1e-7
+_ROUNDING = 1e-15
 
 
 @dataclass(frozen=True)
@@ -92,9 +93,9 @@ class Saltation:
         f_left, f_right = self.flow(events.left, run.p)[0], self.flow(events.right, run.p)[0]
         slopes = self.before(events.left, run.p)
         falls = slopes.along(f_left[:, : self.system.size])
-        earlier = self.before(events.before, run.p).value
+        seen, earlier = (self.before(samples, run.p).value for samples in (events.seen, events.before))
         return [
-            self._jump(run, k, f_left[k], f_right[k], _one(slopes, k), falls[k], earlier[k])
+            self._jump(run, k, f_left[k], f_right[k], replace(_one(slopes, k), value=seen[k]), falls[k], earlier[k])
             for k in range(len(events.times))
         ]
 
@@ -145,12 +146,13 @@ class Saltation:
             j for j, law in enumerate(laws)
             if law is not None and (left[law.index] != right[law.index] or law.name in hit)
         ]  # fmt: skip
-        value = slopes.value
-        at_zero = [j for j in changed if value[j] <= _AT_ZERO]
+        value, possible = slopes.value, changed or [j for j, law in enumerate(laws) if law is not None]
+        at_zero = [j for j in range(count) if laws[j] is not None and value[j] <= _AT_ZERO and falls[j] < 0.0]
+        at_zero = self._first([j for j in at_zero if j in changed] or at_zero, value, falls, t)
         if not at_zero and not found:
-            at_zero = sorted(changed or range(count), key=lambda j: float(value[j]))[:1]
+            at_zero = sorted(possible, key=lambda j: float(value[j]))[:1]
             if not at_zero or value[at_zero[0]] > _TRIGGER:
-                raise NotDifferentiable(f"at t = {t:.9g} s nothing tells what caused the event {self._names(run, k)}")
+                raise NotDifferentiable(f"at t = {t:.9g} s nothing tells what caused the event of {self._names(run, k)}")
         for j in at_zero:
             law = laws[j]
             if law is None or any(law.index == shift.index for shift in found):
@@ -158,6 +160,13 @@ class Saltation:
             self._refuse_grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), t - float(run.instants.before.t[k]))
             found.append(Shift(law.name, law.index, -slopes.s[j] / falls[j], -slopes.q[j] / falls[j]))
         return found
+
+    def _first(self, laws: list[int], value: Array, falls: Array, t: float) -> list[int]:
+        """Those that fell through zero first, within the hysteresis; others below zero follow from what these change."""
+        since = {j: float(value[j] / falls[j]) for j in laws}
+        first = max(laws, key=lambda j: since[j], default=-1)
+        noise = {j: -2.0 * EPS / float(falls[j]) for j in laws}
+        return [j for j in laws if since[first] - since[j] <= noise[first] + noise[j] + _ROUNDING * t]
 
     def _refuse_grazing(self, law: Law, t: float, slope: float, fallen: float, h: float) -> None:
         """An indicator that arrives at zero flat moves its instant without bound."""
@@ -171,7 +180,8 @@ class Saltation:
 
     def _alone(self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, change: Array) -> list[Array] | None:
         """What each of several laws that switch at one instant changes by itself; None where they act on each other."""
-        if all(np.array_equal(shift.s, shifts[0].s) and np.array_equal(shift.q, shifts[0].q) for shift in shifts):
+        rows = np.array([np.append(shift.s, shift.q) for shift in shifts])
+        if (np.ptp(rows, axis=0) <= _EQUAL * np.abs(rows).max(axis=0) + 1e-14 * np.abs(rows).max()).all():
             return [change, *[np.zeros_like(change) for _ in shifts[1:]]]
         left, right = run.instants.left, run.instants.right
         if (left.x[k] != right.x[k]).any():

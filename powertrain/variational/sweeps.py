@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from powertrain.engine.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
-from powertrain.variational.begin import start_derivatives
+from powertrain.variational.begin import Start
 from powertrain.variational.functional import Functional
 from powertrain.variational.objectives import Reading
 from powertrain.variational.partials import Block, Partials, System
-from powertrain.variational.record import Record, record
+from powertrain.variational.record import STAGES, Record, record
 from powertrain.variational.saltation import Jump, NotDifferentiable, Saltation, row_of
 from powertrain.variational.transitions import WEIGHTS, Flow, Reverse, batches, collocation, transitions
 from powertrain.variational.unknowns import Unknowns
@@ -35,6 +35,7 @@ class Model:
         self.flow = Flow(self.system, of.integrand)
         self.saltation = Saltation(result.compiled, self.flow)
         self.read = Partials(self.system, of.expressions)
+        self.start = Start(result, self.system)
 
     @cached_property
     def bare_flow(self) -> Flow:
@@ -75,7 +76,7 @@ def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional,
     jumps = model.saltation.jumps(run)
     boundaries = [run.steps.before(t) for t in run.instants.times.tolist()]
     begin = np.zeros((model.flow.size, len(wanted.names)))
-    begin[: model.system.size] = start_derivatives(result, run, model.system, wanted)
+    begin[: model.system.size] = model.start.derivatives(result, run, wanted)
     stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
     caught, at_q = model.saltation.caught(run.p, run.first, stuck)
     begin = caught @ begin + at_q @ wanted.chain(np.array([run.start]), after=True)[0]
@@ -203,7 +204,7 @@ def _linear_steps(model: Model, way: Passage) -> Any:
         _, a, _, found = model.bare_flow(points, way.run.p)
         h = steps.durations[here]
         matrix = collocation(h, a)
-        stages = np.linalg.solve(matrix, a.reshape(len(h), 3 * size, size)).reshape(len(h), 3, size, size)
+        stages = np.linalg.solve(matrix, a.reshape(len(h), STAGES * size, size)).reshape(len(h), STAGES, size, size)
         phi[here] = np.eye(size) + h[:, None, None] * np.einsum("j,kjab->kab", WEIGHTS, stages)
         matrices.append(matrix)
         slopes.append(found)
@@ -223,8 +224,8 @@ def _from_steps(
         here = slice(first, first + len(matrix))
         h = steps.durations[here]
         right = h[:, None, None] * WEIGHTS[None, :, None] * ends[here, None, :]
-        w = np.linalg.solve(matrix.transpose(0, 2, 1), right.reshape(len(h), 3 * size, 1)).reshape(-1, size)
-        q = model.reverse(points, run.p, w[:, model.flow.places], slope).reshape(len(h), 3, -1).sum(axis=1)
+        w = np.linalg.solve(matrix.transpose(0, 2, 1), right.reshape(len(h), STAGES * size, 1)).reshape(-1, size)
+        q = model.reverse(points, run.p, w[:, model.flow.places], slope).reshape(len(h), STAGES, -1).sum(axis=1)
         chain = wanted.chain(steps.times[here] + 0.5 * h, after=True)
         found += np.einsum("kq,kqu->u", q, chain) if wanted.inputs else q.sum(axis=0) @ chain[0]
         first = here.stop
@@ -237,6 +238,6 @@ def integral_value(model: Model, run: Record) -> float:
         return 0.0
     found = 0.0
     for here, samples in batches(run.steps):
-        f = model.bare_flow(samples, run.p)[0][:, -1].reshape(-1, 3)
+        f = model.bare_flow(samples, run.p)[0][:, -1].reshape(-1, STAGES)
         found += float((run.steps.durations[here, None] * f * WEIGHTS).sum())
     return found

@@ -1,4 +1,4 @@
-"""The variational equations over the steps of a run, by Radau IIA of order 5 on its dense output.
+"""The variational equations over the steps of a run, by Radau IIA with four stages (order 7) on its dense output.
 
     dS/dt = A S + B,   A = df/ds, B = df/dq   =>   S(end of step) = Phi S(start of step) + Psi
 
@@ -17,17 +17,12 @@ from powertrain.engine.buffers import Array
 from powertrain.signals import Lanes, Samples
 from powertrain.symbols import Symbol
 from powertrain.variational.partials import Block, Partials, Slopes, System
-from powertrain.variational.record import Steps
+from powertrain.variational.record import POINTS, STAGES, Steps
 
-_S6 = 6**0.5
-RADAU = np.array(
-    [
-        [(88 - 7 * _S6) / 360, (296 - 169 * _S6) / 1800, (-2 + 3 * _S6) / 225],
-        [(296 + 169 * _S6) / 1800, (88 + 7 * _S6) / 360, (-2 - 3 * _S6) / 225],
-        [(16 - _S6) / 36, (16 + _S6) / 36, 1 / 9],
-    ]
-)
-WEIGHTS = RADAU[2]
+_POWERS = np.arange(STAGES)
+RADAU = (POINTS[:, None] ** (_POWERS + 1) / (_POWERS + 1)) @ np.linalg.inv(POINTS[:, None] ** _POWERS)
+"""Integrals of the polynomials through the stages, from the start of a step to each of them."""
+WEIGHTS = RADAU[-1]
 _BATCH = 2000
 """Steps of one batch: their matrices stay in the cache of the processor or near it."""
 
@@ -58,15 +53,15 @@ def batches(steps: Steps) -> Iterator[tuple[slice, Samples]]:
     """The steps in batches, with the samples of their collocation points."""
     for first in range(0, len(steps.times), _BATCH):
         here = slice(first, min(first + _BATCH, len(steps.times)))
-        yield here, Samples(*(v[3 * here.start : 3 * here.stop] for v in steps.samples))
+        yield here, Samples(*(v[STAGES * here.start : STAGES * here.stop] for v in steps.samples))
 
 
 def collocation(durations: Array, a: Block) -> Block:
     """The matrix I - h (RADAU x A) of the stages of every step."""
     count, size = len(durations), a.shape[2]
-    matrix = -np.einsum("k,ij,kiab->kiajb", durations, RADAU, a.reshape(count, 3, size, size))
-    matrix = matrix.reshape(count, 3 * size, 3 * size)
-    matrix[:, range(3 * size), range(3 * size)] += 1.0
+    matrix = -np.einsum("k,ij,kiab->kiajb", durations, RADAU, a.reshape(count, STAGES, size, size))
+    matrix = matrix.reshape(count, STAGES * size, STAGES * size)
+    matrix[:, range(STAGES * size), range(STAGES * size)] += 1.0
     return np.asarray(matrix)
 
 
@@ -77,8 +72,8 @@ def transitions(flow: Flow, steps: Steps, p: Array) -> tuple[Block, Block]:
     for here, samples in batches(steps):
         _, a, b, _ = flow(samples, p)
         h = steps.durations[here]
-        right = np.concatenate([a, b], axis=2).reshape(len(h), 3 * size, -1)
-        stages = np.linalg.solve(collocation(h, a), right).reshape(len(h), 3, size, -1)
+        right = np.concatenate([a, b], axis=2).reshape(len(h), STAGES * size, -1)
+        stages = np.linalg.solve(collocation(h, a), right).reshape(len(h), STAGES, size, -1)
         change = h[:, None, None] * np.einsum("j,kjab->kab", WEIGHTS, stages)
         phi[here], psi[here] = np.eye(size) + change[:, :, :size], change[:, :, size:]
     return phi, psi

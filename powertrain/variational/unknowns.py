@@ -72,7 +72,7 @@ def unknowns(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
     inputs: list[str] = []
     begun: list[str] = []
     for name in parameters if wrt is None else argument_names("wrt", wrt):
-        fits = [p for p in parameters if p == name or fits_pattern(p, name)]
+        fits = [name] if name in compiled.parameters else [p for p in parameters if fits_pattern(p, name)]
         if fits:
             chosen += fits
         elif name in compiled.inputs:
