@@ -90,7 +90,7 @@ class Saltation:
         events = run.instants
         if not len(events.times):
             return []
-        f_left, f_right = self.flow(events.left, run.p)[0], self.flow(events.right, run.p)[0]
+        f_left, f_right = (self.flow.rates(samples, run.p) for samples in (events.left, events.right))
         slopes = self.before(events.left, run.p)
         falls = slopes.along(f_left[:, : self.system.size])
         seen, earlier = (self.before(samples, run.p).value for samples in (events.seen, events.before))
@@ -181,7 +181,7 @@ class Saltation:
     def _alone(self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, change: Array) -> list[Array] | None:
         """What each of several laws that switch at one instant changes by itself; None where they act on each other."""
         rows = np.array([np.append(shift.s, shift.q) for shift in shifts])
-        if (np.ptp(rows, axis=0) <= _EQUAL * np.abs(rows).max(axis=0) + 1e-14 * np.abs(rows).max()).all():
+        if (np.ptp(rows, axis=0) <= _EQUAL * np.abs(rows).max(axis=0) + 1e-9 * np.abs(rows).max()).all():
             return [change, *[np.zeros_like(change) for _ in shifts[1:]]]
         left, right = run.instants.left, run.instants.right
         if (left.x[k] != right.x[k]).any():
@@ -191,7 +191,7 @@ class Saltation:
             width = 3 if any(shift.index == s.index for s in self.system.dae.schedules) else 1
             row[shift.index : shift.index + width] = right.m[k, shift.index : shift.index + width]
         each = Samples(left.t[k].repeat(len(m)), left.x[k][None].repeat(len(m), 0), left.z[k][None].repeat(len(m), 0), m)
-        parts = f_left - self.flow(self.corrected(each, run.p), run.p)[0]
+        parts = f_left - self.flow.rates(self.corrected(each, run.p), run.p)
         scale = np.abs(parts).max(initial=0.0) + np.abs(change).max(initial=0.0)
         return list(parts) if (np.abs(parts.sum(axis=0) - change) <= _EQUAL * scale).all() else None
 
@@ -205,14 +205,14 @@ class Saltation:
         if not laws:
             return onto, at_q
         slopes = self.speeds(sample, p)
-        held = self.flow(sample, p)[0][0]
+        held = self.flow.rates(sample, p)[0]
         for i in laws:
             law, row = self.sticking[i], np.append(slopes.s[0, i], np.zeros(size - n))
             effects = []
             for mode in (1.0, -1.0):
                 m = sample.m.copy()
                 m[0, law.index] = mode
-                b = self.flow(self.corrected(sample._replace(m=m), p), p)[0][0] - held
+                b = self.flow.rates(self.corrected(sample._replace(m=m), p), p)[0] - held
                 if abs(row @ b) > 1e-12 * (1.0 + np.abs(b).max()):
                     effects.append(b / (row @ b))
             if not effects:

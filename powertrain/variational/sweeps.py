@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,10 +16,10 @@ from powertrain.signals import Samples
 from powertrain.variational.begin import Start
 from powertrain.variational.functional import Functional
 from powertrain.variational.objectives import Reading
-from powertrain.variational.partials import Block, Partials, System
+from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import STAGES, Record, record
 from powertrain.variational.saltation import Jump, NotDifferentiable, Saltation, row_of
-from powertrain.variational.transitions import WEIGHTS, Flow, Reverse, batches, collocation, transitions
+from powertrain.variational.transitions import WEIGHTS, Flow, Reverse, batches, effects, transitions
 from powertrain.variational.unknowns import Unknowns
 
 _APART = 1e-6
@@ -91,7 +92,7 @@ def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> R
         at = Samples(*result.trajectory.at([reading.time], with_events=False))
         sample, boundary = model.saltation.corrected(at, run.p), run.steps.before(reading.time)
     slopes = model.read(sample, run.p)
-    rates = model.flow(sample, run.p)[0][:, : model.system.size]
+    rates = model.flow.rates(sample, run.p)[:, : model.system.size]
     k = reading.signal
     s = np.zeros(model.flow.size)
     s[: model.system.size] = slopes.s[0, k]
@@ -102,7 +103,7 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[A
     """The derivatives of the objective, and those of s at all boundaries (before step i: row i) if they are to be kept."""
     run, steps = way.run, way.run.steps
     phi, psi = transitions(model.flow, steps, run.p)
-    psi = psi @ wanted.chain(steps.times + 0.5 * steps.durations, after=True)
+    psi = psi @ wanted.chain(steps.times + 0.5 * steps.durations, after=True) if wanted.inputs else psi @ wanted.plain
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
     at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
@@ -161,7 +162,7 @@ def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Array | None:
     if any(jump.together for jump in way.jumps):
         return None
     run, steps = way.run, way.run.steps
-    phi, matrices, slopes, samples = _linear_steps(model, way)
+    phi, kept = _linear_steps(model, way)
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
     events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
@@ -193,42 +194,42 @@ def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Array | None:
             gradient += (lam @ jump.left) @ lefts[j] + (lam @ jump.right) @ rights[j]
             lam = jump.s.T @ lam + own
     gradient += lam @ way.begin
-    return gradient + _from_steps(model, wanted, run, ends, matrices, slopes, samples)
+    return gradient + _from_steps(model, wanted, run, ends, kept)
 
 
-def _linear_steps(model: Model, way: Passage) -> Any:
-    """Phi of all steps, and for each batch the collocation matrices, the derivatives they are made of and the samples."""
+@dataclass(frozen=True)
+class _Batch:
+    """Some steps: the effects of their stages at their ends, the derivatives at the stages, and the samples."""
+
+    here: slice
+    effects: Block
+    slopes: Slopes
+    samples: Samples
+
+
+def _linear_steps(model: Model, way: Passage) -> tuple[Block, list[_Batch]]:
+    """Phi of all steps, and what the sweep needs of them later."""
     steps, size = way.run.steps, model.flow.size
-    phi, matrices, slopes, samples = np.empty((len(steps.times), size, size)), [], [], []
-    for here, points in batches(steps):
-        _, a, _, found = model.bare_flow(points, way.run.p)
-        h = steps.durations[here]
-        matrix = collocation(h, a)
-        stages = np.linalg.solve(matrix, a.reshape(len(h), STAGES * size, size)).reshape(len(h), STAGES, size, size)
-        phi[here] = np.eye(size) + h[:, None, None] * np.einsum("j,kjab->kab", WEIGHTS, stages)
-        matrices.append(matrix)
-        slopes.append(found)
-        samples.append(points)
-    return phi, matrices, slopes, samples
+    phi, kept = np.empty((len(steps.times), size, size)), []
+    for here, samples in batches(steps):
+        _, a, _, slopes = model.bare_flow(samples, way.run.p)
+        found = effects(steps.durations[here], a)
+        phi[here] = np.eye(size) + found @ a.reshape(len(found), STAGES * size, size)
+        kept.append(_Batch(here, found, slopes, samples))
+    return phi, kept
 
 
-def _from_steps(
-    model: Model, wanted: Unknowns, run: Record, ends: Block, matrices: Any, slopes: Any, samples: Any
-) -> Array:
+def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: Sequence[_Batch]) -> Array:
     """The direct effect of q within the steps, by the adjoint stages of every step."""
-    steps, size = run.steps, model.flow.size
+    found = np.zeros(len(wanted.names))
     if not model.system.free.numel():
-        return np.zeros(len(wanted.names))
-    found, first = np.zeros(len(wanted.names)), 0
-    for matrix, slope, points in zip(matrices, slopes, samples, strict=True):
-        here = slice(first, first + len(matrix))
-        h = steps.durations[here]
-        right = h[:, None, None] * WEIGHTS[None, :, None] * ends[here, None, :]
-        w = np.linalg.solve(matrix.transpose(0, 2, 1), right.reshape(len(h), STAGES * size, 1)).reshape(-1, size)
-        q = model.reverse(points, run.p, w[:, model.flow.places], slope).reshape(len(h), STAGES, -1).sum(axis=1)
-        chain = wanted.chain(steps.times[here] + 0.5 * h, after=True)
-        found += np.einsum("kq,kqu->u", q, chain) if wanted.inputs else q.sum(axis=0) @ chain[0]
-        first = here.stop
+        return found
+    for batch in kept:
+        w = (ends[batch.here, None] @ batch.effects).reshape(-1, model.flow.size)
+        q = model.reverse(batch.samples, run.p, w[:, model.flow.places], batch.slopes)
+        q = q.reshape(len(batch.effects), STAGES, -1).sum(axis=1)
+        times = run.steps.times[batch.here] + 0.5 * run.steps.durations[batch.here]
+        found += np.einsum("kq,kqu->u", q, wanted.chain(times, after=True)) if wanted.inputs else q.sum(axis=0) @ wanted.plain
     return found
 
 
@@ -238,6 +239,6 @@ def integral_value(model: Model, run: Record) -> float:
         return 0.0
     found = 0.0
     for here, samples in batches(run.steps):
-        f = model.bare_flow(samples, run.p)[0][:, -1].reshape(-1, STAGES)
+        f = model.flow.rates(samples, run.p)[:, -1].reshape(-1, STAGES)
         found += float((run.steps.durations[here, None] * f * WEIGHTS).sum())
     return found

@@ -37,6 +37,13 @@ class Flow:
         self.places = np.r_[: system.states, system.size : self.size]
         """The rows of f that are not zero."""
         self.partials = Partials(system, rates)
+        self._values = Lanes(system.inputs, rates)
+
+    def rates(self, samples: Samples, p: Array) -> Block:
+        """f alone, one row per sample."""
+        f = np.zeros((len(samples.t), self.size))
+        f[:, self.places] = self._values(samples, p)
+        return f
 
     def __call__(self, samples: Samples, p: Array) -> tuple[Block, Block, Block, Slopes]:
         """f, A and B, one per sample, and the derivatives they are made of."""
@@ -65,17 +72,23 @@ def collocation(durations: Array, a: Block) -> Block:
     return np.asarray(matrix)
 
 
+def effects(durations: Array, a: Block) -> Block:
+    """What a rate added at every stage changes at the end of the step: h (b x I) (I - h (RADAU x A))^-1, one matrix per step."""
+    count, size = len(durations), a.shape[2]
+    matrix = collocation(durations, a).transpose(0, 2, 1)
+    right = durations[:, None, None] * np.kron(WEIGHTS[:, None], np.eye(size))
+    return np.linalg.solve(matrix, right).transpose(0, 2, 1).reshape(count, size, STAGES * size)
+
+
 def transitions(flow: Flow, steps: Steps, p: Array) -> tuple[Block, Block]:
     """Phi and Psi of every step."""
     count, size = len(steps.times), flow.size
     phi, psi = np.empty((count, size, size)), np.empty((count, size, flow.system.free.numel()))
     for here, samples in batches(steps):
         _, a, b, _ = flow(samples, p)
-        h = steps.durations[here]
-        right = np.concatenate([a, b], axis=2).reshape(len(h), STAGES * size, -1)
-        stages = np.linalg.solve(collocation(h, a), right).reshape(len(h), STAGES, size, -1)
-        change = h[:, None, None] * np.einsum("j,kjab->kab", WEIGHTS, stages)
-        phi[here], psi[here] = np.eye(size) + change[:, :, :size], change[:, :, size:]
+        found = effects(steps.durations[here], a)
+        phi[here] = np.eye(size) + found @ a.reshape(len(found), STAGES * size, size)
+        psi[here] = found @ b.reshape(len(found), STAGES * size, -1)
     return phi, psi
 
 

@@ -44,8 +44,15 @@ class Unknowns:
         """The places in ``m`` of the segments of the inputs."""
         return tuple(knots.index + k for knots in self.inputs for k in range(3))
 
+    @cached_property
+    def plain(self) -> NDArray[np.float64]:
+        """dq/d(unknowns) without inputs: q are the parameters."""
+        return np.eye(len(self.parameters) + 3 * len(self.inputs), len(self.names))
+
     def chain(self, times: Array, after: bool) -> NDArray[np.float64]:
         """dq/d(unknowns) at the right (``after``) or left limits of times, one matrix per time."""
+        if not self.inputs:
+            return np.broadcast_to(self.plain, (len(times), *self.plain.shape))
         n, size = len(self.parameters), len(self.names)
         found = np.zeros((len(times), n + 3 * len(self.inputs), size))
         found[:, range(n), range(n)] = 1.0
