@@ -134,7 +134,7 @@ class Saltation:
         found = [
             Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j])
             for j, law in enumerate(self.timed)
-            if abs(slopes.value[count + j] - t) <= near
+            if abs(slopes.value[count + j] - t) <= near and (isinstance(law, When) or left[law.index] != right[law.index])
         ]
         for schedule in self.system.dae.schedules:
             here = slice(schedule.index, schedule.index + 3)
@@ -213,7 +213,7 @@ class Saltation:
                 m = sample.m.copy()
                 m[0, law.index] = mode
                 b = self.flow.rates(self.corrected(sample._replace(m=m), p), p)[0] - held
-                if abs(row @ b) > 1e-12 * (1.0 + np.abs(b).max()):
+                if np.isfinite(b).all() and abs(row @ b) > 1e-12 * (1.0 + np.abs(b).max()):
                     effects.append(b / (row @ b))
             if not effects:
                 continue
