@@ -22,7 +22,6 @@ from powertrain.conditions import (
     DECLARED,
     Asked,
     Condition,
-    Discretes,
     declared_conditions,
     discretes_of,
     signal_condition,

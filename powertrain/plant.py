@@ -118,7 +118,11 @@ class Plant(Generic[M]):
         given = by_name("inputs", inputs)
         held = self._set_inputs(engine, given, start)
         x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
-        knots = {s.name: (s.times, s.values) for s in (_scheduled(s, given) for s in self.compiled.dae.schedules) if s.name in given}
+        knots = {
+            s.name: (s.times, s.values)
+            for s in (_scheduled(s, given) for s in self.compiled.dae.schedules)
+            if s.name in given
+        }
         watch = _progress(progress, start, stop)
         try:
             trajectory = engine.run(

@@ -85,7 +85,9 @@ class Result(Generic[M]):
 
     def recorded(self, record: str | Sequence[str]) -> Result[M]:
         """The same run with samples of the signals of the given names and patterns only, as ``simulate(record=...)`` gives it."""
-        return Result(self.compiled, self.trajectory, self._times, self._p, self.report, record, self.message, self.inputs)
+        return Result(
+            self.compiled, self.trajectory, self._times, self._p, self.report, record, self.message, self.inputs
+        )
 
     def detached(self) -> dict[str, Any]:
         """The numbers of the run without its model, small and quick to pickle; ``attached`` makes a result of them again."""

@@ -56,7 +56,9 @@ def functional(result: Result[Any], objective: Objective) -> Functional:
         value += worth
         readings += found
     label = " + ".join(labels)
-    key = tuple((p.label, term.kind == "integral" and term.factor) for term, p in zip(objective.terms, picked, strict=True))
+    key = tuple(
+        (p.label, term.kind == "integral" and term.factor) for term, p in zip(objective.terms, picked, strict=True)
+    )
     unit = units.pop() if len(units) == 1 else ""
     return Functional(label, unit, integrand, column([p.expression for p in picked]), tuple(readings), value, key)
 
@@ -111,7 +113,7 @@ def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[
         samples = Samples(*trajectory.at(times, with_events=False))
         values = sign * _values(result, picked, samples)
         j = int(values.argmax())
-        if values[j] > best + 1e-12 * (1.0 + abs(best)):
+        if not values[j] <= best + (1e-12 * (1.0 + abs(best)) if best > -np.inf else 0.0):
             best, where = float(values[j]), Reading(float(times[j]), k, term.factor)
         elif where.instant >= 0:
             break

@@ -33,19 +33,20 @@ _KEPT = 8
 class Gradient(Mapping[str, float]):
     """The derivatives of one number of a run: ``gradient["J1.J"]``; prints as a table with units.
 
-    ``value``: the number itself; ``of``: what it is; ``unit``: its unit; ``values``: the derivatives as an array; ``units``: theirs.
+    ``value``: the number itself; ``of``: what it is; ``unit``: its unit; ``array``: the derivatives in the order of the names; ``units``:
+    their units.
     ``elasticity``: the change in percent of the number for one percent of each unknown.
     """
 
-    def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, values: Array) -> None:
-        self.of, self.unit, self.value, self.values = of, unit, value, values
+    def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, array: Array) -> None:
+        self.of, self.unit, self.value, self.array = of, unit, value, array
         self.names, self.at = wanted.names, dict(zip(wanted.names, wanted.values, strict=True))
         self._units = wanted.units
 
     def __getitem__(self, name: str) -> float:
         if name not in self.names:
             raise ParameterError(f"the gradient is not with respect to {name}; it has {', '.join(self.names[:12])}")
-        return float(self.values[self.names.index(name)])
+        return float(self.array[self.names.index(name)])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -70,7 +71,7 @@ class Gradient(Mapping[str, float]):
         columns = {
             "value": [self.at[n] for n in self.names],
             "unit": list(self._units),
-            "derivative": self.values,
+            "derivative": self.array,
             "derivative_unit": list(self.units.values()),
             "elasticity": list(self.elasticity.values()),
         }
@@ -160,7 +161,10 @@ def sensitivity(
         p.label: (
             ("time", "wrt"),
             values[:, k],
-            {"units": ", ".join(dict.fromkeys(quotient(p.unit, u) for u in wanted.units)), "long_name": f"Derivative of {p.label}"},
+            {
+                "units": ", ".join(dict.fromkeys(quotient(p.unit, u) for u in wanted.units)),
+                "long_name": f"Derivative of {p.label}",
+            },
         )
         for k, p in enumerate(picked)
     }
@@ -172,9 +176,7 @@ def sensitivity(
     return xr.Dataset(data, coordinates)
 
 
-def sensitivities(
-    result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array
-) -> NDArray[np.float64]:
+def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array) -> NDArray[np.float64]:
     """d(signal)/d(unknown) at times within the run: (time, signal, unknown)."""
     trajectory = result.trajectory
     outside = times[(times < trajectory.start) | (times > trajectory.end)]

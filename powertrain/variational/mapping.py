@@ -52,7 +52,9 @@ class Mapping:
         parts = [c.speed for c in dae.contacts] + [c.restitution for c in dae.contacts]
         return Partials(self.system, column([*parts, ca.vec(dae.impact_x), ca.vec(dae.impact_a)]))
 
-    def map(self, run: Record, k: int, fired: set[int]) -> tuple[NDArray[np.float64], NDArray[np.float64], Array] | None:
+    def map(
+        self, run: Record, k: int, fired: set[int]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], Array] | None:
         """R_s, R_q and R_t at event k, where laws with modes at ``fired`` started it; None where the run went another way."""
         events, n, nd = run.instants, self.system.states, len(self.system.discretes)
         left_m, right_m = events.left.m[k], events.right.m[k]
@@ -123,9 +125,9 @@ class Mapping:
         now.x = now.x + value[on_x] @ impulse
 
 
-def _chain(slopes: Slopes, j: int, t: Array, s: NDArray[np.float64], q: NDArray[np.float64]) -> tuple[Array, Array, Array]:
+def _chain(
+    slopes: Slopes, j: int, t: Array, s: NDArray[np.float64], q: NDArray[np.float64]
+) -> tuple[Array, Array, Array]:
     """The derivatives of value j with respect to t, s and q before the event, through s as it is now."""
     row = slopes.s[0, j]
     return slopes.t[0, j] + row @ t, row @ s, slopes.q[0, j] + row @ q
-
-

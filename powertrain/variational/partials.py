@@ -109,9 +109,11 @@ class Partials:
             blocks.append(flat[:, first:last].reshape(count, size, self.rows).transpose(0, 2, 1))
             first = last
         e_t, e_s, e_q, e_z = (b[:, :ne] for b in blocks)
-        weights = np.zeros((count, ne, 0))
+        weights: Block = np.zeros((count, ne, 0))
         if self.sizes[3]:
             g_t, g_s, g_q, g_z = (b[:, ne:] for b in blocks)
-            weights = np.linalg.solve(g_z.transpose(0, 2, 1), e_z.transpose(0, 2, 1)).transpose(0, 2, 1)
+            weights = np.asarray(
+                np.linalg.solve(g_z.transpose(0, 2, 1), e_z.transpose(0, 2, 1)).transpose(0, 2, 1), float
+            )
             e_t, e_s, e_q = e_t - weights @ g_t, e_s - weights @ g_s, e_q - weights @ g_q
         return Slopes(flat[:, :ne], e_t[:, :, 0], e_s, e_q, weights)

@@ -82,7 +82,12 @@ def record(result: Result[Any], cuts: Array) -> Record:
     times = starts[:, None] + durations[:, None] * POINTS
     samples = corrected(_dense(trajectory, times.ravel(), owner.repeat(len(POINTS))))
     return Record(
-        p, trajectory.start, trajectory.end, at(nodes[:1]), Steps(starts, durations, samples), _instants(trajectory, corrected)
+        p,
+        trajectory.start,
+        trajectory.end,
+        at(nodes[:1]),
+        Steps(starts, durations, samples),
+        _instants(trajectory, corrected),
     )
 
 

@@ -26,7 +26,7 @@ from powertrain.errors import SimulationError
 from powertrain.signals import Samples, signals_of
 from powertrain.symbols import column
 from powertrain.variational.mapping import Mapping
-from powertrain.variational.partials import Block, Partials, Slopes, System
+from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record
 from powertrain.variational.transitions import Flow
 
@@ -37,6 +37,8 @@ _AT_ZERO = 5e-11
 _TRIGGER = 1e-6
 _GRAZING = 1e-3
 """An indicator that reaches zero with less than this share of its mean slope over the step before only touches it."""
+_SHALLOW = 100 * EPS
+"""An indicator that would rise again this soon below zero switches by the hysteresis of the events alone."""
 _EQUAL = 1e-7
 _ROUNDING = 1e-15
 
@@ -78,7 +80,8 @@ class Saltation:
         dae = system.dae
         self.compiled, self.flow, self.system = compiled, flow, system
         self.indicators: tuple[Indicator, ...] = indicators(dae)
-        self.timed: list[Switch | When] = [law for law in (*dae.switches, *dae.whens) if law.time is not None]
+        laws: list[Switch | When] = [*dae.switches, *dae.whens]
+        self.timed = [law for law in laws if law.time is not None]
         self.sticking = [law for law in dae.frictions if not law.algebraic and not law.prescribed]
         times = [law.time for law in self.timed if law.time is not None]
         self.before = Partials(system, column([*(i.value for i in self.indicators), *times]))
@@ -115,7 +118,9 @@ class Saltation:
             s[:n, :n], q[:n], rate[:n] = carried
         change = s @ f_left + rate - f_right
         alone = self._alone(run, k, shifts, f_left, change) if len(shifts) > 1 else None
-        for shift, part in [(shifts[0], change)] if shifts and alone is None else list(zip(shifts, alone or [], strict=True)):
+        for shift, part in (
+            [(shifts[0], change)] if shifts and alone is None else list(zip(shifts, alone or [], strict=True))
+        ):
             s[:, :n] += np.outer(part, shift.s)
             q = q + np.outer(part, shift.q)
         left, right = run.instants.left.m[k], run.instants.right.m[k]
@@ -134,7 +139,8 @@ class Saltation:
         found = [
             Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j])
             for j, law in enumerate(self.timed)
-            if abs(slopes.value[count + j] - t) <= near and (isinstance(law, When) or left[law.index] != right[law.index])
+            if abs(slopes.value[count + j] - t) <= near
+            and (isinstance(law, When) or left[law.index] != right[law.index])
         ]
         for schedule in self.system.dae.schedules:
             here = slice(schedule.index, schedule.index + 3)
@@ -152,12 +158,16 @@ class Saltation:
         if not at_zero and not found:
             at_zero = sorted(possible, key=lambda j: float(value[j]))[:1]
             if not at_zero or value[at_zero[0]] > _TRIGGER:
-                raise NotDifferentiable(f"at t = {t:.9g} s nothing tells what caused the event of {self._names(run, k)}")
+                raise NotDifferentiable(
+                    f"at t = {t:.9g} s nothing tells what caused the event of {self._names(run, k)}"
+                )
         for j in at_zero:
             law = laws[j]
             if law is None or any(law.index == shift.index for shift in found):
                 continue
-            self._refuse_grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), t - float(run.instants.before.t[k]))
+            self._refuse_grazing(
+                law, t, float(falls[j]), float(earlier[j] - value[j]), t - float(run.instants.before.t[k])
+            )
             found.append(Shift(law.name, law.index, -slopes.s[j] / falls[j], -slopes.q[j] / falls[j]))
         return found
 
@@ -169,8 +179,14 @@ class Saltation:
         return [j for j in laws if since[first] - since[j] <= noise[first] + noise[j] + _ROUNDING * t]
 
     def _refuse_grazing(self, law: Law, t: float, slope: float, fallen: float, h: float) -> None:
-        """An indicator that arrives at zero flat moves its instant without bound."""
-        if slope < 0.0 and not -slope * h < _GRAZING * fallen:
+        """An indicator that arrives at zero flat moves its instant without bound.
+
+        Over the step before, it is taken as a parabola: ``depth`` is how far below zero that would reach.
+        """
+        straight = -slope * h
+        bent = fallen - straight
+        depth = straight**2 / (4.0 * bent) if bent > EPS else np.inf
+        if slope < 0.0 and straight > _GRAZING * fallen and depth > _SHALLOW:
             return
         raise NotDifferentiable(
             f"{law.name} ({law.where}) only just switches at t = {t:.9g} s: its indicator reaches zero with the slope {slope:.3g} 1/s "
@@ -190,7 +206,9 @@ class Saltation:
         for row, shift in zip(m, shifts, strict=True):
             width = 3 if any(shift.index == s.index for s in self.system.dae.schedules) else 1
             row[shift.index : shift.index + width] = right.m[k, shift.index : shift.index + width]
-        each = Samples(left.t[k].repeat(len(m)), left.x[k][None].repeat(len(m), 0), left.z[k][None].repeat(len(m), 0), m)
+        each = Samples(
+            left.t[k].repeat(len(m)), left.x[k][None].repeat(len(m), 0), left.z[k][None].repeat(len(m), 0), m
+        )
         parts = f_left - self.flow.rates(self.corrected(each, run.p), run.p)
         scale = np.abs(parts).max(initial=0.0) + np.abs(change).max(initial=0.0)
         return list(parts) if (np.abs(parts.sum(axis=0) - change) <= _EQUAL * scale).all() else None

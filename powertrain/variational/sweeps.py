@@ -229,7 +229,11 @@ def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: 
         q = model.reverse(batch.samples, run.p, w[:, model.flow.places], batch.slopes)
         q = q.reshape(len(batch.effects), STAGES, -1).sum(axis=1)
         times = run.steps.times[batch.here] + 0.5 * run.steps.durations[batch.here]
-        found += np.einsum("kq,kqu->u", q, wanted.chain(times, after=True)) if wanted.inputs else q.sum(axis=0) @ wanted.plain
+        found += (
+            np.einsum("kq,kqu->u", q, wanted.chain(times, after=True))
+            if wanted.inputs
+            else q.sum(axis=0) @ wanted.plain
+        )
     return found
 
 

@@ -40,7 +40,7 @@ class Flow:
         self._values = Lanes(system.inputs, rates)
 
     def rates(self, samples: Samples, p: Array) -> Block:
-        """f alone, one row per sample."""
+        """The rates alone, one row per sample."""
         f = np.zeros((len(samples.t), self.size))
         f[:, self.places] = self._values(samples, p)
         return f
@@ -74,10 +74,10 @@ def collocation(durations: Array, a: Block) -> Block:
 
 def effects(durations: Array, a: Block) -> Block:
     """What a rate added at every stage changes at the end of the step: h (b x I) (I - h (RADAU x A))^-1, one matrix per step."""
-    count, size = len(durations), a.shape[2]
+    size = a.shape[2]
     matrix = collocation(durations, a).transpose(0, 2, 1)
     right = durations[:, None, None] * np.kron(WEIGHTS[:, None], np.eye(size))
-    return np.linalg.solve(matrix, right).transpose(0, 2, 1).reshape(count, size, STAGES * size)
+    return np.asarray(np.linalg.solve(matrix, right).transpose(0, 2, 1), float)
 
 
 def transitions(flow: Flow, steps: Steps, p: Array) -> tuple[Block, Block]:
