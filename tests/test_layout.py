@@ -42,6 +42,8 @@ ORDER = [
     "steadystate: operating walk forms rows sheet",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
+    "variational: record unknowns objectives partials",
+    "variational: functional transitions mapping saltation begin sweeps gradients",
     "power: circulation powergraph variator directedflow powerterms powerflow",
     "plot power.powerdiagram power.powerplot drawing",
     "__init__",

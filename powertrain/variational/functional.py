@@ -45,7 +45,7 @@ def functional(result: Result[Any], objective: Objective) -> Functional:
     value, readings, labels, units = 0.0, [], [], set()
     for k, (term, p) in enumerate(zip(objective.terms, picked, strict=True)):
         labels.append(_label(term, p.label))
-        units.add({"integral": f"{p.unit or '1'}.s", "squares": "1"}.get(term.kind, p.unit or "1"))
+        units.add({"integral": p.unit and f"{p.unit}.s", "squares": "1"}.get(term.kind, p.unit))
         if term.kind == "integral":
             integrand = term.factor * p.expression + (0 if integrand is None else integrand)
             continue

@@ -79,7 +79,7 @@ class Gradient(Mapping[str, float]):
 
     def _rows(self) -> list[tuple[str, ...]]:
         """The unknowns that matter, the most important one first, and how many do not."""
-        found = sorted((n for n in self.names if self[n]), key=lambda n: -abs(self.elasticity[n] or self[n]))
+        found = sorted((n for n in self.names if self[n]), key=lambda n: (-abs(self.elasticity[n]), -abs(self[n])))
         rows = [
             (n, f"{self.at[n]:.6g} {u}", f"{self[n]:.6g} {self.units[n]}", f"{self.elasticity[n]:+.4f}")
             for n in found
@@ -103,9 +103,8 @@ class Gradient(Mapping[str, float]):
 
 
 def quotient(unit: str, by: str) -> str:
-    """The unit of a quotient."""
-    unit, by = unit or "1", by or "1"
-    if by == "1":
+    """The unit of a quotient; an empty one is not known."""
+    if not unit or by in ("", "1"):
         return unit
     if unit == by:
         return "1"
