@@ -26,6 +26,9 @@ from powertrain.nonfinite import explain
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
+if TYPE_CHECKING:
+    from powertrain.optimal.dynamics import Dynamics
+
 M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
@@ -152,6 +155,25 @@ class Plant(Generic[M]):
         held = self._set_inputs(engine, by_name("inputs", inputs), t)
         x, z, m, report = self._initializer().solve(engine, t, p, held, *_at_start(starts, guesses))
         return (*engine.resolve(t, x, z, m, p), report)
+
+    def function(
+        self,
+        outputs: str | Callable[[Any], Any] | Sequence[str | Callable[[Any], Any]] = (),
+        inputs: str | Sequence[str] | None = None,
+        modes: Mapping[str, float] | tuple[Result[Any], float] | None = None,
+    ) -> Dynamics:
+        """The equations in given modes as a ``casadi.Function`` of (t, x, z, u, p), with names, units and the limits of the modes.
+
+        ``outputs``: names or selectors of signals; ``inputs``: inputs of the model or parameters that become u, by default all inputs;
+        ``modes``: those of the laws by name (friction: 1 forward, 0 stuck, -1 backward, 2 free; contacts and switches: 1 or 0;
+        switches that are not named keep their mode at the start), or (result, t) for those of a run at t, whose state then is the start.
+        Discrete variables keep the values they have there; signals of time stay signals of time.
+
+        Raises ParameterError for unknown names and modes that are not given.
+        """
+        from powertrain.optimal.dynamics import dynamics
+
+        return dynamics(self, outputs, inputs, modes)
 
     def _engine(self, method: Method, compiled: bool) -> Engine:
         one_of("method", method, get_args(Method))
