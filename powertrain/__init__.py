@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from powertrain.drawing import schematic
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
+    from powertrain.running import Running
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
@@ -69,6 +70,7 @@ __all__ = [
     "PowerFlow",
     "PowertrainError",
     "Result",
+    "Running",
     "Signal",
     "SimulationError",
     "Sweep",
@@ -131,6 +133,7 @@ _ANALYSES = {
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
     "Sweep": "powertrain.analysis.sweep",
+    "Running": "powertrain.running",
     "eigenmodes": "powertrain.analysis.eigenmodes",
     "energy_audit": "powertrain.analysis.audit",
     "linearize": "powertrain.analysis.linearization",

@@ -28,6 +28,7 @@ from powertrain.signals import signals_of
 
 if TYPE_CHECKING:
     from powertrain.optimal.dynamics import Dynamics
+    from powertrain.running import Running
 
 M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
@@ -121,11 +122,7 @@ class Plant(Generic[M]):
         given = by_name("inputs", inputs)
         held = self._set_inputs(engine, given, start)
         x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
-        knots = {
-            s.name: (s.times, s.values)
-            for s in (_scheduled(s, given) for s in self.compiled.dae.schedules)
-            if s.name in given
-        }
+        knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
         watch = _progress(progress, start, stop)
         try:
             trajectory = engine.run(
@@ -175,6 +172,40 @@ class Plant(Generic[M]):
 
         return dynamics(self, outputs, inputs, modes)
 
+    def start(
+        self,
+        t: float = 0.0,
+        *,
+        parameters: Mapping[str, float] | None = None,
+        starts: Mapping[str, float] | None = None,
+        guesses: Mapping[str, float] | None = None,
+        inputs: Mapping[str, InputValue] | None = None,
+        rtol: float = 1e-6,
+        atol: float = 1e-8,
+        max_step: float = np.inf,
+        method: Method = "auto",
+        compile: bool = False,
+        record: bool = True,
+    ) -> Running[M]:
+        """A run in hand at ``t`` (s): ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state``, ``run.result()``.
+
+        Arguments are those of ``simulate``; inputs keep their values until ``step`` gives others. ``record=False`` keeps the present
+        state only.
+        """
+        from powertrain.running import start
+
+        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
+            positive(name, value)
+        options = {
+            "rtol": rtol,
+            "atol": atol,
+            "max_step": max_step,
+            "method": method,
+            "compile": compile,
+            "record": record,
+        }
+        return start(self, number("t", t, "s"), parameters, starts, guesses, inputs, options)
+
     def _engine(self, method: Method, compiled: bool) -> Engine:
         one_of("method", method, get_args(Method))
         engines: dict[tuple[str, bool], Engine] = self._local.__dict__.setdefault("engines", {})
@@ -190,16 +221,20 @@ class Plant(Generic[M]):
 
     def _set_inputs(self, engine: Engine, inputs: Mapping[str, InputValue], t: float) -> Array:
         """Gives the engine the time signals of this run; returns the held values at the start."""
-        dae = self.compiled.dae
-        held = dae.held_start.copy()
-        for name in inputs:
-            if name not in self.compiled.inputs:
-                raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
+        held = self.compiled.dae.held_start.copy()
+        schedules = self._schedules(inputs)
         if self.compiled.inputs:
-            engine.schedules = Schedules([_scheduled(s, inputs) for s in dae.schedules])
+            engine.schedules = Schedules(schedules)
         if engine.schedules:
             engine.schedules.enter(held, t)
         return held
+
+    def _schedules(self, inputs: Mapping[str, InputValue]) -> list[Schedule]:
+        """The signals of time of a run with these inputs."""
+        for name in inputs:
+            if name not in self.compiled.inputs:
+                raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
+        return [_scheduled(s, inputs) for s in self.compiled.dae.schedules]
 
 
 def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
@@ -251,6 +286,7 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
 
 if not TYPE_CHECKING:
     Plant.simulate = options_checked(Plant.simulate)
+    Plant.start = options_checked(Plant.start)
 
 
 def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:

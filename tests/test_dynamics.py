@@ -87,7 +87,10 @@ def test_step_is_the_run(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) ->
     np.testing.assert_allclose(np.array(x).ravel(), [float(exact[s][0]) for s in found.states], rtol=1e-7, atol=1e-7)
     assert float(y) == pytest.approx(float(exact["clutch.tau"][0]))
     slopes = ca.Function("d", [u := ca.MX.sym("u", 2)], [ca.jacobian(step(0.0, found.x, u, found.p)[0], u)])
-    by = [np.array(step(0.0, found.x, found.u + d, found.p)[0]).ravel() for d in (np.array([0, 1e-4]), np.array([0, -1e-4]))]
+    by = [
+        np.array(step(0.0, found.x, found.u + d, found.p)[0]).ravel()
+        for d in (np.array([0, 1e-4]), np.array([0, -1e-4]))
+    ]
     np.testing.assert_allclose(np.array(slopes(found.u))[:, 1], (by[0] - by[1]) / 2e-4, rtol=1e-6, atol=1e-8)
 
 

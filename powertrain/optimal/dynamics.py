@@ -65,14 +65,16 @@ class Dynamics:
         t, s = ca.MX.sym("t"), ca.MX.sym("s")
         x, z, u, p = (ca.MX.sym(n, self.function.size1_in(n)) for n in ("x", "z", "u", "p"))
         rates = self.function(t=t + s, x=x, z=z, u=u, p=p)
-        dae = {"x": x, "t": s, "p": ca.vertcat(t, u, p), "ode": rates["xdot"]}
+        dae: dict[str, Any] = {"x": x, "t": s, "p": ca.vertcat(t, u, p), "ode": rates["xdot"]}
         if z.numel():
             dae |= {"z": z, "alg": rates["residual"]}
-        options = {"number_of_finite_elements": intervals, "collocation_scheme": "radau", "interpolation_order": 3}
+        options: dict[str, Any] = {"number_of_finite_elements": intervals, "collocation_scheme": "radau", "interpolation_order": 3}
         integrate = ca.integrator("powertrain_step", "collocation", dae, 0.0, h, options)
         found = integrate(x0=x, z0=self.z, p=ca.vertcat(t, u, p))
         end = self.function(t=t + h, x=found["xf"], z=found["zf"], u=u, p=p)
-        return ca.Function("powertrain_step", [t, x, u, p], [found["xf"], end["y"]], ["t", "x", "u", "p"], ["x_end", "y"])
+        return ca.Function(
+            "powertrain_step", [t, x, u, p], [found["xf"], end["y"]], ["t", "x", "u", "p"], ["x_end", "y"]
+        )
 
 
 def dynamics(
@@ -86,10 +88,14 @@ def dynamics(
     signals = signals_of(compiled)
     picked = [signals.pick(s) for s in listed("outputs", outputs)]
     driven = list(compiled.inputs) if inputs is None else _checked(plant, inputs)
-    t, x, z, held, p = _point(plant, modes)
+    x, z, held, p = _point(plant, modes)
     u = Symbol.sym("u", len(driven))
     margins, stills = _margins(dae, held), _stills(dae, held)
-    parts = [dae.xdot, dae.residual, *(column(e) for e in ([q.expression for q in picked], list(margins.values()), list(stills.values())))]
+    parts = [
+        dae.xdot,
+        dae.residual,
+        *(column(e) for e in ([q.expression for q in picked], list(margins.values()), list(stills.values()))),
+    ]
     old, new = _held_in_time(dae, held, compiled.inputs, driven, u)
     freed = [n for n in driven if n in compiled.parameters]
     for name in freed:
@@ -128,21 +134,23 @@ def _laws(dae: HybridDae) -> list[Any]:
     return [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
 
 
-def _point(plant: Plant[Any], modes: Modes | None) -> tuple[float, Array, Array, Array, Array]:
-    """Time, states, algebraic unknowns, held values with the modes, and parameters."""
+def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array, Array]:
+    """States, algebraic unknowns, held values with the modes, and parameters."""
     if isinstance(modes, tuple):
         result, t = modes[0], number("modes: t", modes[1], "s") if len(modes) == 2 else 0.0
         if len(modes) != 2 or not isinstance(result, Result):
-            raise ParameterError(f"modes = {short(modes)}: give modes by law, or (result, t) with a result of this model")
+            raise ParameterError(
+                f"modes = {short(modes)}: give modes by law, or (result, t) with a result of this model"
+            )
         x, z, m = (v[0] for v in result.trajectory.at([t], with_events=False)[1:])
-        return t, x, z, m.copy(), np.array(list(result.parameters.values()), float)
+        return x, z, m.copy(), np.array(list(result.parameters.values()), float)
     dae = plant.compiled.dae
-    laws = {law.name: law for law in (*dae.frictions, *dae.switches, *dae.contacts)}
+    laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
     given = dict(modes or {})
     unknown = [n for n in given if n not in laws]
     if unknown:
         raise ParameterError(f"modes: the model has no law {unknown[0]}{suggestion(unknown[0], laws)}")
-    missing = [law.name for law in (*dae.frictions, *dae.contacts) if law.name not in given]
+    missing = [law.name for group in (dae.frictions, dae.contacts) for law in group if law.name not in given]
     if missing:
         raise ParameterError(
             f"modes: give those of {', '.join(missing[:6])} too (friction: 1 forward, 0 stuck, -1 backward, 2 free; "
@@ -155,7 +163,7 @@ def _point(plant: Plant[Any], modes: Modes | None) -> tuple[float, Array, Array,
         if mode not in allowed:
             raise ParameterError(f"modes: {name} = {short(mode)} is none of {', '.join(f'{v:g}' for v in allowed)}")
         m[law.index] = mode
-    return 0.0, x, z, m, plant.parameter_vector()
+    return x, z, m, plant.parameter_vector()
 
 
 def _held_in_time(
@@ -196,23 +204,29 @@ def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
         mode = held[law.index]
         low, high = law.peak * law.lower, law.peak * law.upper
         if mode == 0.0 and not law.prescribed:
-            found |= {f"{law.name}: above its lower limit": law.torque - low, f"{law.name}: below its upper limit": high - law.torque}
+            found |= {
+                f"{law.name}: above its lower limit": law.torque - low,
+                f"{law.name}: below its upper limit": high - law.torque,
+            }
         elif mode in (1.0, -1.0):
             found[f"{law.name}: {'forward' if mode > 0 else 'backward'}"] = float(mode) * law.w
         elif mode == 2.0:
             found[f"{law.name}: free"] = law.lower - law.upper
     for switch in dae.switches:
-        found[f"{switch.name}: {'true' if held[switch.index] > 0.5 else 'false'}"] = float(2.0 * held[switch.index] - 1.0) * switch.g
+        found[f"{switch.name}: {'true' if held[switch.index] > 0.5 else 'false'}"] = (
+            float(2.0 * held[switch.index] - 1.0) * switch.g
+        )
     for contact in dae.contacts:
         closed = held[contact.index] > 0.5
         found[f"{contact.name}: {'closed' if closed else 'open'}"] = contact.force if closed else contact.gap
-    found = {name: e for name, e in found.items() if not (e.is_constant() and np.isinf(float(e)))}
-    return found
+    return {name: e for name, e in found.items() if not (e.is_constant() and np.isinf(float(e)))}
 
 
 def _stills(dae: HybridDae, held: Array) -> dict[str, Symbol]:
     """What is zero while the modes hold, by name."""
-    found = {f"{f.name}: speed": f.w for f in dae.frictions if held[f.index] == 0.0 and not f.prescribed and not f.algebraic}
+    found = {
+        f"{f.name}: speed": f.w for f in dae.frictions if held[f.index] == 0.0 and not f.prescribed and not f.algebraic
+    }
     closed: list[Contact] = [c for c in dae.contacts if held[c.index] > 0.5]
     found |= {f"{c.name}: gap": c.gap for c in closed} | {f"{c.name}: speed": c.speed for c in closed}
     return found
