@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
     from powertrain.drawing import schematic
+    from powertrain.optimal.experiment import Experiment, read_experiment
+    from powertrain.optimal.fitting import Fit, fit
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
     from powertrain.running import Running
@@ -57,6 +59,8 @@ __all__ = [
     "Discrete",
     "EnergyAudit",
     "Equations",
+    "Experiment",
+    "Fit",
     "Gradient",
     "InitializationError",
     "Input",
@@ -85,6 +89,7 @@ __all__ = [
     "eigenmodes",
     "energy_audit",
     "final",
+    "fit",
     "flow",
     "friction",
     "gradient",
@@ -97,6 +102,7 @@ __all__ = [
     "port",
     "power_flow",
     "power_outputs",
+    "read_experiment",
     "reinit",
     "replace",
     "schedule",
@@ -133,7 +139,11 @@ _ANALYSES = {
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
     "Sweep": "powertrain.analysis.sweep",
+    "Experiment": "powertrain.optimal.experiment",
+    "Fit": "powertrain.optimal.fitting",
     "Running": "powertrain.running",
+    "fit": "powertrain.optimal.fitting",
+    "read_experiment": "powertrain.optimal.experiment",
     "eigenmodes": "powertrain.analysis.eigenmodes",
     "energy_audit": "powertrain.analysis.audit",
     "linearize": "powertrain.analysis.linearization",

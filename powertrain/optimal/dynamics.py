@@ -68,7 +68,11 @@ class Dynamics:
         dae: dict[str, Any] = {"x": x, "t": s, "p": ca.vertcat(t, u, p), "ode": rates["xdot"]}
         if z.numel():
             dae |= {"z": z, "alg": rates["residual"]}
-        options: dict[str, Any] = {"number_of_finite_elements": intervals, "collocation_scheme": "radau", "interpolation_order": 3}
+        options: dict[str, Any] = {
+            "number_of_finite_elements": intervals,
+            "collocation_scheme": "radau",
+            "interpolation_order": 3,
+        }
         integrate = ca.integrator("powertrain_step", "collocation", dae, 0.0, h, options)
         found = integrate(x0=x, z0=self.z, p=ca.vertcat(t, u, p))
         end = self.function(t=t + h, x=found["xf"], z=found["zf"], u=u, p=p)
