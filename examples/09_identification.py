@@ -24,6 +24,7 @@ TRUE = {"motor.J": 0.2, "clutch.fn_max": 200.0, "shaft.c": 500.0, "shaft.d": 5.0
 FIRST = {"motor.J": 0.26, "clutch.fn_max": 160.0, "shaft.c": 600.0, "shaft.d": 3.0, "load.J": 0.8}
 SIGMA = {"motor.w": 0.5, "load.w": 0.5, "shaft.tau": 2.0}
 TIMES = np.linspace(0.0, 2.0, 400)
+DRAWS = 20
 
 
 class Rig(pt.Component):
@@ -49,13 +50,13 @@ class Rig(pt.Component):
         yield pt.connect(self.shaft.flange_b, self.load.flange_a)
 
 
-def main(picture: str | None = None, draws: int = 20) -> float:
+def main(picture: str | None = None) -> float:
     """Fits every draw; gives the share of unknowns within two standard errors."""
     plant = pt.compile(Rig())
     run = plant.simulate(2.0, starts=STARTS, inputs=INPUTS, rtol=1e-9, atol=1e-11)
     exact, rng = run.at(TIMES, list(SIGMA)), np.random.default_rng(1)
-    deviations = []
-    for _ in range(draws):
+    deviations, found = [], None
+    for _ in range(DRAWS):
         values = {n: exact[n] + s * rng.standard_normal(len(TIMES)) for n, s in SIGMA.items()}
         data = pt.Experiment(TIMES, values, SIGMA, starts=STARTS, inputs=INPUTS)
         found = pt.fit(plant, data, list(TRUE), first=FIRST)
@@ -63,7 +64,7 @@ def main(picture: str | None = None, draws: int = 20) -> float:
     print(found)
     shares = np.abs(deviations)
     print(
-        f"{draws} draws: {100 * (shares < 2).mean():.0f} % of the values within 2 standard errors, all within {shares.max():.1f}"
+        f"{DRAWS} draws: {100 * (shares < 2).mean():.0f} % of the values within 2 standard errors, all within {shares.max():.1f}"
     )
     fig, ax = plt.subplots(figsize=(7, 3.5))
     ax.axvspan(-2, 2, color="0.9")

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from powertrain.drawing import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
+    from powertrain.optimal.planning import Plan, optimal_control
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
     from powertrain.running import Running
@@ -70,6 +71,7 @@ __all__ = [
     "Output",
     "Parameter",
     "ParameterError",
+    "Plan",
     "Plant",
     "PowerFlow",
     "PowertrainError",
@@ -98,6 +100,7 @@ __all__ = [
     "load",
     "maximum",
     "minimum",
+    "optimal_control",
     "parameter",
     "port",
     "power_flow",
@@ -141,6 +144,8 @@ _ANALYSES = {
     "Sweep": "powertrain.analysis.sweep",
     "Experiment": "powertrain.optimal.experiment",
     "Fit": "powertrain.optimal.fitting",
+    "Plan": "powertrain.optimal.planning",
+    "optimal_control": "powertrain.optimal.planning",
     "Running": "powertrain.running",
     "fit": "powertrain.optimal.fitting",
     "read_experiment": "powertrain.optimal.experiment",

@@ -44,7 +44,7 @@ ORDER = [
     "steadystate: steady gradient",
     "variational: record unknowns objectives partials",
     "variational: functional transitions mapping saltation begin sweeps gradients",
-    "optimal: dynamics experiment fitting",
+    "optimal: dynamics experiment fitting phases planning",
     "power: circulation powergraph variator directedflow powerterms powerflow",
     "plot power.powerdiagram power.powerplot drawing",
     "__init__",

@@ -105,6 +105,7 @@ def dynamics(
     for name in freed:
         old.append(dae.p[list(compiled.parameters).index(name)])
         new.append(u[driven.index(name)])
+    parts = _bent(dae, parts)
     written = ca.substitute([ca.densify(e) for e in parts], [column(old)], [column(new)]) if old else parts
     function = ca.Function(
         "powertrain_dynamics",
@@ -187,6 +188,18 @@ def _held_in_time(
     return [dae.m[k] for k in values], list(values.values())
 
 
+def _bent(dae: HybridDae, parts: list[Symbol]) -> list[Symbol]:
+    """Switches whose branches meet need no modes: their conditions stand in the place of these."""
+    bends = [s for s in dae.switches if s.continuous]
+    for _ in bends:
+        modes = column([dae.m[s.index] for s in bends])
+        if not any(ca.depends_on(e, modes) for e in parts):
+            break
+        conditions = column([ca.if_else(s.g > 0, 1.0, 0.0) for s in bends])
+        parts = ca.substitute([ca.densify(e) for e in parts], [modes], [conditions])
+    return parts
+
+
 def _signal(dae: HybridDae, schedule: Schedule) -> Symbol:
     """A piecewise linear signal over all of its time; at a jump its right limit."""
     times, values = np.array(schedule.times, float), np.array(schedule.values, float)
@@ -216,7 +229,7 @@ def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
             found[f"{law.name}: {'forward' if mode > 0 else 'backward'}"] = float(mode) * law.w
         elif mode == 2.0:
             found[f"{law.name}: free"] = law.lower - law.upper
-    for switch in dae.switches:
+    for switch in (s for s in dae.switches if not s.continuous):
         found[f"{switch.name}: {'true' if held[switch.index] > 0.5 else 'false'}"] = (
             float(2.0 * held[switch.index] - 1.0) * switch.g
         )

@@ -95,7 +95,7 @@ def read_experiment(path: str | Path, *names: str, time: str = "time", **options
 
 def _measurement(path: Path, names: tuple[str, ...], time: str) -> pd.DataFrame:
     try:
-        from asammdf import MDF
+        from asammdf import MDF  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise ParameterError(f"{path.name}: measurement files need asammdf; install powertrain[mdf]") from None
     with MDF(path) as measurement:

@@ -66,7 +66,7 @@ class Start:
             if name in labels:
                 right[labels.index(name), j] += 1.0
         matrix = np.vstack([slopes.s[0, :, :n], kept])
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], np.float64)
 
 
 def _refuse_jump(result: Result[Any], run: Record) -> None:

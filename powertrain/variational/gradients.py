@@ -18,7 +18,9 @@ from powertrain.signals import Picked, Samples, Signals, signals_of
 from powertrain.symbols import column
 from powertrain.variational.functional import Functional, functional
 from powertrain.variational.objectives import Objective, objective
+from powertrain.variational.record import record
 from powertrain.variational.sweeps import Model, adjoint, forward, integral_value, passage
+from powertrain.variational.transitions import WEIGHTS
 from powertrain.variational.unknowns import Unknowns, unknowns
 
 if TYPE_CHECKING:
@@ -136,6 +138,16 @@ def gradient(
         found = forward(model, wanted, way, keep=False)[0]
     value = number.value + integral_value(model, way.run)
     return Gradient(number.label, number.unit, value, wanted, found)
+
+
+def number_of(result: Result[Any], of: Objective) -> float:
+    """The number that an objective is at a run."""
+    found = functional(result, of)
+    if found.integrand is None:
+        return found.value
+    run = record(result, np.zeros(0))
+    rates = signals_of(result.compiled).evaluate([found.integrand], run.steps.samples, run.p)[:, 0]
+    return found.value + float((rates.reshape(len(run.steps.times), -1) @ WEIGHTS) @ run.steps.durations)
 
 
 def sensitivity(
