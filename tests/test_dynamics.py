@@ -7,33 +7,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from small_models import STARTS, CoupledClutches, Engaging
 
 import powertrain as pt
-from benchmarks.coupled_clutches import CoupledClutches
-from powertrain.components.rotational import Clutch, Inertia, SpringDamper, Torque
 
-
-class Engaging(pt.Component):
-    """A driven inertia, a clutch and a load behind a soft shaft; torque and clutch command are inputs."""
-
-    torque: pt.Input = pt.signal_input("N.m", "Torque of the engine")
-    press: pt.Input = pt.signal_input("1", "Command of the clutch")
-    source: Torque = Torque()
-    engine: Inertia = Inertia(J=0.2)
-    clutch: Clutch = Clutch(fn_max=200.0, mue_pos=((0.0, 1.0),))
-    shaft: SpringDamper = SpringDamper(c=500.0, d=5.0)
-    load: Inertia = Inertia(J=1.0)
-
-    def equations(self) -> pt.Equations:
-        yield pt.connect(self.torque, self.source.tau)
-        yield pt.connect(self.press, self.clutch.f_normalized)
-        yield pt.connect(self.source.flange, self.engine.flange_a)
-        yield pt.connect(self.engine.flange_b, self.clutch.flange_a)
-        yield pt.connect(self.clutch.flange_b, self.shaft.flange_a)
-        yield pt.connect(self.shaft.flange_b, self.load.flange_a)
-
-
-STARTS = {"engine.w": 100.0, "load.w": 0.0, "load.phi": 0.0, "shaft.phi_rel": 0.0}
 INPUTS = {"torque": 20.0, "press": 0.6}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from test_dynamics import STARTS, Engaging
+from small_models import STARTS, Engaging
 
 import powertrain as pt
 

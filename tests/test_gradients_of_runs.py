@@ -12,9 +12,9 @@ import casadi as ca
 import numpy as np
 import pytest
 from drivelines import driveline
+from small_models import Ball, CoupledClutches, Relay
 
 import powertrain as pt
-from benchmarks.coupled_clutches import CoupledClutches
 from powertrain.components.blocks import Step
 from powertrain.components.rotational import Brake, Damper, Fixed, Inertia, SpringDamper, Torque
 
@@ -128,21 +128,6 @@ def test_sensitivity_over_time(decay: pt.Plant[Decay]) -> None:
 # Events
 
 
-class Ball(pt.Component):
-    """Thrown up from the ground, it bounces: after k bounces it has the speed e^k v, all in closed form."""
-
-    e: pt.Parameter = pt.parameter("1", "Restitution", default=0.8)
-    g: pt.Parameter = pt.parameter("m/s2", "Gravity", default=10.0)
-    h: pt.Variable = pt.variable("m", "Height", start=1.0)
-    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
-    f: pt.Variable = pt.variable("N", "Force")
-
-    def equations(self) -> pt.Equations:
-        yield pt.der(self.h) == self.v
-        yield pt.der(self.v) == self.f - self.g
-        yield pt.unilateral(self.h, self.f, restitution=self.e)
-
-
 def height(t: float, e: Any, g: Any, h: Any) -> Any:
     """By hand: the time of the first hit and of every flight after it."""
     v, begin = ca.sqrt(2 * g * h), ca.sqrt(2 * h / g)
@@ -176,27 +161,6 @@ def test_extremum_after_an_impact() -> None:
     hardest = pt.gradient(result, pt.minimum("v"), ["e", "g", "h"])
     assert hardest["g"] == pytest.approx(-math.sqrt(2 / 10) / 2, rel=1e-8)
     assert hardest["e"] == pytest.approx(0.0, abs=1e-9)
-
-
-class Relay(pt.Component):
-    """A tank that fills until ``high`` and empties until ``low``; the level is reset by ``spill`` at each filling."""
-
-    inflow: pt.Parameter = pt.parameter("1/s", "Rate of filling", default=1.0)
-    leak: pt.Parameter = pt.parameter("1/s", "Rate of leaking", default=0.3)
-    high: pt.Parameter = pt.parameter("1", "Upper level", default=1.0)
-    low: pt.Parameter = pt.parameter("1", "Lower level", default=0.5)
-    spill: pt.Parameter = pt.parameter("1", "Share of the level kept at the change", default=0.9)
-    level: pt.Variable = pt.variable("1", "Level", start=0.2)
-    filling: pt.Discrete = pt.discrete("1", "Whether it is filled", start=1.0)
-    since: pt.Discrete = pt.discrete("s", "Last change", start=0.0)
-
-    def equations(self) -> pt.Equations:
-        yield pt.der(self.level) == self.filling * self.inflow - self.leak * self.level + 0.1 * self.since
-        yield pt.when(
-            self.level > self.high,
-            pt.reinit(self.filling, 0), pt.reinit(self.since, pt.time), pt.reinit(self.level, self.spill * self.level),
-        )  # fmt: skip
-        yield pt.when(self.level < self.low, pt.reinit(self.filling, 1), pt.reinit(self.since, 0.5 * pt.time))
 
 
 def test_resets_of_states_and_discretes() -> None:

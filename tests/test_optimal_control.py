@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_gradients_of_runs import Ball
+from small_models import Ball
 
 import powertrain as pt
 from powertrain.components.rotational import Clutch, IdealGear, Inertia, SpringDamper, Torque

@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_dynamics import STARTS, Engaging
-from test_gradients_of_runs import Relay
+from small_models import STARTS, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
-from benchmarks.coupled_clutches import CoupledClutches
 
 TIGHT: dict[str, Any] = {"rtol": 1e-10, "atol": 1e-12}
 
