@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from powertrain.running import Running
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
+    from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
 
@@ -62,6 +63,7 @@ __all__ = [
     "Equations",
     "Experiment",
     "Fit",
+    "Floquet",
     "Gradient",
     "InitializationError",
     "Input",
@@ -92,6 +94,7 @@ __all__ = [
     "energy_audit",
     "final",
     "fit",
+    "floquet",
     "flow",
     "friction",
     "gradient",
@@ -146,6 +149,8 @@ _ANALYSES = {
     "Fit": "powertrain.optimal.fitting",
     "Plan": "powertrain.optimal.planning",
     "optimal_control": "powertrain.optimal.planning",
+    "Floquet": "powertrain.variational.floquet",
+    "floquet": "powertrain.variational.floquet",
     "Running": "powertrain.running",
     "fit": "powertrain.optimal.fitting",
     "read_experiment": "powertrain.optimal.experiment",

@@ -43,7 +43,7 @@ ORDER = [
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
     "variational: record unknowns objectives partials",
-    "variational: functional transitions mapping saltation begin sweeps gradients",
+    "variational: functional transitions mapping saltation begin sweeps gradients floquet",
     "optimal: dynamics experiment fitting phases planning",
     "power: circulation powergraph variator directedflow powerterms powerflow",
     "plot power.powerdiagram power.powerplot drawing",
