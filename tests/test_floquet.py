@@ -68,7 +68,7 @@ def test_stick_slip() -> None:
     sizes = np.abs(found.multipliers)
     assert sizes[: len(sizes) - 1] == pytest.approx(np.ones(len(sizes) - 1), abs=1e-6)
     assert sizes[-1] < 1e-9
-    assert max(abs(v) for n, v in found.closure.items() if n.endswith("w") or n.endswith("w_rel")) < 1e-6
+    assert max(abs(v) for n, v in found.closure.items() if n.endswith(("w", "w_rel"))) < 1e-6
 
 
 class Table(pt.Component):

@@ -22,6 +22,9 @@ STAGES = 4
 POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])), 1.0)
 """The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
 
+_EARLY = 1e-6
+"""How much earlier, as a share of the step before an event."""
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -40,10 +43,12 @@ class Steps:
 class Instants:
     """The events of a run: times in s, both limits, the starts of the steps before, impacts and resets by name.
 
-    ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output.
+    ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output; ``early`` is a little earlier,
+    where expressions that bend at the event itself have not bent yet.
     """
 
     times: Array
+    early: Samples
     seen: Samples
     left: Samples
     right: Samples
@@ -105,7 +110,11 @@ def _instants(trajectory: Trajectory, corrected: Any) -> Instants:
     seen = side([i.left for i in found], [i.held_left for i in found])
     right = side([i.right for i in found], [i.held_right for i in found])
     before = _dense(trajectory, trajectory.times[owner], owner) if found else seen
-    return Instants(times, seen, corrected(seen), corrected(right), before, tuple(i.extra for i in found))
+    start = trajectory.times[owner]
+    early = _dense(trajectory, times - _EARLY * (times - start), owner) if found else seen
+    return Instants(
+        times, corrected(early), seen, corrected(seen), corrected(right), before, tuple(i.extra for i in found)
+    )
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, Guard, Switch, When
@@ -95,7 +96,11 @@ class Saltation:
             return []
         f_left, f_right = (self.flow.rates(samples, run.p) for samples in (events.left, events.right))
         slopes = self.before(events.left, run.p)
+        early = self.before(events.early, run.p)
         falls = slopes.along(f_left[:, : self.system.size])
+        before = early.along(self.flow.rates(events.early, run.p)[:, : self.system.size])
+        bends = (falls >= 0.0) & (before < 0.0)
+        falls, slopes = np.where(bends, before, falls), chosen(bends, early, slopes)
         seen, earlier = (self.before(samples, run.p).value for samples in (events.seen, events.before))
         return [
             self._jump(run, k, f_left[k], f_right[k], replace(_one(slopes, k), value=seen[k]), falls[k], earlier[k])
@@ -154,7 +159,9 @@ class Saltation:
         ]  # fmt: skip
         value, possible = slopes.value, changed or [j for j, law in enumerate(laws) if law is not None]
         at_zero = [j for j in range(count) if laws[j] is not None and value[j] <= _AT_ZERO and falls[j] < 0.0]
-        at_zero = self._first([j for j in at_zero if j in changed] or at_zero, value, falls, t)
+        jumping = [j for j in at_zero if not getattr(laws[j], "continuous", False)]
+        at_zero = next((g for g in ([j for j in jumping if j in changed], jumping, at_zero) if g), [])
+        at_zero = self._first(at_zero, value, falls, t)
         if not at_zero and not found:
             at_zero = sorted(possible, key=lambda j: float(value[j]))[:1]
             if not at_zero or value[at_zero[0]] > _TRIGGER:
@@ -165,11 +172,15 @@ class Saltation:
             law = laws[j]
             if law is None or any(law.index == shift.index for shift in found):
                 continue
-            self._refuse_grazing(
-                law, t, float(falls[j]), float(earlier[j] - value[j]), t - float(run.instants.before.t[k])
-            )
+            if not self._sticks(law, left, right) or not falls[j] < 0.0:
+                h = t - float(run.instants.before.t[k])
+                self._refuse_grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), h)
             found.append(Shift(law.name, law.index, -slopes.s[j] / falls[j], -slopes.q[j] / falls[j]))
         return found
+
+    def _sticks(self, law: Law, left: Array, right: Array) -> bool:
+        """Whether a sliding law comes to rest: then the jump of the rates is in proportion to the slope, however flat that is."""
+        return any(law is s for s in self.sticking) and left[law.index] != 0.0 and right[law.index] == 0.0
 
     def _first(self, laws: list[int], value: Array, falls: Array, t: float) -> list[int]:
         """Those that fell through zero first, within the hysteresis; others below zero follow from what these change."""
@@ -249,6 +260,14 @@ class Saltation:
         laws: list[Law] = [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
         names = [law.name for law in laws if left[law.index] != right[law.index]]
         return ", ".join(dict.fromkeys([*names, *(name for name, _ in run.instants.extra[k])])) or "without a law"
+
+
+def chosen(where: NDArray[np.bool_], yes: Slopes, no: Slopes) -> Slopes:
+    """Derivatives of the first where it says so, one decision for every expression and sample."""
+    wide = where[:, :, None]
+    return Slopes(
+        no.value, np.where(where, yes.t, no.t), np.where(wide, yes.s, no.s), np.where(wide, yes.q, no.q), no.weights
+    )
 
 
 def row_of(samples: Samples, k: int) -> Samples:
