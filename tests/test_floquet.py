@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,7 +14,7 @@ import powertrain as pt
 from powertrain.components.blocks import Constant
 from powertrain.components.rotational import Clutch, ConstantSpeed, Damper, Fixed, Inertia, Spring
 
-TIGHT = {"rtol": 1e-10, "atol": 1e-12}
+TIGHT: dict[str, Any] = {"rtol": 1e-10, "atol": 1e-12}
 
 
 class Damped(pt.Component):
