@@ -22,6 +22,7 @@ from benchmarks import (
     drive_cycle,
     driveline,
     driveline_map,
+    gradient,
     steady_map,
     sweep,
     sweep_on_dask,
@@ -40,6 +41,7 @@ FULL: dict[str, Runner] = {
     "steady_map": steady_map.run,
     "driveline_map": driveline_map.run,
     "drive_cycle": drive_cycle.run,
+    "gradient": gradient.run,
 }
 QUICK: dict[str, Runner] = {
     "coupled_clutches": partial(coupled_clutches.run, rounds=5, variants=10),
@@ -49,6 +51,7 @@ QUICK: dict[str, Runner] = {
     "sweep": partial(sweep.run, runs=50),
     "driveline_map": partial(driveline_map.run, rounds=2, n=30),
     "drive_cycle": partial(drive_cycle.run, rounds=3, settled=2, tolerances=(1e-4,)),
+    "gradient": partial(gradient.run, rounds=2, cycle=200.0),
 }
 HEAD = """# Benchmarks
 

@@ -41,10 +41,17 @@ if TYPE_CHECKING:
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
     from powertrain.drawing import schematic
+    from powertrain.optimal.experiment import Experiment, read_experiment
+    from powertrain.optimal.fitting import Fit, fit
+    from powertrain.optimal.planning import Plan, optimal_control
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
+    from powertrain.running import Running
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
+    from powertrain.variational.floquet import Floquet, floquet
+    from powertrain.variational.gradients import Gradient, gradient, sensitivity
+    from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
 
 __version__ = "0.1.0"
 __all__ = [
@@ -54,44 +61,63 @@ __all__ = [
     "Discrete",
     "EnergyAudit",
     "Equations",
+    "Experiment",
+    "Fit",
+    "Floquet",
+    "Gradient",
     "InitializationError",
     "Input",
     "Map",
     "ModelError",
+    "Objective",
     "Output",
     "Parameter",
     "ParameterError",
+    "Plan",
     "Plant",
     "PowerFlow",
     "PowertrainError",
     "Result",
+    "Running",
     "Signal",
     "SimulationError",
     "Sweep",
     "Symbol",
     "Variable",
     "__version__",
+    "at",
     "compile",
     "connect",
     "der",
     "discrete",
     "eigenmodes",
     "energy_audit",
+    "final",
+    "fit",
+    "floquet",
     "flow",
     "friction",
+    "gradient",
+    "integral",
     "linearize",
     "load",
+    "maximum",
+    "minimum",
+    "optimal_control",
     "parameter",
     "port",
     "power_flow",
     "power_outputs",
+    "read_experiment",
     "reinit",
     "replace",
     "schedule",
     "schematic",
+    "sensitivity",
     "signal_input",
     "signal_output",
     "simulate",
+    "squares",
     "steady",
     "steady_gradient",
     "support",
@@ -106,9 +132,28 @@ __all__ = [
 
 # The analyses are imported when they are first asked for.
 _ANALYSES = {
+    "Gradient": "powertrain.variational.gradients",
+    "Objective": "powertrain.variational.objectives",
+    "at": "powertrain.variational.objectives",
+    "final": "powertrain.variational.objectives",
+    "gradient": "powertrain.variational.gradients",
+    "integral": "powertrain.variational.objectives",
+    "maximum": "powertrain.variational.objectives",
+    "minimum": "powertrain.variational.objectives",
+    "sensitivity": "powertrain.variational.gradients",
+    "squares": "powertrain.variational.objectives",
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
     "Sweep": "powertrain.analysis.sweep",
+    "Experiment": "powertrain.optimal.experiment",
+    "Fit": "powertrain.optimal.fitting",
+    "Plan": "powertrain.optimal.planning",
+    "optimal_control": "powertrain.optimal.planning",
+    "Floquet": "powertrain.variational.floquet",
+    "floquet": "powertrain.variational.floquet",
+    "Running": "powertrain.running",
+    "fit": "powertrain.optimal.fitting",
+    "read_experiment": "powertrain.optimal.experiment",
     "eigenmodes": "powertrain.analysis.eigenmodes",
     "energy_audit": "powertrain.analysis.audit",
     "linearize": "powertrain.analysis.linearization",

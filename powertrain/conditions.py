@@ -44,33 +44,41 @@ class Asked:
 class Discretes:
     """The equations of ``initial()`` that give discrete variables their values, from parameters and time alone.
 
-    ``discretes`` are the names of the discrete variables by the keys of their symbols, ``places`` their places in ``m``.
+    ``discretes`` are the names of the discrete variables by the keys of their symbols, ``places`` their places in ``m``; ``given`` are the
+    places of those with such an equation, and ``values`` what these give, of (t, m, p).
     """
 
     def __init__(self, dae: HybridDae, equations: Sequence[Asked], discretes: Mapping[int, str]) -> None:
         self.others: list[Asked] = []
-        self._places: list[int] = []
+        self.given: list[int] = []
         values: list[Symbol] = []
         unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
         place = {key(dae.m[i]): i for i in range(dae.m.numel())}
         self.places = {name: place[k] for k, name in discretes.items()}
         for asked in equations:
             inside = free_symbols(asked.expression)
-            own = [s for s in inside if key(s) in discretes and place[key(s)] not in self._places]
+            own = [s for s in inside if key(s) in discretes and place[key(s)] not in self.given]
             slope = ca.jacobian(asked.expression, own[0]) if own else Symbol(0)
             if not own or any(key(s) in unknowns for s in inside) or key(own[0]) in map(key, free_symbols(slope)):
                 self.others.append(asked)
                 continue
             value = -ca.substitute(asked.expression, own[0], 0) / slope
-            known = column([dae.m[i] for i in self._places])
+            known = column([dae.m[i] for i in self.given])
             values.append(ca.substitute(value, known, column(values)) if values else value)
-            self._places.append(place[key(own[0])])
-        self._values = ca.Function("powertrain_discretes", [dae.t, dae.m, dae.p], [ca.densify(column(values))])
+            self.given.append(place[key(own[0])])
+        self.values = column(values)
+        self._evaluated = ca.Function("powertrain_discretes", [dae.t, dae.m, dae.p], [ca.densify(self.values)])
 
     def set(self, t: float, m: Array, p: Array) -> None:
         """Puts the values into ``m``."""
-        if self._places:
-            m[self._places] = np.array(self._values(t, m, p)).ravel()
+        if self.given:
+            m[self.given] = np.array(self._evaluated(t, m, p)).ravel()
+
+
+def discretes_of(compiled: Compiled) -> Discretes:
+    """The discrete variables of a model that its ``initial()`` gives."""
+    names = {key(d.symbol): d.name for d in compiled.flat.discretes}
+    return Discretes(compiled.dae, text_conditions(compiled), names)
 
 
 def text_conditions(compiled: Compiled) -> list[Asked]:

@@ -22,10 +22,9 @@ from powertrain.conditions import (
     DECLARED,
     Asked,
     Condition,
-    Discretes,
     declared_conditions,
+    discretes_of,
     signal_condition,
-    text_conditions,
     unsettled,
 )
 from powertrain.engine.buffers import Bound, zeros
@@ -64,6 +63,16 @@ class InitialReport:
     def __getstate__(self) -> dict[str, Any]:
         return {"used": self.used, "implied": self.implied, "states": self.states}
 
+    @property
+    def solved(self) -> tuple[Asked, ...]:
+        """The conditions that were solved, with their expressions; a pickled report has none."""
+        return tuple(a for i, a in enumerate(self._asked) if i in self._chosen)
+
+    @property
+    def open(self) -> tuple[int, ...]:
+        """The places of the states that no condition reaches."""
+        return tuple(self._open)
+
     @cached_property
     def used(self) -> tuple[Condition, ...]:
         """The conditions that were solved, and the states that none of them reaches."""
@@ -100,8 +109,7 @@ class Initializer:
 
     def __init__(self, compiled: Compiled) -> None:
         self.compiled = compiled
-        discretes = {key(d.symbol): d.name for d in compiled.flat.discretes}
-        self._discretes = Discretes(compiled.dae, text_conditions(compiled), discretes)
+        self._discretes = discretes_of(compiled)
         self._text = self._discretes.others
         self._declared = declared_conditions(compiled)
         self._plans: dict[tuple[str, ...], _Plan] = {}

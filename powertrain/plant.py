@@ -25,6 +25,10 @@ from powertrain.nonfinite import explain
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
+if TYPE_CHECKING:
+    from powertrain.optimal.dynamics import Dynamics
+    from powertrain.running import Running
+
 M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
@@ -116,8 +120,10 @@ class Plant(Generic[M]):
         if record is not None:
             signals_of(self.compiled).matching(record)
         engine = self._engine(method, compile)
-        held = self._set_inputs(engine, by_name("inputs", inputs), start)
+        given = by_name("inputs", inputs)
+        held = self._set_inputs(engine, given, start)
         x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
+        knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
         watch = _progress(progress, start, stop)
         try:
             trajectory = engine.run(
@@ -129,9 +135,9 @@ class Plant(Generic[M]):
                 if OUTSIDE in str(error):
                     why = explain(self.compiled, reached.end, reached.final, reached.final_held, p)
                     error.args = (f"{error}{why and chr(10) + '  '}{why}",)
-                error.result = Result(self.compiled, error.result, grid, p, report, record, message=str(error))
+                error.result = Result(self.compiled, error.result, grid, p, report, record, str(error), knots)
             raise
-        return Result(self.compiled, trajectory, grid, p, report, record)
+        return Result(self.compiled, trajectory, grid, p, report, record, inputs=knots)
 
     def initialize(
         self,
@@ -148,6 +154,59 @@ class Plant(Generic[M]):
         x, z, m, report = self._initializer().solve(engine, t, p, held, *_at_start(starts, guesses))
         return (*engine.resolve(t, x, z, m, p), report)
 
+    def function(
+        self,
+        outputs: str | Callable[[Any], Any] | Sequence[str | Callable[[Any], Any]] = (),
+        inputs: str | Sequence[str] | None = None,
+        modes: Mapping[str, float] | tuple[Result[Any], float] | None = None,
+    ) -> Dynamics:
+        """The equations in given modes as a ``casadi.Function`` of (t, x, z, u, p), with names, units and the limits of the modes.
+
+        ``outputs``: names or selectors of signals; ``inputs``: inputs of the model or parameters that become u, by default all inputs;
+        ``modes``: those of the laws by name (friction: 1 forward, 0 stuck, -1 backward, 2 free; contacts and switches: 1 or 0;
+        switches that are not named keep their mode at the start), or (result, t) for those of a run at t, whose state then is the start.
+        Discrete variables keep the values they have there; signals of time stay signals of time.
+
+        Raises ParameterError for unknown names and modes that are not given.
+        """
+        from powertrain.optimal.dynamics import dynamics
+
+        return dynamics(self, outputs, inputs, modes)
+
+    def start(
+        self,
+        t: float = 0.0,
+        *,
+        parameters: Mapping[str, float] | None = None,
+        starts: Mapping[str, float] | None = None,
+        guesses: Mapping[str, float] | None = None,
+        inputs: Mapping[str, InputValue] | None = None,
+        rtol: float = 1e-6,
+        atol: float = 1e-8,
+        max_step: float = np.inf,
+        method: Method = "auto",
+        compile: bool = False,
+        record: bool = True,
+    ) -> Running[M]:
+        """A run in hand at ``t`` (s): ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state``, ``run.result()``.
+
+        Arguments are those of ``simulate``; inputs keep their values until ``step`` gives others. ``record=False`` keeps the present
+        state only.
+        """
+        from powertrain.running import start
+
+        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
+            positive(name, value)
+        options = {
+            "rtol": rtol,
+            "atol": atol,
+            "max_step": max_step,
+            "method": method,
+            "compile": compile,
+            "record": record,
+        }
+        return start(self, number("t", t, "s"), parameters, starts, guesses, inputs, options)
+
     def _engine(self, method: Method, compiled: bool) -> Engine:
         one_of("method", method, get_args(Method))
         engines: dict[tuple[str, bool], Engine] = self._local.__dict__.setdefault("engines", {})
@@ -163,16 +222,20 @@ class Plant(Generic[M]):
 
     def _set_inputs(self, engine: Engine, inputs: Mapping[str, InputValue], t: float) -> Array:
         """Gives the engine the time signals of this run; returns the held values at the start."""
-        dae = self.compiled.dae
-        held = dae.held_start.copy()
-        for name in inputs:
-            if name not in self.compiled.inputs:
-                raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
+        held = self.compiled.dae.held_start.copy()
+        schedules = self._schedules(inputs)
         if self.compiled.inputs:
-            engine.schedules = Schedules([_scheduled(s, inputs) for s in dae.schedules])
+            engine.schedules = Schedules(schedules)
         if engine.schedules:
             engine.schedules.enter(held, t)
         return held
+
+    def _schedules(self, inputs: Mapping[str, InputValue]) -> list[Schedule]:
+        """The signals of time of a run with these inputs."""
+        for name in inputs:
+            if name not in self.compiled.inputs:
+                raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
+        return [_scheduled(s, inputs) for s in self.compiled.dae.schedules]
 
 
 def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
@@ -224,6 +287,7 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
 
 if not TYPE_CHECKING:
     Plant.simulate = options_checked(Plant.simulate)
+    Plant.start = options_checked(Plant.start)
 
 
 def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:

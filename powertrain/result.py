@@ -50,6 +50,8 @@ class Result(Generic[M]):
 
     report: Any
     """How the start was found: the conditions that were used and the states they gave."""
+    inputs: dict[str, tuple[Array, Array]]
+    """The inputs that were given: times (s) and values of their knots."""
 
     def __init__(
         self,
@@ -60,12 +62,13 @@ class Result(Generic[M]):
         report: Any = None,
         record: str | Sequence[str] | None = None,
         message: str = "",
+        inputs: Mapping[str, tuple[Array, Array]] | None = None,
     ) -> None:
         self._signals = signals_of(compiled)
         self._compiled: Compiled | None = compiled
         self._trajectory: Trajectory | None = trajectory
         self._times, self._p = np.array(times, float).ravel(), p
-        self.report, self.message = report, message
+        self.report, self.message, self.inputs = report, message, dict(inputs or {})
         self._values: dict[str, Array] = {}
         self._record: tuple[str, ...] | None = None
         if record is not None:
@@ -83,7 +86,9 @@ class Result(Generic[M]):
 
     def recorded(self, record: str | Sequence[str]) -> Result[M]:
         """The same run with samples of the signals of the given names and patterns only, as ``simulate(record=...)`` gives it."""
-        return Result(self.compiled, self.trajectory, self._times, self._p, self.report, record, self.message)
+        return Result(
+            self.compiled, self.trajectory, self._times, self._p, self.report, record, self.message, self.inputs
+        )
 
     def detached(self) -> dict[str, Any]:
         """The numbers of the run without its model, small and quick to pickle; ``attached`` makes a result of them again."""

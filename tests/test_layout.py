@@ -38,20 +38,23 @@ ORDER = [
     "engine: jam selflocking chatter schedules trajectory location projection consistent special",
     "engine: uniqueness resolve admissible",
     "engine: continuity zeno sparse_step failure loop engine",
-    "signals nonfinite events export conditions initial result plant",
+    "signals nonfinite events export conditions initial result plant running",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",
     "steadystate: lanes fraction axes newton points equilibrium choices columns table unknowns stage turns search",
     "steadystate: operating walk forms rows sheet",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
+    "variational: record unknowns objectives partials",
+    "variational: functional transitions mapping saltation begin sweeps gradients floquet",
+    "optimal: dynamics experiment fitting phases planning",
     "power: circulation powergraph variator directedflow powerterms powerflow",
     "plot power.powerdiagram power.powerplot drawing",
     "__init__",
     "__main__",
 ]
 # (module, what it imports from a row below, in the function that needs it)
-LATER = {("result", "plot"), ("power.powerflow", "power.powerdiagram")}
+LATER = {("result", "plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
 
 
 def row_names(row: str) -> list[str]:

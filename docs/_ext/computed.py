@@ -17,7 +17,7 @@ from pathlib import Path
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
 RESULTS = DOCS / "_computed"
-EXECUTED = ("tutorial", "vehicles", "theory")
+EXECUTED = ("tutorial", "howto", "vehicles", "theory")
 """Folders whose pages are executed where they have Python blocks."""
 STAMP = "fingerprint.txt"
 

@@ -7,7 +7,7 @@ from collections import defaultdict, deque
 from powertrain.compiler.hybrid import Contact, Friction, Switch, When
 
 _SWITCHES = 200
-_SPAN = 1e-3
+_SPAN = 1e-5
 _HYSTERESIS = "Its condition and what it switches contradict each other; give it a hysteresis, or let the model slide or stick there."
 STOP = (
     "Where something strikes a stop, write unilateral(gap, force, restitution=...) instead of when: it ends the bouncing and holds what "

@@ -105,6 +105,33 @@ class Engine:
         self._settle(start)
         return Run(self, start, stop, rtol, max_step, progress).execute()
 
+    def resume(
+        self,
+        x: ArrayLike,
+        p: ArrayLike,
+        m: ArrayLike,
+        z: ArrayLike,
+        *,
+        start: float,
+        stop: float,
+        rtol: float,
+        atol: float,
+        max_step: float,
+        jumped: bool,
+    ) -> Trajectory:
+        """Simulate on from the end of another run; ``jumped``: signals of time were changed since. Raises SimulationError."""
+        self._load(start, x, z, m, p, rtol, atol)
+        self.memory.m[: self.sizes[2]] = _vector("m", m, self.sizes[2])
+        if jumped:
+            self.memory.jumped[0] = 0.0
+            self.memory.fire.fill(0.0)
+            try:
+                self.resolver.resolve(0)
+                self.admissible.check(0)
+            except (NotConsistent, SimulationError) as error:
+                raise SimulationError(f"at t = {start:.9g} s {error}") from None
+        return Run(self, start, stop, rtol, max_step, None).execute(resumed=not jumped)
+
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
         """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
         self._load(t, x, z, m, p, 1e-6, 1e-8)

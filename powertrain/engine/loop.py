@@ -63,14 +63,17 @@ class Run:
         memory, counted = engine.memory, engine.memory.outside[: len(self.outside)]
         self.views = [view(a) for a in (memory.time, memory.tolerance, memory.info, memory.record, counted)]
 
-    def execute(self) -> Trajectory:
-        """Run to the stop time; errors carry the trajectory so far."""
+    def execute(self, resumed: bool = False) -> Trajectory:
+        """Run to the stop time; errors carry the trajectory so far. ``resumed``: it goes on smoothly from the end of another run."""
         self.steps = self.engine.stepper(self.method)
         self.engine.special.begin()
         try:
             self._restart()
             self.recorder.enter(self.memory.m.copy())
-            self._check_guards()
+            if resumed:
+                self.h = min(self.stop - self.start, self.max_step)
+            else:
+                self._check_guards()
             self._choose()
             while self.t < self.stop:
                 self._next_stop()

@@ -1,0 +1,249 @@
+"""The equations of a model in given modes as CasADi functions, with the names and units of everything they take and give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from reprlib import repr as short
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from powertrain.arguments import listed, number
+from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Schedule
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError, suggestion
+from powertrain.plant import Plant
+from powertrain.result import Result
+from powertrain.signals import signals_of
+from powertrain.symbols import Symbol, column
+
+Selector = str | Callable[[Any], Any]
+Modes = Mapping[str, float] | tuple[Result[Any], float]
+FRICTION = {"forward": 1.0, "stuck": 0.0, "backward": -1.0, "free": 2.0}
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """A model in given modes.
+
+    ``function``: a ``casadi.Function`` of (t, x, z, u, p) that gives
+
+        xdot       der(x)
+        residual   0 = residual determines the algebraic unknowns z
+        y          the outputs
+        margin     >= 0 where the modes hold: speeds of sliding laws, distances of stuck torques from their limits, ...
+        still      = 0 where the modes hold: speeds and gaps that stuck friction and closed contacts keep at zero
+
+    ``states``, ``algebraic``, ``inputs``, ``parameters``, ``outputs``, ``margins`` and ``stills`` are the names of the entries;
+    ``units`` those of their units. ``x``, ``z``, ``u``, ``p``: values for a start, in the same order. ``modes``: the modes by law.
+    """
+
+    function: ca.Function
+    states: tuple[str, ...]
+    algebraic: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    outputs: tuple[str, ...]
+    margins: tuple[str, ...]
+    stills: tuple[str, ...]
+    units: dict[str, str]
+    modes: dict[str, float]
+    x: Array
+    z: Array
+    u: Array
+    p: Array
+
+    def step(self, h: float, intervals: int = 1) -> ca.Function:
+        """A ``casadi.Function`` (t, x, u, p) -> (x_end, y) over ``h`` seconds with constant u, differentiable to any order.
+
+        ``intervals`` steps of Radau collocation of order 5, which takes stiff models and algebraic unknowns; y are the outputs at the end.
+        """
+        if not number("h", h, "s") > 0.0:
+            raise ParameterError(f"h = {h:g} s is not positive")
+        t, s = ca.MX.sym("t"), ca.MX.sym("s")
+        x, z, u, p = (ca.MX.sym(n, self.function.size1_in(n)) for n in ("x", "z", "u", "p"))
+        rates = self.function(t=t + s, x=x, z=z, u=u, p=p)
+        dae: dict[str, Any] = {"x": x, "t": s, "p": ca.vertcat(t, u, p), "ode": rates["xdot"]}
+        if z.numel():
+            dae |= {"z": z, "alg": rates["residual"]}
+        options: dict[str, Any] = {
+            "number_of_finite_elements": intervals,
+            "collocation_scheme": "radau",
+            "interpolation_order": 3,
+        }
+        integrate = ca.integrator("powertrain_step", "collocation", dae, 0.0, h, options)
+        found = integrate(x0=x, z0=self.z, p=ca.vertcat(t, u, p))
+        end = self.function(t=t + h, x=found["xf"], z=found["zf"], u=u, p=p)
+        return ca.Function(
+            "powertrain_step", [t, x, u, p], [found["xf"], end["y"]], ["t", "x", "u", "p"], ["x_end", "y"]
+        )
+
+
+def dynamics(
+    plant: Plant[Any],
+    outputs: Selector | Sequence[Selector] = (),
+    inputs: str | Sequence[str] | None = None,
+    modes: Modes | None = None,
+) -> Dynamics:
+    """The model in given modes; see ``Plant.function``."""
+    compiled, dae = plant.compiled, plant.compiled.dae
+    signals = signals_of(compiled)
+    picked = [signals.pick(s) for s in listed("outputs", outputs)]
+    driven = list(compiled.inputs) if inputs is None else _checked(plant, inputs)
+    x, z, held, p = _point(plant, modes)
+    u = Symbol.sym("u", len(driven))
+    margins, stills = _margins(dae, held), _stills(dae, held)
+    parts = [
+        dae.xdot,
+        dae.residual,
+        *(column(e) for e in ([q.expression for q in picked], list(margins.values()), list(stills.values()))),
+    ]
+    old, new = _held_in_time(dae, held, compiled.inputs, driven, u)
+    freed = [n for n in driven if n in compiled.parameters]
+    for name in freed:
+        old.append(dae.p[list(compiled.parameters).index(name)])
+        new.append(u[driven.index(name)])
+    parts = _bent(dae, parts)
+    written = ca.substitute([ca.densify(e) for e in parts], [column(old)], [column(new)]) if old else parts
+    function = ca.Function(
+        "powertrain_dynamics",
+        [dae.t, dae.x, dae.z, u, dae.p],
+        [ca.cse(ca.densify(e)) for e in written],
+        ["t", "x", "z", "u", "p"],
+        ["xdot", "residual", "y", "margin", "still"],
+    )
+    units = {n: c.unit for n, c in compiled.parameters.items()} | {n: i.unit for n, i in compiled.inputs.items()}
+    units |= {n: compiled.signals[n].unit for n in compiled.states if n in compiled.signals}
+    units |= {q.label: q.unit for q in picked}
+    schedules = {s.name: s for s in dae.schedules}
+    values = [p[list(compiled.parameters).index(n)] if n in freed else held[schedules[n].index + 1] for n in driven]
+    return Dynamics(
+        function, tuple(compiled.states), tuple(dae.z[k].name() for k in range(dae.z.numel())), tuple(driven),
+        tuple(compiled.parameters), tuple(q.label for q in picked), tuple(margins), tuple(stills), units,
+        {law.name: float(held[law.index]) for law in _laws(dae)}, x, z, np.array(values, float), p,
+    )  # fmt: skip
+
+
+def _checked(plant: Plant[Any], inputs: str | Sequence[str]) -> list[str]:
+    driven: list[str] = listed("inputs", inputs)
+    known = [*plant.compiled.inputs, *plant.compiled.parameters]
+    for name in driven:
+        if name not in known:
+            raise ParameterError(f"inputs: the model has no input or parameter {name}{suggestion(str(name), known)}")
+    return driven
+
+
+def _laws(dae: HybridDae) -> list[Any]:
+    return [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
+
+
+def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array, Array]:
+    """States, algebraic unknowns, held values with the modes, and parameters."""
+    if isinstance(modes, tuple):
+        result, t = modes[0], number("modes: t", modes[1], "s") if len(modes) == 2 else 0.0
+        if len(modes) != 2 or not isinstance(result, Result):
+            raise ParameterError(
+                f"modes = {short(modes)}: give modes by law, or (result, t) with a result of this model"
+            )
+        x, z, m = (v[0] for v in result.trajectory.at([t], with_events=False)[1:])
+        return x, z, m.copy(), np.array(list(result.parameters.values()), float)
+    dae = plant.compiled.dae
+    laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
+    given = dict(modes or {})
+    unknown = [n for n in given if n not in laws]
+    if unknown:
+        raise ParameterError(f"modes: the model has no law {unknown[0]}{suggestion(unknown[0], laws)}")
+    missing = [law.name for group in (dae.frictions, dae.contacts) for law in group if law.name not in given]
+    if missing:
+        raise ParameterError(
+            f"modes: give those of {', '.join(missing[:6])} too (friction: 1 forward, 0 stuck, -1 backward, 2 free; "
+            "contacts: 1 closed, 0 open), or (result, t) for the modes of a run"
+        )
+    x, z, m, _ = plant.initialize()
+    for name, mode in given.items():
+        law = laws[name]
+        allowed = (1.0, 0.0, -1.0, 2.0) if isinstance(law, Friction) else (0.0, 1.0)
+        if mode not in allowed:
+            raise ParameterError(f"modes: {name} = {short(mode)} is none of {', '.join(f'{v:g}' for v in allowed)}")
+        m[law.index] = mode
+    return x, z, m, plant.parameter_vector()
+
+
+def _held_in_time(
+    dae: HybridDae, held: Array, inputs: Collection[str], driven: Sequence[str], u: Symbol
+) -> tuple[list[Symbol], list[Symbol]]:
+    """The symbols of all held values, and what stands for them: inputs, piecewise linear signals of time, numbers."""
+    values: dict[int, Symbol] = {k: Symbol(float(held[k])) for k in range(dae.m.numel())}
+    for schedule in dae.schedules:
+        start, value, slope = range(schedule.index, schedule.index + 3)
+        values[start], values[slope] = Symbol(0.0), Symbol(0.0)
+        if schedule.name in driven:
+            values[value] = u[driven.index(schedule.name)]
+        elif schedule.name in inputs:
+            values[value] = Symbol(float(held[value])) + float(held[slope]) * (dae.t - float(held[start]))
+        else:
+            values[value] = _signal(dae, schedule)
+    return [dae.m[k] for k in values], list(values.values())
+
+
+def _bent(dae: HybridDae, parts: list[Symbol]) -> list[Symbol]:
+    """Switches whose branches meet need no modes: their conditions stand in the place of these."""
+    bends = [s for s in dae.switches if s.continuous]
+    for _ in bends:
+        modes = column([dae.m[s.index] for s in bends])
+        if not any(ca.depends_on(e, modes) for e in parts):
+            break
+        conditions = column([ca.if_else(s.g > 0, 1.0, 0.0) for s in bends])
+        parts = ca.substitute([ca.densify(e) for e in parts], [modes], [conditions])
+    return parts
+
+
+def _signal(dae: HybridDae, schedule: Schedule) -> Symbol:
+    """A piecewise linear signal over all of its time; at a jump its right limit."""
+    times, values = np.array(schedule.times, float), np.array(schedule.values, float)
+    if len(times) == 1:
+        return Symbol(float(values[0]))
+    found = Symbol(float(values[0]))
+    for i in range(len(times)):
+        last = i + 1 == len(times)
+        span = 0.0 if last else times[i + 1] - times[i]
+        slope = (values[i + 1] - values[i]) / span if span > 0.0 else 0.0
+        found = ca.if_else(dae.t >= times[i], values[i] + slope * (dae.t - times[i]), found)
+    return found
+
+
+def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
+    """What must not become negative while the modes hold, by name."""
+    found: dict[str, Symbol] = {}
+    for law in dae.frictions:
+        mode = held[law.index]
+        low, high = law.peak * law.lower, law.peak * law.upper
+        if mode == 0.0 and not law.prescribed:
+            found |= {
+                f"{law.name}: above its lower limit": law.torque - low,
+                f"{law.name}: below its upper limit": high - law.torque,
+            }
+        elif mode in (1.0, -1.0):
+            found[f"{law.name}: {'forward' if mode > 0 else 'backward'}"] = float(mode) * law.w
+        elif mode == 2.0:
+            found[f"{law.name}: free"] = law.lower - law.upper
+    for switch in (s for s in dae.switches if not s.continuous):
+        found[f"{switch.name}: {'true' if held[switch.index] > 0.5 else 'false'}"] = (
+            float(2.0 * held[switch.index] - 1.0) * switch.g
+        )
+    for contact in dae.contacts:
+        closed = held[contact.index] > 0.5
+        found[f"{contact.name}: {'closed' if closed else 'open'}"] = contact.force if closed else contact.gap
+    return {name: e for name, e in found.items() if not (e.is_constant() and np.isinf(float(e)))}
+
+
+def _stills(dae: HybridDae, held: Array) -> dict[str, Symbol]:
+    """What is zero while the modes hold, by name."""
+    found = {
+        f"{f.name}: speed": f.w for f in dae.frictions if held[f.index] == 0.0 and not f.prescribed and not f.algebraic
+    }
+    closed: list[Contact] = [c for c in dae.contacts if held[c.index] > 0.5]
+    found |= {f"{c.name}: gap": c.gap for c in closed} | {f"{c.name}: speed": c.speed for c in closed}
+    return found

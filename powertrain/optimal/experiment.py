@@ -1,0 +1,103 @@
+"""Measured runs: what was given, and what was measured when."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.arguments import number, row
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One measured run.
+
+    ``times`` (s) ascend; ``values``: signals by name, one value at each time, nan where none was measured; ``sigma``: the standard
+    deviation of a measurement, one for all or by signal, None where it is not known; ``starts``, ``inputs`` and ``parameters`` as for
+    ``simulate``. ParameterError for lengths that differ.
+    """
+
+    times: ArrayLike
+    values: Mapping[str, ArrayLike]
+    sigma: float | Mapping[str, float] | None = None
+    starts: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        times = row("times", self.times)
+        if not times.size or (np.diff(times) <= 0).any():
+            raise ParameterError("experiment: give times (s) that ascend, at least one")
+        if not self.values:
+            raise ParameterError("experiment: give the values of at least one signal")
+        measured = {name: np.asarray(v, float).ravel() for name, v in self.values.items()}
+        for name, values in measured.items():
+            if values.shape != times.shape:
+                raise ParameterError(f"experiment: {name} has {values.size} values for {times.size} times")
+            if not np.isfinite(values).any() or np.isinf(values).any():
+                raise ParameterError(f"experiment: {name} has no finite value, or an infinite one")
+            self.deviation(name)
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", measured)
+
+    @property
+    def grid(self) -> Array:
+        """The times as an array."""
+        return np.asarray(self.times, float)
+
+    def deviation(self, name: str) -> float | None:
+        """The standard deviation of a measurement of a signal."""
+        given = self.sigma
+        if isinstance(given, Mapping):
+            if name not in given:
+                raise ParameterError(f"experiment: sigma has no value for {name}; give it for all signals or for none")
+            given = given[name]
+        if given is None:
+            return None
+        if not number(f"sigma of {name}", given) > 0.0:
+            raise ParameterError(f"experiment: sigma of {name} = {given:g} is not positive")
+        return float(given)
+
+
+def read_experiment(path: str | Path, *names: str, time: str = "time", **options: Any) -> Experiment:
+    """An experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which need ``asammdf``.
+
+    ``names``: the signals to take, by default all other columns; ``time``: the column of times (s); other options are those of
+    ``Experiment``. ParameterError for other files and missing columns.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        import pandas as pd
+
+        frame = pd.read_csv(path)
+    elif path.suffix.lower() in (".mf4", ".mdf", ".dat"):
+        frame = _measurement(path, names, time)
+    else:
+        raise ParameterError(f"{path.name}: experiments are read from .csv, .mf4, .mdf and .dat")
+    missing = [name for name in (time, *names) if name not in frame.columns]
+    if missing:
+        raise ParameterError(
+            f"{path.name} has no column {missing[0]}; it has {', '.join(map(str, frame.columns[:12]))}"
+        )
+    chosen = names or [str(name) for name in frame.columns if name != time]
+    return Experiment(frame[time].to_numpy(float), {n: frame[n].to_numpy(float) for n in chosen}, **options)
+
+
+def _measurement(path: Path, names: tuple[str, ...], time: str) -> pd.DataFrame:
+    try:
+        from asammdf import MDF  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise ParameterError(f"{path.name}: measurement files need asammdf; install powertrain[mdf]") from None
+    with MDF(path) as measurement:
+        frame: pd.DataFrame = measurement.to_dataframe(list(names) or None)
+    return frame.rename_axis(time).reset_index()

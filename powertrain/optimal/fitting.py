@@ -1,0 +1,299 @@
+"""Identification: parameters and starts by weighted least squares on measured signals, with exact derivatives of the runs.
+
+    minimise sum ((y_i(theta) - v_i) / sigma_i)^2,   covariance = s^2 (J^T J)^-1
+
+with J the derivatives of the residuals; s = 1 where sigma is given, else the residuals' own standard deviation. Directions in which the
+residuals hardly change are not determined by the data; they are named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.arguments import by_name, listed, number
+from powertrain.arguments import names as argument_names
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.optimal.experiment import Experiment
+from powertrain.plant import Plant
+from powertrain.result import Result
+from powertrain.signals import signals_of
+from powertrain.variational.gradients import sensitivities
+from powertrain.variational.unknowns import unknowns
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+_UNDETERMINED = 1e-6
+_LOOSE = 1.0
+"""A combination whose standard error is larger than the parameters themselves counts as not determined."""
+_PART = 0.05
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One unknown: a parameter of all experiments, or (``experiment``) the start of a variable in one of them."""
+
+    label: str
+    name: str
+    unit: str
+    experiment: int | None
+    first: float
+    low: float
+    high: float
+
+    @property
+    def scale(self) -> float:
+        """Its size."""
+        if self.first:
+            return abs(self.first)
+        span = self.high - self.low
+        return span if np.isfinite(span) else 1.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What ``pt.fit`` found; prints as a table.
+
+    ``values``, ``errors`` (standard errors, inf where the data do not determine the unknown) and ``units`` by name; ``covariance`` in
+    the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, along which the data hardly change;
+    ``results``: the runs of the experiments with the values found; ``cost``: the sum of squares; ``spread``: the residuals' standard
+    deviation over sigma; ``evaluations``: how many sets were simulated; ``parameters``: the values without those of starts.
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    units: dict[str, str]
+    covariance: NDArray[np.float64]
+    undetermined: tuple[dict[str, float], ...]
+    results: tuple[Result[Any], ...]
+    experiments: tuple[Experiment, ...]
+    cost: float
+    spread: float
+    evaluations: int
+    message: str
+    parameters: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def correlation(self) -> pd.DataFrame:
+        """The correlations of the unknowns that the data determine."""
+        import pandas as pd
+
+        kept = [k for k, e in enumerate(self.errors.values()) if 0.0 < e < np.inf]
+        sizes = np.sqrt(np.diag(self.covariance)[kept])
+        labels = [list(self.values)[k] for k in kept]
+        return pd.DataFrame(self.covariance[np.ix_(kept, kept)] / np.outer(sizes, sizes), labels, labels)
+
+    def residuals(self, experiment: int = 0) -> pd.DataFrame:
+        """Simulated minus measured values over time (s), one column a signal."""
+        import pandas as pd
+
+        data, run = self.experiments[experiment], self.results[experiment]
+        found = run.at(data.grid, list(data.values))
+        return pd.DataFrame({n: np.asarray(found[n]) - np.asarray(v) for n, v in data.values.items()}, data.grid)
+
+    def plot(self, experiment: int = 0) -> Figure:
+        """Measured and simulated signals, and their residuals."""
+        import matplotlib.pyplot as plt
+
+        data, run, left = self.experiments[experiment], self.results[experiment], self.residuals(experiment)
+        fig, axes = plt.subplots(len(data.values), 2, figsize=(10, 2.6 * len(data.values)), squeeze=False, sharex=True)
+        for (name, values), (ax, other) in zip(data.values.items(), axes, strict=True):
+            ax.plot(data.grid, values, ".", markersize=3, label="measured")
+            ax.plot(run.time, run[name], label="simulated")
+            ax.set_ylabel(f"{name} in {run.units[name]}")
+            other.plot(data.grid, left[name], ".", markersize=3)
+            other.axhline(0.0, color="black", linewidth=0.8)
+        axes[0, 0].legend()
+        axes[0, 0].set_title("Signals")
+        axes[0, 1].set_title("Residuals")
+        for ax in axes[-1]:
+            ax.set_xlabel("time in s")
+        fig.tight_layout()
+        return fig
+
+    def __str__(self) -> str:
+        rows = [("", "value", "standard error")]
+        rows += [
+            (n, f"{v:.6g} {self.units[n]}", f"{self.errors[n]:.2g} {self.units[n]}") for n, v in self.values.items()
+        ]
+        widths = [max(len(r[k]) for r in rows) for k in range(3)]
+        lines = ["  ".join(f"{c:<{w}}" for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
+        count = len(self.results)
+        lines.append(
+            f"{count} experiment{'s' * (count != 1)}, residuals' standard deviation {self.spread:.3g} (in units of sigma)"
+        )
+        for direction in self.undetermined:
+            parts = ", ".join(f"{n} {100 * v:+.3g} %" for n, v in direction.items())
+            lines.append(f"not determined by the data: together {parts}")
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def fit(
+    plant: Plant[Any],
+    data: Experiment | Sequence[Experiment],
+    wrt: str | Sequence[str],
+    *,
+    first: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    rtol: float = 1e-8,
+    atol: float = 1e-10,
+) -> Fit:
+    """Parameters and starts with which the model comes nearest to measured signals.
+
+    ``data``: experiments; ``wrt``: parameters, the same in all experiments, and variables whose start is unknown, each experiment with
+    its own; ``first``: where the search begins (default: the plant's values and the starts of the experiments); ``bounds``: (low, high) by
+    name; ``rtol``, ``atol``: tolerances of the runs.
+
+    The derivatives come from the variational equations (see ``pt.gradient``): no step size to choose, and events may move. Trust region
+    reflective method of SciPy. Raises ParameterError for unknown names; SimulationError where the first run fails, or where a run
+    has no derivative.
+    """
+    from scipy.optimize import least_squares
+
+    experiments = [data] if isinstance(data, Experiment) else listed("data", data)
+    if not experiments or not all(isinstance(e, Experiment) for e in experiments):
+        raise ParameterError("data: give one pt.Experiment or several")
+    asked = _unknowns(plant, experiments, wrt, by_name("first", first), by_name("bounds", bounds))
+    problem = _Problem(plant, experiments, asked, {"rtol": rtol, "atol": atol, "points": 1})
+    scale = np.array([u.scale for u in asked])
+    limits = np.array([u.low for u in asked]) / scale, np.array([u.high for u in asked]) / scale
+    start = np.clip(np.array([u.first for u in asked]) / scale, *limits)
+    problem.runs(start * scale)
+    search: Any = least_squares
+    found = search(
+        lambda q: problem.residuals(q * scale), start, lambda q: problem.jacobian(q * scale) * scale,
+        bounds=limits, x_scale="jac", xtol=1e-10, ftol=1e-12, gtol=1e-10, max_nfev=200,
+    )  # fmt: skip
+    return _summary(problem, asked, found.x * scale, str(found.message))
+
+
+def _unknowns(
+    plant: Plant[Any], experiments: Sequence[Experiment], wrt: Any, first: Mapping[str, Any], bounds: Mapping[str, Any]
+) -> list[Unknown]:
+    found: list[Unknown] = []
+    compiled = plant.compiled
+    asked = argument_names("wrt", wrt)
+    for what, given in (("first", first), ("bounds", bounds)):
+        for name in given:
+            if name not in asked:
+                raise ParameterError(f"{what}: {name} is not among the unknowns{suggestion(name, asked)}")
+    for name in asked:
+        low, high = (
+            number(f"bounds of {name}", b) if np.isfinite(b) else float(b) for b in bounds.get(name, (-np.inf, np.inf))
+        )
+        if not low < high:
+            raise ParameterError(f"bounds: {name} has no room between {low:g} and {high:g}")
+        if name in compiled.parameters:
+            entry = compiled.parameters[name]
+            value = number(f"first: {name}", first.get(name, plant.parameters[name]))
+            found.append(Unknown(name, name, entry.unit, None, value, low, high))
+        elif name in compiled.signals:
+            for k, experiment in enumerate(experiments):
+                label = name if len(experiments) == 1 else f"{name} (experiment {k})"
+                value = number(f"first: {name}", first.get(name, experiment.starts.get(name, 0.0)))
+                found.append(Unknown(label, name, compiled.signals[name].unit, k, value, low, high))
+        else:
+            known = [*compiled.parameters, *compiled.signals]
+            raise ParameterError(f"wrt: the model has no parameter or variable {name}{suggestion(name, known)}")
+    return found
+
+
+class _Problem:
+    """Residuals of all experiments and their derivatives, one set of runs at a time."""
+
+    def __init__(
+        self, plant: Plant[Any], experiments: Sequence[Experiment], asked: Sequence[Unknown], options: Mapping[str, Any]
+    ) -> None:
+        self.plant, self.experiments, self.asked, self.options = plant, list(experiments), asked, options
+        signals = signals_of(plant.compiled)
+        self.picked = [[signals.pick(name) for name in e.values] for e in self.experiments]
+        self.measured = [np.array([np.asarray(v, float) for v in e.values.values()]) for e in self.experiments]
+        self.weights = [np.array([[1.0 / (e.deviation(n) or 1.0)] for n in e.values]) for e in self.experiments]
+        self.known = all(e.deviation(n) is not None for e in self.experiments for n in e.values)
+        self.evaluations = 0
+        self._at: tuple[bytes, list[Result[Any]]] = (b"", [])
+
+    def runs(self, values: Array) -> list[Result[Any]]:
+        """The runs of all experiments."""
+        if self._at[0] == values.tobytes():
+            return self._at[1]
+        found = []
+        for k, e in enumerate(self.experiments):
+            parameters = dict(e.parameters) | {
+                u.name: float(v) for u, v in zip(self.asked, values, strict=True) if u.experiment is None
+            }
+            starts = dict(e.starts) | {
+                u.name: float(v) for u, v in zip(self.asked, values, strict=True) if u.experiment == k
+            }
+            first, last = min(0.0, e.grid[0]), e.grid[-1]
+            found.append(
+                self.plant.simulate(
+                    last, start=first, parameters=parameters, starts=starts, inputs=e.inputs, **self.options
+                )
+            )
+        self.evaluations += 1
+        self._at = values.tobytes(), found
+        return found
+
+    def residuals(self, values: Array) -> Array:
+        """All residuals over sigma; infinite where the model cannot be simulated with these values."""
+        count = sum(int(np.isfinite(m).sum()) for m in self.measured)
+        try:
+            runs = self.runs(values)
+        except (SimulationError, ParameterError):
+            return np.full(count, np.inf)
+        found = []
+        for run, e, measured, weight in zip(runs, self.experiments, self.measured, self.weights, strict=True):
+            at = run.at(e.grid, list(e.values))
+            left = weight * (np.array([np.asarray(at[name]) for name in e.values]) - measured)
+            found.append(left[np.isfinite(measured)])
+        return np.concatenate(found)
+
+    def jacobian(self, values: Array) -> NDArray[np.float64]:
+        """The derivatives of the residuals with respect to the unknowns."""
+        found = []
+        for k, (run, e) in enumerate(zip(self.runs(values), self.experiments, strict=True)):
+            here = [j for j, u in enumerate(self.asked) if u.experiment in (None, k)]
+            wanted = unknowns(run, [self.asked[j].name for j in here])
+            order = [wanted.names.index(self.asked[j].name) for j in here]
+            slopes = sensitivities(run, self.picked[k], wanted, e.grid)[:, :, order].transpose(1, 0, 2)
+            block = np.zeros((*self.measured[k].shape, len(self.asked)))
+            block[:, :, here] = self.weights[k][:, :, None] * slopes
+            found.append(block[np.isfinite(self.measured[k])])
+        return np.concatenate(found)
+
+
+def _summary(problem: _Problem, asked: Sequence[Unknown], values: Array, message: str) -> Fit:
+    left, jacobian = problem.residuals(values), problem.jacobian(values)
+    size = np.maximum(np.abs(values), [u.scale for u in asked])
+    spread = float(np.sqrt(left @ left / max(len(left) - len(asked), 1)))
+    sigma = 1.0 if problem.known else spread
+    _, strengths, directions = np.linalg.svd(jacobian * size, full_matrices=False)
+    strengths = np.append(strengths, np.zeros(len(asked) - len(strengths)))
+    loose = (strengths <= _UNDETERMINED * strengths.max(initial=0.0)) | (sigma > _LOOSE * strengths)
+    firm = directions[~loose[: len(directions)]]
+    inverse = 1.0 / strengths[~loose]
+    covariance = sigma**2 * (firm.T * inverse**2) @ firm * np.outer(size, size)
+    errors = np.sqrt(np.diag(covariance))
+    named = []
+    for direction in directions[loose[: len(directions)]]:
+        direction = direction / direction[np.abs(direction).argmax()]
+        part = {u.label: float(d) for u, d in zip(asked, direction, strict=True) if abs(d) >= _PART}
+        named.append(part)
+        errors[[j for j, u in enumerate(asked) if u.label in part]] = np.inf
+    labels = [u.label for u in asked]
+    return Fit(
+        dict(zip(labels, values.tolist(), strict=True)), dict(zip(labels, errors.tolist(), strict=True)),
+        {u.label: u.unit for u in asked}, covariance, tuple(named), tuple(problem.runs(values)),
+        tuple(problem.experiments), float(left @ left), spread, problem.evaluations, message,
+        {u.name: float(v) for u, v in zip(asked, values, strict=True) if u.experiment is None},
+    )  # fmt: skip

@@ -1,0 +1,116 @@
+"""One phase of an optimal control problem: a sequence of modes is a sequence of these, each with its own equations and duration.
+
+Radau collocation with three points: x is a polynomial of degree 3 on each interval, whose derivative meets the equations at the points;
+inputs are linear on each interval and may jump between phases only. L. T. Biegler: Nonlinear Programming, 2010, ch. 10.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.engine.buffers import Array
+from powertrain.optimal.dynamics import Dynamics
+from powertrain.result import Result
+
+DEGREE = 3
+POINTS = np.array(ca.collocation_points(DEGREE, "radau"))
+_COLLOCATION = ca.collocation_coeff(list(POINTS))
+SLOPES, WEIGHTS = np.array(_COLLOCATION[0], float), np.array(_COLLOCATION[2], float).ravel()
+
+
+@dataclass(frozen=True)
+class Guess:
+    """Values of a phase taken from a run: nodes' and points' states, algebraic unknowns at the points, inputs at the nodes."""
+
+    start: float
+    duration: float
+    nodes: NDArray[np.float64]
+    points: NDArray[np.float64]
+    algebraic: NDArray[np.float64]
+    inputs: NDArray[np.float64]
+
+
+def guess(run: Result[Any], model: Dynamics, start: float, end: float, intervals: int) -> Guess:
+    """A run between two instants, at the nodes and points of a phase."""
+    h = (end - start) / intervals
+    nodes = start + h * np.arange(intervals + 1)
+    points = (nodes[:-1, None] + h * POINTS).ravel()
+    inside = 1e-9 * (end - start)
+    at = run.trajectory.at(np.clip(nodes, start + inside, end - inside), with_events=False)
+    at_points = run.trajectory.at(np.clip(points, start + inside, end - inside), with_events=False)
+    known = run.at(np.clip(nodes, start + inside, end - inside), [n for n in model.inputs if n in run.names()])
+    u = np.array([known[n] if n in known else np.full(len(nodes), run.parameters[n]) for n in model.inputs], float)
+    return Guess(start, end - start, at[1].T, at_points[1].T, at_points[2].T, u.reshape(len(model.inputs), -1))
+
+
+class Phase:
+    """The unknowns and the equations of one phase, all scaled: ``x_scale`` and ``u_scale`` are the sizes of states and inputs."""
+
+    def __init__(self, model: Dynamics, start: Guess, x_scale: Array, u_scale: Array, z_scale: Array) -> None:
+        self.model, self.guess = model, start
+        self.scales = x_scale, u_scale, z_scale
+        n, nz, nu, count = len(model.states), len(model.algebraic), len(model.inputs), start.nodes.shape[1] - 1
+        self.count = count
+        self.nodes, self.points = ca.MX.sym("nodes", n, count + 1), ca.MX.sym("points", n, count * DEGREE)
+        self.algebraic, self.inputs = ca.MX.sym("z", nz, count * DEGREE), ca.MX.sym("u", nu, count + 1)
+        self.duration = ca.MX.sym("duration")
+        self.unknowns = [self.nodes, self.points, self.algebraic, self.inputs, self.duration]
+
+    @property
+    def first(self) -> Array:
+        """Where the search begins."""
+        x, u, z = self.scales
+        g = self.guess
+        parts = [g.nodes / x[:, None], g.points / x[:, None], g.algebraic / z[:, None], g.inputs / u[:, None]]
+        return np.concatenate([*(p.ravel(order="F") for p in parts), [g.duration]])
+
+    def build(self, start: ca.MX, p: ca.MX, free: ca.MX, shared: list[int]) -> dict[str, Any]:
+        """Equations (= 0), margins (>= 0), outputs at points and nodes, the time at the end; ``free`` are inputs that are parameters.
+
+        ``shared`` are the rows of the inputs that do not change: their values come from ``free``.
+        """
+        xs, us, zs = (ca.MX(s) for s in self.scales)
+        h = self.duration / self.count
+        x, points = self.nodes * ca.repmat(xs, 1, self.count + 1), self.points * ca.repmat(xs, 1, self.count * DEGREE)
+        z, u = self.algebraic * ca.repmat(zs, 1, self.count * DEGREE), self.inputs * ca.repmat(us, 1, self.count + 1)
+        if shared:
+            rows = [
+                free[shared.index(k)] * ca.MX.ones(1, self.count + 1) if k in shared else u[k, :]
+                for k in range(u.shape[0])
+            ]
+            u = ca.vertcat(*rows)
+        share = (
+            ca.MX(np.kron(np.eye(self.count), 1.0 - POINTS[None, :])),
+            ca.MX(np.kron(np.eye(self.count), POINTS[None, :])),
+        )
+        at_points = u[:, : self.count] @ share[0] + u[:, 1:] @ share[1]
+        times = start + h * ca.MX((np.arange(self.count)[:, None] + POINTS).reshape(1, -1))
+        f = self.model.function.map(self.count * DEGREE)(
+            times, points, z, at_points, ca.repmat(p, 1, self.count * DEGREE)
+        )
+        xdot, residual, y, margin, _ = f
+        begin = x[:, : self.count] @ ca.MX(np.kron(np.eye(self.count), np.ones((1, DEGREE))))
+        equations = []
+        for k in range(DEGREE):
+            here = list(range(k, self.count * DEGREE, DEGREE))
+            slope = SLOPES[0, k] * begin[:, here] + sum(
+                SLOPES[j + 1, k] * points[:, list(range(j, self.count * DEGREE, DEGREE))] for j in range(DEGREE)
+            )
+            equations.append(ca.vec((slope - h * xdot[:, here]) / ca.repmat(xs, 1, self.count)))
+        last = points[:, list(range(DEGREE - 1, self.count * DEGREE, DEGREE))]
+        equations.append(ca.vec((x[:, 1:] - last) / ca.repmat(xs, 1, self.count)))
+        equations.append(ca.vec(residual))
+        z0 = z[:, 0] if z.shape[0] else z[:, :0]
+        at_start = self.model.function(start, x[:, 0], z0, u[:, 0], p)
+        equations.append(at_start[4])
+        weights = ca.MX(np.tile(WEIGHTS, self.count).reshape(-1, 1))
+        return {
+            "equations": ca.vertcat(*equations), "margins": ca.vec(margin), "y": y, "weights": h * weights,
+            "first": x[:, 0], "last": x[:, -1], "stop": start + self.duration, "u": u,
+            "times": start + h * ca.MX(np.arange(self.count + 1)),
+        }  # fmt: skip

@@ -1,0 +1,287 @@
+"""Optimal control of a model through a given sequence of modes, and the plan's replay in a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from powertrain.arguments import by_name, count, number
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
+from powertrain.optimal.phases import Phase, guess
+from powertrain.plant import Plant
+from powertrain.result import Result
+from powertrain.variational.gradients import number_of
+from powertrain.variational.objectives import Objective, objective
+
+Bounds = Mapping[str, tuple[float, float]]
+_SHORTEST, _LONGEST = 0.05, 20.0
+"""How much shorter and longer than in the guess a phase may become."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What ``pt.optimal_control`` found.
+
+    ``cost``: the plan's; ``result``: a simulation of the whole model with the plan's inputs, and ``replayed`` its cost; ``same_modes``:
+    whether the simulation went through the planned modes. ``inputs``: times (s) and values for ``simulate``; ``starts`` and ``parameters``
+    likewise; ``times``, ``states``: the plan's states at its nodes by name; ``durations``: of the phases, in s; ``ok``: whether the solver
+    converged, ``message``: what it says; ``iterations``: how many it took.
+    """
+
+    cost: float
+    replayed: float
+    result: Result[Any]
+    same_modes: bool
+    inputs: dict[str, tuple[Array, Array]]
+    starts: dict[str, float]
+    parameters: dict[str, float]
+    times: Array
+    states: dict[str, Array]
+    durations: tuple[float, ...]
+    ok: bool
+    message: str
+    iterations: int
+
+    def __str__(self) -> str:
+        gap = f" ({100 * (self.replayed / self.cost - 1):+.2g} %)" if self.cost else ""
+        phases = ", ".join(f"{d:.4g} s" for d in self.durations)
+        lines = [
+            f"cost {self.cost:.6g}, simulated {self.replayed:.6g}{gap}, {'the planned' if self.same_modes else 'OTHER'} modes",
+            f"phases: {phases}; {self.message} after {self.iterations} iterations",
+        ]
+        lines += [f"{name} = {value:.6g}" for name, value in self.parameters.items()]
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def optimal_control(
+    plant: Plant[Any],
+    minimize: Selector | Objective,
+    guess: Result[Any],
+    inputs: Bounds | None = None,
+    *,
+    parameters: Bounds | None = None,
+    limits: Mapping[Any, tuple[float, float]] | None = None,
+    ends: Mapping[str, float | tuple[float, float]] | None = None,
+    stop: tuple[float, float] | None = None,
+    smooth: float = 0.0,
+    intervals: int = 20,
+) -> Plan:
+    """Inputs and parameters that minimise a number of a run, through the sequence of modes of ``guess``.
+
+    ``minimize``: ``pt.integral`` and ``pt.final`` of signals and their sums; ``guess``: a simulated run with the wanted sequence of
+    modes, which is where the search begins; its start is kept. ``inputs``: (low, high) of the inputs to be found; ``parameters``: (low,
+    high) of parameters to be found; ``limits``: (low, high) of signals throughout, a name or a selector each; ``ends``: values or (low,
+    high) of signals at the end; ``stop``: (earliest, latest) end in s, by default that of the guess; ``smooth``: weight of the inputs'
+    changes, as shares of their ranges, beside the cost as a share of the guess's; ``intervals``: intervals of each phase.
+
+    Instants at which modes change are free; the modes' own limits (speeds that keep their sign, torques that hold) are constraints. Direct
+    collocation, solved by IPOPT. The plan is simulated in the whole model afterwards; ``plan.same_modes`` says whether it went as planned.
+
+    Raises ParameterError for unknown names and empty ranges; SimulationError where the guess has impacts or resets, or the replay fails.
+    """
+    problem = _Problem(
+        plant,
+        objective(minimize),
+        guess,
+        dict(by_name("inputs", inputs)),
+        dict(by_name("parameters", parameters)),
+        count("intervals", intervals),
+    )
+    problem.limit(dict(limits or {}), dict(by_name("ends", ends)), stop, number("smooth", smooth))
+    return problem.solve()
+
+
+class _Problem:
+    """The nonlinear programme: unknowns, equations and bounds of all phases, joined."""
+
+    def __init__(
+        self,
+        plant: Plant[Any],
+        cost: Objective,
+        run: Result[Any],
+        inputs: dict[str, Any],
+        parameters: dict[str, Any],
+        intervals: int,
+    ) -> None:
+        self.plant, self.run, self.objective = plant, run, cost
+        self.ranges = {n: _range(f"inputs: {n}", r) for n, r in inputs.items()}
+        self.free = {n: _range(f"parameters: {n}", r) for n, r in parameters.items()}
+        for what, names, known in (
+            ("inputs", inputs, plant.compiled.inputs),
+            ("parameters", parameters, plant.compiled.parameters),
+        ):
+            for name in names:
+                if name not in known:
+                    raise ParameterError(f"{what}: the model has none named {name}{suggestion(name, known)}")
+        for term in cost.terms:
+            if term.kind not in ("at", "integral") or term.times:
+                raise ParameterError(
+                    f"minimize: pt.integral and pt.final are possible, not {term.kind} of {term.signal}"
+                )
+        if not self.ranges and not self.free:
+            raise ParameterError("nothing is to be found: give inputs or parameters with their ranges")
+        self.intervals = intervals
+        self.g: list[ca.MX] = []
+        self.low: list[Array] = []
+        self.high: list[Array] = []
+
+    def limit(self, limits: dict[Any, Any], ends: dict[str, Any], stop: Any, smooth: float) -> None:
+        """Builds the phases with all that is asked of them."""
+        self.limits = [(s, _range(f"limits: {s}", r)) for s, r in limits.items()]
+        self.ends = [(s, _range(f"ends: {s}", r if isinstance(r, tuple) else (r, r), True)) for s, r in ends.items()]
+        self.stop = (self.run.trajectory.end,) * 2 if stop is None else _range("stop", stop, True)
+        self.smooth = smooth
+        signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
+        self.models = [self._model(a, b, signals) for a, b in self._spans()]
+        self._join()
+
+    def _spans(self) -> list[tuple[float, float]]:
+        trajectory = self.run.trajectory
+        modes = [index for index, _, _ in trajectory.laws]
+        marks = [trajectory.start]
+        for instant in trajectory.instants:
+            if instant.extra:
+                raise SimulationError(
+                    f"the guess has impacts or resets (at t = {instant.time:.6g} s), through which no plan can be made"
+                )
+            if (instant.held_left[modes] != instant.held_right[modes]).any() and instant.time > trajectory.start:
+                marks.append(instant.time)
+        marks.append(trajectory.end)
+        return [(a, b) for a, b in pairwise(marks) if b - a > 1e-9 * (marks[-1] - marks[0])]
+
+    def _model(self, start: float, end: float, signals: Sequence[Selector]) -> tuple[Dynamics, float, float]:
+        driven = [*self.ranges, *self.free]
+        model = dynamics(self.plant, list(signals), driven, (self.run, 0.5 * (start + end)))
+        return model, start, end
+
+    def _join(self) -> None:
+        guesses = [guess(self.run, *m, self.intervals) for m in self.models]
+        shared = list(range(len(self.ranges), len(self.ranges) + len(self.free)))
+        widest = np.array([max(abs(b) for b in r) or 1.0 for r in (*self.ranges.values(), *self.free.values())])
+        x_scale = np.maximum(np.max([np.abs(g.nodes).max(axis=1) for g in guesses], axis=0), 1e-3)
+        z_scale = np.max([np.abs(g.algebraic).max(axis=1, initial=0.0) for g in guesses], axis=0)
+        z_scale = np.where(z_scale > 0.0, z_scale, 1.0)
+        self.phases = [Phase(m[0], g, x_scale, widest, z_scale) for m, g in zip(self.models, guesses, strict=True)]
+        self.parameters = ca.MX.sym("parameters", len(self.free))
+        p, start = ca.MX(self.phases[0].model.p), ca.MX(self.run.trajectory.start)
+        self.built, before = [], ca.MX(guesses[0].nodes[:, 0])
+        for phase in self.phases:
+            found = phase.build(start, p, self.parameters, shared)
+            self._add(found["equations"], 0.0, 0.0)
+            self._add((found["first"] - before) / ca.MX(x_scale), 0.0, 0.0)
+            self._add(found["margins"], 0.0, np.inf)
+            offset = len(self.objective.terms)
+            for k, (_, (low, high)) in enumerate(self.limits):
+                self._add(found["y"][offset + k, :].T, low, high)
+            start, before = found["stop"], found["last"]
+            self.built.append(found)
+        offset = len(self.objective.terms) + len(self.limits)
+        for k, (_, (low, high)) in enumerate(self.ends):
+            self._add(self.built[-1]["y"][offset + k, -1], low, high)
+        self._add(start, *self.stop)
+
+    def _add(self, expression: ca.MX, low: float, high: float) -> None:
+        self.g.append(expression)
+        self.low.append(np.full(expression.numel(), low))
+        self.high.append(np.full(expression.numel(), high))
+
+    def _cost(self) -> tuple[ca.MX, ca.MX]:
+        """The objective, and the weight on the changes of inputs."""
+        cost, changes = ca.MX(0.0), ca.MX(0.0)
+        for k, term in enumerate(self.objective.terms):
+            if term.kind == "integral":
+                cost += term.factor * sum(b["y"][k, :] @ b["weights"] for b in self.built)
+            else:
+                cost += term.factor * self.built[-1]["y"][k, -1]
+        for b in self.built:
+            for k, (low, high) in enumerate(self.ranges.values()):
+                changes += ca.sumsqr(ca.diff(b["u"][k, :], 1, 1)) / (high - low) ** 2
+        return cost, changes
+
+    def solve(self) -> Plan:
+        """Solves and replays."""
+        w = [ca.vec(v) for phase in self.phases for v in phase.unknowns] + [self.parameters]
+        cost, changes = self._cost()
+        first = np.concatenate([*(phase.first for phase in self.phases), [self.run.parameters[n] for n in self.free]])
+        low, high = self._bounds()
+        worth = ca.Function("cost", [ca.vertcat(*w)], [cost])
+        scale = abs(float(worth(first))) or 1.0
+        options: dict[str, Any] = {
+            "expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 1000, "ipopt.tol": 1e-8,
+        }  # fmt: skip
+        programme = {"x": ca.vertcat(*w), "f": cost / scale + self.smooth * changes, "g": ca.vertcat(*self.g)}
+        solver: Any = ca.nlpsol("powertrain_plan", "ipopt", programme, options)
+        bounds = np.clip(first, low, high), low, high, np.concatenate(self.low), np.concatenate(self.high)
+        found = solver(x0=bounds[0], lbx=bounds[1], ubx=bounds[2], lbg=bounds[3], ubg=bounds[4])
+        stats = solver.stats()
+        return self._plan(ca.vertcat(*w), found["x"], float(worth(found["x"])), stats)
+
+    def _bounds(self) -> tuple[Array, Array]:
+        low, high = [], []
+        for phase in self.phases:
+            sizes = [v.numel() for v in phase.unknowns]
+            low.append(np.full(sum(sizes), -np.inf))
+            high.append(np.full(sum(sizes), np.inf))
+            u = np.zeros((len(self.ranges) + len(self.free), phase.count + 1))
+            bounds = list(self.ranges.values()) + list(self.free.values())
+            place = slice(sum(sizes[:3]), sum(sizes[:4]))
+            for array, k in ((low, 0), (high, 1)):
+                u[:] = np.array([b[k] for b in bounds])[:, None] / phase.scales[1][:, None]
+                array[-1][place] = u.ravel(order="F")
+            low[-1][-1], high[-1][-1] = _SHORTEST * phase.guess.duration, _LONGEST * phase.guess.duration
+        free = list(self.free.values())
+        return np.concatenate([*low, [b[0] for b in free]]), np.concatenate([*high, [b[1] for b in free]])
+
+    def _plan(self, w: ca.MX, values: ca.DM, cost: float, stats: dict[str, Any]) -> Plan:
+        parts = [
+            e
+            for b, phase in zip(self.built, self.phases, strict=True)
+            for e in (b["times"], b["u"], phase.nodes, phase.duration)
+        ]
+        evaluated = [np.array(v, float) for v in ca.Function("parts", [w], [*parts, self.parameters])(values)]
+        times = np.maximum.accumulate(np.concatenate([evaluated[4 * k].ravel() for k in range(len(self.phases))]))
+        u = np.hstack([evaluated[4 * k + 1].reshape(-1, self.intervals + 1) for k in range(len(self.phases))])
+        x = np.hstack([evaluated[4 * k + 2] * phase.scales[0][:, None] for k, phase in enumerate(self.phases)])
+        durations = tuple(float(evaluated[4 * k + 3].item()) for k in range(len(self.phases)))
+        inputs: dict[str, Any] = {**self.run.inputs, **{n: (times, u[k]) for k, n in enumerate(self.ranges)}}
+        parameters = {n: float(v) for n, v in zip(self.free, evaluated[-1].ravel(), strict=True)}
+        states = dict(zip(self.phases[0].model.states, x, strict=True))
+        starts = {n: float(v[0]) for n, v in states.items() if n in self.plant.compiled.signals}
+        changed = {n: v for n, v in self.run.parameters.items() if v != self.plant.parameters[n]} | parameters
+        result = self.plant.simulate(
+            times[-1], start=times[0], starts=starts, inputs=inputs, parameters=changed, rtol=1e-8, atol=1e-10
+        )
+        return Plan(
+            cost, number_of(result, self.objective), result, self._sequence(result) == self._sequence(self.run), inputs, starts,
+            changed, times, states, durations, bool(stats["success"]), str(stats["return_status"]), int(stats["iter_count"]),
+        )  # fmt: skip
+
+    def _sequence(self, run: Result[Any]) -> list[bytes]:
+        """The modes one after the other."""
+        trajectory = run.trajectory
+        modes = [index for index, _, kind in trajectory.laws if kind in ("friction", "contact")]
+        rows = trajectory.held[trajectory.mode_of_step][:, modes]
+        found: list[bytes] = []
+        for row in rows:
+            if not found or row.tobytes() != found[-1]:
+                found.append(row.tobytes())
+        return found
+
+
+def _range(what: str, given: Any, closed: bool = False) -> tuple[float, float]:
+    try:
+        low, high = (float(v) for v in given)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{what} = {given!r}: give (low, high)") from None
+    if not (low < high or (closed and low == high)):
+        raise ParameterError(f"{what}: there is no room between {low:g} and {high:g}")
+    return low, high

@@ -1,0 +1,189 @@
+"""A run in hand: step by step with inputs from outside, for controllers in Python, hardware in the loop and learning."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
+
+from powertrain.arguments import by_name, number
+from powertrain.compiler.hybrid import Schedule
+from powertrain.component import Component
+from powertrain.engine.buffers import Array
+from powertrain.engine.schedules import Schedules
+from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.result import Result
+from powertrain.signals import Samples, signals_of
+
+if TYPE_CHECKING:
+    from powertrain.plant import Plant
+
+M = TypeVar("M", bound=Component)
+
+
+@dataclass(frozen=True)
+class State:
+    """What decides how a run goes on: time in s, states, algebraic unknowns, held values (modes, discrete variables, inputs)."""
+
+    t: float
+    x: Array
+    z: Array
+    m: Array
+
+    def __post_init__(self) -> None:
+        for values in (self.x, self.z, self.m):
+            values.flags.writeable = False
+
+
+class Running(Generic[M]):
+    """A run in hand; ``plant.start`` gives one.
+
+    ``run.step(dt, throttle=0.3)`` goes on by ``dt`` seconds, ``run["engine.w"]`` is the present value of a signal (a selector works, too),
+    ``run.state`` what decides how it goes on. A state can be kept and set again: from the same state, with the same inputs, everything is
+    the same to the last bit. ``run.result()`` is the run so far as a ``Result``.
+    """
+
+    def __init__(
+        self, plant: Plant[M], state: State, p: Array, report: Any, options: Mapping[str, Any], free: Sequence[Schedule]
+    ) -> None:
+        self.plant, self._p, self._report, self._options = plant, p, report, options
+        self._signals = signals_of(plant.compiled)
+        self._places = {s.name: s.index for s in plant.compiled.dae.schedules if s.name in plant.compiled.inputs}
+        self._running = list(free)
+        """The signals of time that still run: those of the model, and inputs that were given over time and not set since."""
+        self._schedules = Schedules(self._running)
+        self._begin(state)
+
+    def _begin(self, state: State) -> None:
+        self._state, self._first = state, state
+        self._pieces: list[Trajectory] = []
+        self._knots: dict[str, list[tuple[float, float]]] = {}
+
+    @property
+    def time(self) -> float:
+        """The present time in s."""
+        return self._state.t
+
+    @property
+    def state(self) -> State:
+        """The present state. Setting one goes back (or elsewhere) and forgets the run so far."""
+        return self._state
+
+    @state.setter
+    def state(self, state: State) -> None:
+        sizes = [tuple(len(v) for v in (s.x, s.z, s.m)) for s in (state, self._state) if isinstance(s, State)]
+        if len(set(sizes)) != 1 or len(sizes) != 2:
+            raise ParameterError("state: give a state of a run of the same model")
+        self._begin(state)
+
+    def step(self, dt: float, /, **inputs: float) -> Running[M]:
+        """Goes on by ``dt`` s with inputs that keep their values until they are given again; returns itself.
+
+        Inputs of components, whose names have dots, are given as ``run.step(dt, **{"driver.v_ref": 10})``. Raises SimulationError as
+        ``simulate`` does; the run then stands where it stood.
+        """
+        if not number("dt", dt, "s") > 0.0:
+            raise ParameterError(f"dt = {dt:g} s is not positive")
+        state, plant = self._state, self.plant
+        m = state.m.copy()
+        for name, value in inputs.items():
+            if name not in self._places:
+                raise ParameterError(f"the model has no input {name}{suggestion(name, self._places)}")
+            m[self._places[name] : self._places[name] + 3] = state.t, number(f"input {name}", value), 0.0
+            if any(s.name == name for s in self._running):
+                self._running = [s for s in self._running if s.name != name]
+                self._schedules = Schedules(self._running)
+        engine = plant._engine(self._options["method"], self._options["compile"])
+        kept, engine.schedules = engine.schedules, self._schedules
+        try:
+            options = {name: self._options[name] for name in ("rtol", "atol", "max_step")}
+            found = engine.resume(
+                state.x, self._p, m, state.z, start=state.t, stop=state.t + dt, jumped=bool(inputs), **options
+            )
+        except SimulationError as error:
+            error.result = None
+            raise
+        finally:
+            engine.schedules = kept
+        n = found.states
+        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), found.final_held.copy())
+        for name, value in inputs.items():
+            self._knots.setdefault(name, []).append((state.t, float(value)))
+        if self._options["record"]:
+            self._pieces.append(found)
+        return self
+
+    def __getitem__(self, what: str | Callable[[M], Any]) -> float:
+        """The present value of a signal or of an expression of signals."""
+        state = self._state
+        sample = Samples(np.array([state.t]), state.x[None], state.z[None], state.m[None])
+        picked = self._signals.pick(what)
+        if picked.name in self._signals.entries:
+            return float(self._signals.compute([picked.name], sample, self._p)[picked.name][0])
+        return float(self._signals.evaluate([picked.expression], sample, self._p)[0, 0])
+
+    def result(self) -> Result[M]:
+        """The run since its start, or since its state was set."""
+        if not self._options["record"]:
+            raise ParameterError("the run was started with record=False, which keeps the present state only")
+        if not self._pieces:
+            raise ParameterError("the run has not gone on yet: step(dt) first")
+        times = np.array([p.start for p in self._pieces] + [self._state.t])
+        knots = {name: _steps(series) for name, series in self._knots.items()}
+        return Result(
+            self.plant.compiled, joined(self._first, self._pieces), times, self._p, self._report, inputs=knots
+        )
+
+    def __repr__(self) -> str:
+        return f"Running({type(self.plant.model).__name__} at t = {self.time:g} s)"
+
+
+def _steps(series: list[tuple[float, float]]) -> tuple[Array, Array]:
+    """Knots of a signal that jumps to a value at each time."""
+    times = np.array([t for t, _ in series]).repeat(2)[1:]
+    values = np.array([v for _, v in series]).repeat(2)[:-1]
+    return times, values
+
+
+def joined(first: State, pieces: list[Trajectory]) -> Trajectory:
+    """One trajectory of runs that follow each other; what changes between them is an instant of its own."""
+    held, mode, instants, offset = [], [], [], 0
+    left = np.concatenate([first.x, first.z]), first.m
+    modes = [index for index, _, _ in pieces[0].laws]
+    for piece in pieces:
+        right = piece.dense[0, 0] if len(piece.times) else piece.final, piece.held[0]
+        if (left[1][modes] != right[1][modes]).any():
+            instants.append(Instant(piece.start, left[0], right[0], left[1], right[1]))
+        held.append(piece.held)
+        mode.append(piece.mode_of_step + offset)
+        instants += piece.instants
+        offset += len(piece.held)
+        left = piece.final, piece.final_held
+    statistics = {k: sum(p.statistics.get(k, 0.0) for p in pieces) for k in pieces[-1].statistics}
+    last = pieces[-1]
+    return Trajectory(
+        np.concatenate([p.times for p in pieces]), np.concatenate([p.sizes for p in pieces]),
+        np.concatenate([p.dense for p in pieces]), np.concatenate(held), np.concatenate(mode), last.end, last.final,
+        last.final_held, last.states, tuple(instants), last.laws, statistics,
+        tuple(dict.fromkeys(note for p in pieces for note in p.notes)),
+    )  # fmt: skip
+
+
+def start(
+    plant: Plant[M],
+    t: float,
+    parameters: Mapping[str, float] | None,
+    starts: Mapping[str, float] | None,
+    guesses: Mapping[str, float] | None,
+    inputs: Mapping[str, Any] | None,
+    options: Mapping[str, Any],
+) -> Running[M]:
+    """A run at its start; see ``Plant.start``."""
+    given = by_name("inputs", inputs)
+    x, z, m, report = plant.initialize(t, parameters, starts, guesses, given)
+    schedules = plant._schedules(given)
+    free = [s for s in schedules if s.name in given or s.name not in plant.compiled.inputs]
+    return Running(plant, State(float(t), x, z, m), plant.parameter_vector(parameters), report, options, free)

@@ -1,0 +1,1 @@
+"""Derivatives of a run: variational equations along its steps, saltation at its events."""

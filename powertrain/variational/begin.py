@@ -1,0 +1,78 @@
+"""The derivatives of the start: what its conditions make of parameters and starts.
+
+    c(t, s, z, p) = value,   0 = g(t, s, z, p),   d = d(t, p)   =>   c_x X + c_d D + c_p P = V
+
+States that no condition reaches keep their values.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.conditions import discretes_of
+from powertrain.errors import ParameterError
+from powertrain.result import Result
+from powertrain.symbols import column
+from powertrain.variational.partials import Partials, System
+from powertrain.variational.record import Record
+from powertrain.variational.saltation import NotDifferentiable
+from powertrain.variational.unknowns import Unknowns
+
+
+class Start:
+    """The conditions of a start and their derivatives, built once. Serves one thread."""
+
+    def __init__(self, result: Result[Any], system: System) -> None:
+        if not hasattr(result.report, "solved"):
+            raise ParameterError("the result was pickled and has lost the equations of its start; simulate it again")
+        dae = system.dae
+        self.system, self.labels = system, tuple(a.label for a in result.report.solved)
+        self.conditions = Partials(system, column([a.expression for a in result.report.solved]))
+        self.discretes = discretes_of(result.compiled)
+        slopes = ca.densify(ca.jacobian(self.discretes.values, system.free))
+        self.given = ca.Function("powertrain_given", [dae.t, dae.m, dae.p], [slopes])
+
+    def derivatives(self, result: Result[Any], run: Record, wanted: Unknowns) -> NDArray[np.float64]:
+        """ds/d(unknowns) at the start of a run."""
+        _refuse_jump(result, run)
+        n, count = self.system.states, len(wanted.parameters)
+        found = np.zeros((self.system.size, len(wanted.names)))
+        held, places = self.system.discretes, self.discretes.places
+        if self.discretes.given:
+            rows = [n + held.index(place) for place in self.discretes.given]
+            found[rows, :count] = np.array(self.given(run.start, run.first.m[0], run.p))[:, :count]
+        for j, name in enumerate(wanted.starts, count):
+            if name in places:
+                found[n + held.index(places[name])] = 0.0
+                found[n + held.index(places[name]), j] = 1.0
+        if n:
+            found[:n] = self._states(result, run, wanted, found[n:])
+        return found
+
+    def _states(
+        self, result: Result[Any], run: Record, wanted: Unknowns, discretes: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        n, slopes, still = self.system.states, self.conditions(run.first, run.p), list(result.report.open)
+        kept = np.eye(n)[still].reshape(-1, n)
+        right = np.zeros((len(self.labels) + len(still), len(wanted.names)))
+        chain = wanted.chain(np.array([run.start]), after=True)[0]
+        right[: len(self.labels)] = -slopes.q[0] @ chain - slopes.s[0, :, n:] @ discretes
+        labels = [*self.labels, *(self.system.dae.state_names[k] for k in still)]
+        for j, name in enumerate(wanted.starts, len(wanted.parameters)):
+            if name in labels:
+                right[labels.index(name), j] += 1.0
+        matrix = np.vstack([slopes.s[0, :, :n], kept])
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], np.float64)
+
+
+def _refuse_jump(result: Result[Any], run: Record) -> None:
+    """Resets at the very start are not differentiated."""
+    begun, first = np.array(list(result.report.states.values())), run.first.x[0]
+    if (np.abs(begun - first) > 1e-7 * (1.0 + np.abs(first))).any():
+        raise NotDifferentiable(
+            f"at t = {run.start:.9g} s, the start itself, a reset changes the states; begin the run after it (start=...)"
+        )

@@ -1,0 +1,86 @@
+"""Stability of periodic motions: Floquet multipliers from the variational equations over one period, through sticking and slipping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.arguments import number
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError
+from powertrain.result import Result
+from powertrain.signals import Samples
+from powertrain.variational.partials import System
+from powertrain.variational.record import Steps, record
+from powertrain.variational.saltation import Saltation
+from powertrain.variational.transitions import Flow, transitions
+
+
+@dataclass(frozen=True)
+class Floquet:
+    """The monodromy matrix of a period and its eigenvalues, the greatest first.
+
+    ``matrix``: what a small change of the states (and discrete variables) ``names`` at the start of the period has become at its end;
+    ``multipliers``: its eigenvalues, ``vectors`` their eigenvectors as columns; ``closure``: by how much each state is different after the
+    period, which is a motion of the whole for angles and shall be zero for the rest. A motion is stable where all
+    multipliers but those of its own phase and of free rotations (which are 1) lie inside of the unit circle; sticking gives zeros.
+    """
+
+    names: tuple[str, ...]
+    matrix: NDArray[np.float64]
+    multipliers: NDArray[np.complex128]
+    vectors: NDArray[np.complex128]
+    closure: dict[str, float]
+    period: float
+
+    def __str__(self) -> str:
+        lines = [f"Floquet multipliers over {self.period:.6g} s"]
+        for k, value in enumerate(self.multipliers):
+            main = self.names[int(np.abs(self.vectors[:, k]).argmax())]
+            text = f"{value.real:.6g}" if abs(value.imag) < 1e-12 else f"{value.real:.6g} {value.imag:+.6g}j"
+            lines.append(f"{text:>24}  modulus {abs(value):.6g}  mainly {main}")
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def floquet(result: Result[Any], start: float, period: float) -> Floquet:
+    """The Floquet multipliers of a periodic motion.
+
+    ``result``: a run that has settled on the motion; ``start`` (s): where a period begins, not at an event; ``period`` (s). With
+    dS/dt = A(t) S between events and saltation at them, S(start) = 1, the multipliers are the eigenvalues of S(start + period).
+
+    Raises ParameterError for a span outside of the run; SimulationError where an event has no derivative (see ``pt.gradient``).
+    """
+    trajectory = result.trajectory
+    start, period = number("start", start, "s"), number("period", period, "s")
+    end = start + period
+    if not period > 0.0 or not trajectory.start <= start < end <= trajectory.end:
+        raise ParameterError(
+            f"the period from {start:g} s to {end:g} s does not lie in the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
+        )
+    system = System(result.compiled.dae, (), ())
+    flow = Flow(system, None)
+    run = record(result, np.array([start, end]))
+    kept = (run.steps.times >= start) & (run.steps.times < end)
+    points = np.repeat(kept, len(run.steps.samples.t) // max(len(kept), 1))
+    steps = Steps(run.steps.times[kept], run.steps.durations[kept], Samples(*(v[points] for v in run.steps.samples)))
+    phi = transitions(flow, steps, run.p)[0]
+    jumps = [j for j in Saltation(result.compiled, flow).jumps(run) if start < j.time <= end]
+    places = [steps.before(j.time) for j in jumps]
+    matrix: Array = np.eye(system.size)
+    for i in range(len(steps.times) + 1):
+        for jump in (j for j, place in zip(jumps, places, strict=True) if place == i):
+            matrix = jump.s @ matrix
+        if i < len(steps.times):
+            matrix = phi[i] @ matrix
+    values, vectors = np.linalg.eig(matrix)
+    order = np.argsort(-np.abs(values))
+    held = [result.compiled.dae.m[k].name() for k in system.discretes]
+    ends = trajectory.at([start, end], with_events=False)[1]
+    closure = dict(zip(result.compiled.states, (ends[1] - ends[0]).tolist(), strict=True))
+    names = (*result.compiled.states, *held)
+    return Floquet(names, matrix, values[order].astype(complex), vectors[:, order].astype(complex), closure, period)

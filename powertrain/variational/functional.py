@@ -1,0 +1,122 @@
+"""An objective at one run: an integrand, and readings of signals at instants of the run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError
+from powertrain.result import Result
+from powertrain.signals import Picked, Samples, signals_of
+from powertrain.symbols import Symbol, column
+from powertrain.variational.objectives import Objective, Reading, Term, weights_of
+
+_INSIDE = 9
+"""Samples of each step among which an extremum is looked for first."""
+_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Functional:
+    """The integrand (None for none), the expressions that are read and their readings, and the value without the integral."""
+
+    label: str
+    unit: str
+    integrand: Symbol | None
+    expressions: Symbol
+    readings: tuple[Reading, ...]
+    value: float
+    key: tuple[object, ...] = ()
+
+    @property
+    def cuts(self) -> Array:
+        """The times of the readings between events, in s."""
+        return np.array(sorted({r.time for r in self.readings if r.instant < 0}), float)
+
+
+def functional(result: Result[Any], objective: Objective) -> Functional:
+    """The objective at a run."""
+    signals = signals_of(result.compiled)
+    picked = [signals.pick(term.signal) for term in objective.terms]
+    integrand: Symbol | None = None
+    value, readings, labels, units = 0.0, [], [], set()
+    for k, (term, p) in enumerate(zip(objective.terms, picked, strict=True)):
+        labels.append(_label(term, p.label))
+        units.add({"integral": p.unit and f"{p.unit}.s", "squares": "1"}.get(term.kind, p.unit))
+        if term.kind == "integral":
+            integrand = term.factor * p.expression + (0 if integrand is None else integrand)
+            continue
+        if term.kind in ("maximum", "minimum"):
+            worth, found = _extremum(result, p, k, term)
+        else:
+            worth, found = _read(result, p, k, term)
+        value += worth
+        readings += found
+    label = " + ".join(labels)
+    key = tuple(
+        (p.label, term.kind == "integral" and term.factor) for term, p in zip(objective.terms, picked, strict=True)
+    )
+    unit = units.pop() if len(units) == 1 else ""
+    return Functional(label, unit, integrand, column([p.expression for p in picked]), tuple(readings), value, key)
+
+
+def _label(term: Term, signal: str) -> str:
+    factor = "" if term.factor == 1.0 else f"{term.factor:g} "
+    if term.kind == "at":
+        return f"{factor}{signal}" + (f" at {term.times[0]:g} s" if term.times else " at the end")
+    return f"{factor}{term.kind} of {signal}"
+
+
+def _values(result: Result[Any], picked: Picked, samples: Samples) -> Array:
+    p = np.array(list(result.parameters.values()), float)
+    signals = signals_of(result.compiled)
+    samples = signals.corrected(samples, p)
+    if picked.name in signals.entries:
+        return signals.compute([picked.name], samples, p)[picked.name]
+    return signals.evaluate([picked.expression], samples, p)[:, 0]
+
+
+def _read(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
+    trajectory = result.trajectory
+    times = np.array(term.times or (trajectory.end,), float)
+    outside = times[(times < trajectory.start) | (times > trajectory.end)]
+    if outside.size:
+        raise ParameterError(
+            f"of: t = {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
+        )
+    value, weights = weights_of(term, _values(result, picked, Samples(*trajectory.at(times, with_events=False))))
+    return value, [Reading(t, k, w) for t, w in zip(times.tolist(), weights.tolist(), strict=True)]
+
+
+def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
+    """Where a signal is greatest or least: at an event, or refined between its neighbours."""
+    trajectory, sign = result.trajectory, 1.0 if term.kind == "maximum" else -1.0
+    instants = [i for i in trajectory.instants if i.time > trajectory.start]
+    marks = np.unique([*trajectory.times, *(i.time for i in instants), trajectory.end])
+    inside = marks[:-1, None] + np.diff(marks)[:, None] * np.linspace(0.0, 1.0, _INSIDE, endpoint=False)
+    times = np.append(inside.ravel(), trajectory.end)
+    best, where = -np.inf, Reading(trajectory.end, k, term.factor)
+    if instants:
+        n, size = trajectory.states, trajectory.dense.shape[2]
+        t = np.array([i.time for i in instants]).repeat(2)
+        y = np.array([v[:size] for i in instants for v in (i.left, i.right)])
+        m = np.array([v for i in instants for v in (i.held_left, i.held_right)])
+        values = sign * _values(result, picked, Samples(t, y[:, :n], y[:, n:], m))
+        j = int(values.argmax())
+        best, where = float(values[j]), Reading(float(t[j]), k, term.factor, j // 2, 1 if j % 2 else -1)
+        times = times[~np.isin(times, t)]
+    low, high = trajectory.start, trajectory.end
+    for _ in range(_ROUNDS):
+        samples = Samples(*trajectory.at(times, with_events=False))
+        values = sign * _values(result, picked, samples)
+        j = int(values.argmax())
+        if not values[j] <= best + (1e-12 * (1.0 + abs(best)) if best > -np.inf else 0.0):
+            best, where = float(values[j]), Reading(float(times[j]), k, term.factor)
+        elif where.instant >= 0:
+            break
+        low, high = times[max(j - 1, 0)], times[min(j + 1, len(times) - 1)]
+        times = np.linspace(low, high, 33)
+    return term.factor * sign * best, [where]

@@ -1,0 +1,229 @@
+"""Derivatives of a run with respect to parameters, starts and inputs, through all of its events."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain.arguments import listed, row
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError
+from powertrain.result import Result
+from powertrain.signals import Picked, Samples, Signals, signals_of
+from powertrain.symbols import column
+from powertrain.variational.functional import Functional, functional
+from powertrain.variational.objectives import Objective, objective
+from powertrain.variational.record import record
+from powertrain.variational.sweeps import Model, adjoint, forward, integral_value, passage
+from powertrain.variational.transitions import WEIGHTS
+from powertrain.variational.unknowns import Unknowns, unknowns
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+_FEW = 6
+"""Up to so many unknowns the forward sweep is the cheaper one."""
+_KEPT = 8
+
+
+class Gradient(Mapping[str, float]):
+    """The derivatives of one number of a run: ``gradient["J1.J"]``; prints as a table with units.
+
+    ``value``: the number itself; ``of``: what it is; ``unit``: its unit; ``array``: the derivatives in the order of the names; ``units``:
+    their units.
+    ``elasticity``: the change in percent of the number for one percent of each unknown.
+    """
+
+    def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, array: Array) -> None:
+        self.of, self.unit, self.value, self.array = of, unit, value, array
+        self.names, self.at = wanted.names, dict(zip(wanted.names, wanted.values, strict=True))
+        self._units = wanted.units
+
+    def __getitem__(self, name: str) -> float:
+        if name not in self.names:
+            raise ParameterError(f"the gradient is not with respect to {name}; it has {', '.join(self.names[:12])}")
+        return float(self.array[self.names.index(name)])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every derivative."""
+        return {n: quotient(self.unit, u) for n, u in zip(self.names, self._units, strict=True)}
+
+    @property
+    def elasticity(self) -> dict[str, float]:
+        """Relative change of the number by relative change of every unknown; 0 where the number is zero."""
+        return {n: self[n] * self.at[n] / self.value if self.value else 0.0 for n in self.names}
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row for each unknown: its value, the derivative with its unit, and the elasticity."""
+        import pandas as pd
+
+        columns = {
+            "value": [self.at[n] for n in self.names],
+            "unit": list(self._units),
+            "derivative": self.array,
+            "derivative_unit": list(self.units.values()),
+            "elasticity": list(self.elasticity.values()),
+        }
+        return pd.DataFrame(columns, index=list(self.names))
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        """The unknowns that matter, the most important one first, and how many do not."""
+        found = sorted((n for n in self.names if self[n]), key=lambda n: (-abs(self.elasticity[n]), -abs(self[n])))
+        rows = [
+            (n, f"{self.at[n]:.6g} {u}", f"{self[n]:.6g} {self.units[n]}", f"{self.elasticity[n]:+.4f}")
+            for n in found
+            for u in [self._units[self.names.index(n)]]
+        ]
+        return [("", "value", f"d({self.of})/d(.)", "elasticity"), *rows]
+
+    def __str__(self) -> str:
+        rows = self._rows()
+        widths = [max(len(r[k]) for r in rows) for k in range(4)]
+        lines = [f"{self.of} = {self.value:.8g} {self.unit}"]
+        lines += ["  ".join(f"{cell:<{width}}" for cell, width in zip(r, widths, strict=True)).rstrip() for r in rows]
+        without = len(self) + 1 - len(rows)
+        return "\n".join([*lines, f"without effect: {without}"] if without else lines)
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        cells = "".join(f"<tr>{''.join(f'<td>{html.escape(c)}</td>' for c in r)}</tr>" for r in self._rows())
+        return f"<p>{html.escape(f'{self.of} = {self.value:.8g} {self.unit}')}</p><table>{cells}</table>"
+
+
+def quotient(unit: str, by: str) -> str:
+    """The unit of a quotient; an empty one is not known."""
+    if not unit or by in ("", "1"):
+        return unit
+    if unit == by:
+        return "1"
+    return f"{unit}/{by}" if not set(by) & set("./*") else f"{unit}/({by})"
+
+
+def gradient(
+    result: Result[Any],
+    of: str | Callable[[Any], Any] | Objective,
+    wrt: str | Sequence[str] | None = None,
+) -> Gradient:
+    """The derivatives of a number of a run with respect to parameters, starts and inputs.
+
+    ``of``: a signal (its value at the end), or ``pt.at``, ``pt.integral``, ``pt.maximum``, ``pt.minimum``, ``pt.squares`` of one, or sums
+    of these with factors. ``wrt``: names or patterns of parameters; variables whose start is a condition of the run (``starts``,
+    ``initial()``, declared starts), for the start's value; inputs of the model, for the values at their knots. None: all parameters.
+
+    The variational equations are solved along the accepted steps of the run, and carried through its events by saltation, so that the
+    derivatives are as accurate as the run and contain how events move. Few unknowns take a forward sweep, many one adjoint sweep for all.
+
+    Raises ParameterError for unknown names; SimulationError where the run has no derivative: an event that an arbitrarily small change
+    would take away (grazing), or laws that switch together while an unknown would separate them.
+    """
+    wanted, number = _asked(result, wrt), functional(result, objective(of))
+    model = _model(result, wanted, number)
+    way = passage(model, result, wanted, number, np.zeros(0))
+    found = adjoint(model, wanted, way) if len(wanted.names) > _FEW else None
+    if found is None:
+        found = forward(model, wanted, way, keep=False)[0]
+    value = number.value + integral_value(model, way.run)
+    return Gradient(number.label, number.unit, value, wanted, found)
+
+
+def number_of(result: Result[Any], of: Objective) -> float:
+    """The number that an objective is at a run."""
+    found = functional(result, of)
+    if found.integrand is None:
+        return found.value
+    run = record(result, np.zeros(0))
+    rates = signals_of(result.compiled).evaluate([found.integrand], run.steps.samples, run.p)[:, 0]
+    return found.value + float((rates.reshape(len(run.steps.times), -1) @ WEIGHTS) @ run.steps.durations)
+
+
+def sensitivity(
+    result: Result[Any],
+    signals: str | Callable[[Any], Any] | Iterable[str | Callable[[Any], Any]],
+    wrt: str | Sequence[str],
+    times: ArrayLike | None = None,
+) -> xr.Dataset:
+    """The derivatives of signals over the time of a run: variables with the dimensions ``time`` and ``wrt``.
+
+    ``signals``: names or selectors; ``wrt`` as for ``pt.gradient``; ``times`` (s): by default those of the result. At an event the right
+    limit stands. The derivative is with respect to a change at the same instant: where the signal jumps at an event whose instant moves,
+    the derivative of its jump is not part of it. Errors are those of ``pt.gradient``.
+    """
+    import xarray as xr
+
+    wanted = _asked(result, wrt)
+    asked = np.unique(result.time) if times is None else np.unique(row("times", times))
+    picked = [signals_of(result.compiled).pick(s) for s in listed("signals", signals)]
+    values = sensitivities(result, picked, wanted, asked)
+    data = {
+        p.label: (
+            ("time", "wrt"),
+            values[:, k],
+            {
+                "units": ", ".join(dict.fromkeys(quotient(p.unit, u) for u in wanted.units)),
+                "long_name": f"Derivative of {p.label}",
+            },
+        )
+        for k, p in enumerate(picked)
+    }
+    coordinates = {
+        "time": ("time", asked, {"units": "s"}),
+        "wrt": ("wrt", list(wanted.names)),
+        "unit": ("wrt", list(wanted.units)),
+    }
+    return xr.Dataset(data, coordinates)
+
+
+def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array) -> NDArray[np.float64]:
+    """d(signal)/d(unknown) at times within the run: (time, signal, unknown)."""
+    trajectory = result.trajectory
+    outside = times[(times < trajectory.start) | (times > trajectory.end)]
+    if outside.size:
+        raise ParameterError(
+            f"times: {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
+        )
+    of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, tuple(p.label for p in picked))
+    model = _model(result, wanted, of)
+    way = passage(model, result, wanted, of, times)
+    kept = forward(model, wanted, way, keep=True)[1]
+    boundaries = way.run.steps.times.searchsorted(times, side="left")
+    samples = model.saltation.corrected(Samples(*trajectory.at(times, with_events=False)), way.run.p)
+    slopes = model.read(samples, way.run.p)
+    n = model.system.size
+    return np.asarray(slopes.s @ kept[boundaries][:, :n] + slopes.q @ wanted.chain(times, after=True))
+
+
+def _asked(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
+    if not isinstance(result, Result):
+        raise ParameterError(f"give a result of simulate, not a {type(result).__name__}")
+    if not result.ok:
+        raise ParameterError(f"the run ended early and has no derivative: {result.message.splitlines()[0]}")
+    return unknowns(result, wrt)
+
+
+_models: WeakKeyDictionary[Signals, dict[Any, Model]] = WeakKeyDictionary()
+
+
+def _model(result: Result[Any], wanted: Unknowns, of: Functional) -> Model:
+    """The functions for this choice, built once for a compiled model and a few choices."""
+    known = _models.setdefault(signals_of(result.compiled), {})
+    conditions = tuple(a.label for a in result.report.solved) if hasattr(result.report, "solved") else ()
+    key = (wanted.parameters, wanted.segments, of.key, conditions)
+    if key not in known:
+        while len(known) >= _KEPT:
+            del known[next(iter(known))]
+        known[key] = Model(result, wanted, of)
+    return known[key]

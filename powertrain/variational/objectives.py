@@ -1,0 +1,115 @@
+"""What a derivative is taken of: values, integrals, extremes and squares of signals, and their sums."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.arguments import number, row
+from powertrain.engine.buffers import Array
+from powertrain.errors import ParameterError
+
+Signal = str | Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of an objective: ``kind`` is "at", "integral", "maximum", "minimum" or "squares"; ``times`` in s."""
+
+    kind: str
+    signal: Signal
+    factor: float = 1.0
+    times: tuple[float, ...] = ()
+    values: tuple[float, ...] = ()
+    sigma: float = 1.0
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A sum of terms, each with a factor. Objectives can be added, subtracted and multiplied by numbers."""
+
+    terms: tuple[Term, ...]
+
+    def __add__(self, other: Objective) -> Objective:
+        return Objective((*self.terms, *other.terms))
+
+    def __sub__(self, other: Objective) -> Objective:
+        return self + -1.0 * other
+
+    def __neg__(self) -> Objective:
+        return -1.0 * self
+
+    def __mul__(self, factor: float) -> Objective:
+        by = number("the factor of an objective", factor)
+        return Objective(tuple(replace(term, factor=by * term.factor) for term in self.terms))
+
+    __rmul__ = __mul__
+
+
+def final(signal: Signal) -> Objective:
+    """The value of a signal at the end of the run."""
+    return Objective((Term("at", signal),))
+
+
+def at(signal: Signal, time: float) -> Objective:
+    """The value of a signal at ``time`` (s); at an event its right limit."""
+    return Objective((Term("at", signal, times=(number("time", time, "s"),)),))
+
+
+def integral(signal: Signal) -> Objective:
+    """The integral of a signal over the time of the run."""
+    return Objective((Term("integral", signal),))
+
+
+def maximum(signal: Signal) -> Objective:
+    """The greatest value of a signal in the run."""
+    return Objective((Term("maximum", signal),))
+
+
+def minimum(signal: Signal) -> Objective:
+    """The least value of a signal in the run."""
+    return Objective((Term("minimum", signal),))
+
+
+def squares(signal: Signal, times: ArrayLike, values: ArrayLike, sigma: float = 1.0) -> Objective:
+    """The sum of ((signal - value) / sigma)^2 over measured values at times (s); ``sigma`` is the standard deviation of one of them."""
+    t, v = row("times", times), row("values", values)
+    if t.shape != v.shape or not t.size:
+        raise ParameterError(f"squares: {t.size} times and {v.size} values; give as many of both, at least one")
+    if not number("sigma", sigma) > 0.0:
+        raise ParameterError(f"squares: sigma = {sigma:g} is not positive")
+    return Objective((Term("squares", signal, times=tuple(t.tolist()), values=tuple(v.tolist()), sigma=sigma),))
+
+
+def objective(of: Any) -> Objective:
+    """An objective; a name or a selector stands for its value at the end."""
+    if isinstance(of, Objective):
+        return of
+    if isinstance(of, str) or callable(of):
+        return final(of)
+    raise ParameterError(
+        f"of = {of!r}: give a signal, or pt.at, pt.integral, pt.maximum, pt.minimum or pt.squares of one, or a sum of these"
+    )
+
+
+@dataclass(frozen=True)
+class Reading:
+    """``weight`` times expression ``signal`` at ``time`` (s); at event ``instant`` before (side -1) or after it (side 1)."""
+
+    time: float
+    signal: int
+    weight: float
+    instant: int = -1
+    side: int = 0
+
+
+def weights_of(term: Term, values: Array) -> tuple[float, Array]:
+    """The value of a term that reads a signal at its times, and its derivatives with respect to what is read."""
+    if term.kind == "squares":
+        left = (values - np.array(term.values)) / term.sigma
+        return term.factor * float(left @ left), 2.0 * term.factor * left / term.sigma
+    return term.factor * float(values.sum()), np.full(len(values), term.factor)

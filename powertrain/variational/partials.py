@@ -1,0 +1,119 @@
+"""Values and derivatives of expressions of a model along a run, with the algebraic unknowns eliminated.
+
+    e = e(t, s, z, q),   0 = g(t, s, z, q)   =>   de/dv = e_v - e_z g_z^-1 g_v   for v = t, s, q
+
+``s`` = (x, d): the states and the discrete variables that hold numbers; ``q``: the parameters that matter, and the running segments
+(t0, y0, slope) of the inputs that matter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.engine.buffers import Array
+from powertrain.signals import Lanes, Samples
+from powertrain.symbols import Symbol
+
+Block = NDArray[np.float64]
+"""One matrix per sample."""
+
+
+@dataclass(frozen=True)
+class System:
+    """A model, the places of the parameters and of the held entries of inputs that derivatives are taken for."""
+
+    dae: HybridDae
+    parameters: tuple[int, ...]
+    segments: tuple[int, ...]
+
+    @cached_property
+    def discretes(self) -> list[int]:
+        """The places in ``m`` of the discrete variables."""
+        dae = self.dae
+        modes = {law.index for group in (dae.frictions, dae.switches, dae.contacts, dae.whens) for law in group}
+        modes |= {schedule.index + k for schedule in dae.schedules for k in range(3)}
+        return [k for k in range(dae.m.numel()) if k not in modes]
+
+    @cached_property
+    def states(self) -> int:
+        """The number of states."""
+        return int(self.dae.x.numel())
+
+    @cached_property
+    def size(self) -> int:
+        """The size of s."""
+        return self.states + len(self.discretes)
+
+    @cached_property
+    def inputs(self) -> tuple[Symbol, ...]:
+        """The arguments of every expression."""
+        return (self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p)
+
+    @cached_property
+    def free(self) -> Symbol:
+        """The symbols of q."""
+        p, m = self.dae.p, self.dae.m
+        return ca.vertcat(p[list(self.parameters)] if self.parameters else Symbol(0, 1), _chosen(m, self.segments))
+
+    @cached_property
+    def moving(self) -> Symbol:
+        """The symbols of s."""
+        return ca.vertcat(self.dae.x, _chosen(self.dae.m, self.discretes))
+
+
+def _chosen(symbols: Symbol, places: list[int] | tuple[int, ...]) -> Symbol:
+    return symbols[list(places)] if len(places) else Symbol(0, 1)
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Values of expressions and their total derivatives, one row or matrix per sample; ``weights`` is e_z g_z^-1."""
+
+    value: Block
+    t: Block
+    s: Block
+    q: Block
+    weights: Block
+
+    def along(self, rates: Block) -> Block:
+        """The derivatives with respect to time along a motion ds/dt."""
+        return np.asarray(self.t + np.einsum("kes,ks->ke", self.s, rates))
+
+
+class Partials:
+    """Expressions of (t, x, z, m, p) with their derivatives, evaluated for many samples. Serves one thread."""
+
+    def __init__(self, system: System, expressions: Symbol) -> None:
+        dae = system.dae
+        self.system, self.count = system, expressions.numel()
+        self.groups = [dae.t, system.moving, system.free, dae.z]
+        self.sizes = [g.numel() for g in self.groups]
+        rows = ca.vertcat(expressions, dae.residual) if dae.z.numel() else expressions
+        parts = [ca.vec(ca.densify(ca.jacobian(rows, g))) for g in self.groups if g.numel()]
+        self.lanes = Lanes(system.inputs, ca.cse(ca.densify(ca.vertcat(expressions, *parts))))
+        self.rows = rows.numel()
+
+    def __call__(self, samples: Samples, p: Array) -> Slopes:
+        """Values and derivatives at samples whose algebraic unknowns solve the model's equations."""
+        count, ne = len(samples.t), self.count
+        flat = self.lanes(samples, p) if count else np.zeros((0, self.lanes.size))
+        first, blocks = ne, []
+        for size in self.sizes:
+            last = first + self.rows * size
+            blocks.append(flat[:, first:last].reshape(count, size, self.rows).transpose(0, 2, 1))
+            first = last
+        e_t, e_s, e_q, e_z = (b[:, :ne] for b in blocks)
+        weights: Block = np.zeros((count, ne, 0))
+        if self.sizes[3]:
+            g_t, g_s, g_q, g_z = (b[:, ne:] for b in blocks)
+            weights = np.asarray(
+                np.linalg.solve(g_z.transpose(0, 2, 1), e_z.transpose(0, 2, 1)).transpose(0, 2, 1), float
+            )
+            e_t, e_s, e_q = e_t - weights @ g_t, e_s - weights @ g_s, e_q - weights @ g_q
+        return Slopes(flat[:, :ne], e_t[:, :, 0], e_s, e_q, weights)

@@ -1,0 +1,131 @@
+"""What the derivatives of a run read of it: its steps at collocation points, and both limits of its events.
+
+Everything else in this package knows a run through these records only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import roots_jacobi
+
+from powertrain.engine.buffers import Array
+from powertrain.engine.trajectory import Trajectory
+from powertrain.result import Result
+from powertrain.signals import Samples, signals_of
+
+STAGES = 4
+"""One more than the fifth order of the run's own methods asks for: what drives the variational equations may be faster than the states."""
+POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])), 1.0)
+"""The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
+
+_EARLY = 1e-6
+"""How much earlier, as a share of the step before an event."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps without events inside: starts and durations in s, and samples at their collocation points, one after the other."""
+
+    times: Array
+    durations: Array
+    samples: Samples
+
+    def before(self, t: float) -> int:
+        """The number of steps that start before ``t``."""
+        return int(self.times.searchsorted(t, side="left"))
+
+
+@dataclass(frozen=True)
+class Instants:
+    """The events of a run: times in s, both limits, the starts of the steps before, impacts and resets by name.
+
+    ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output; ``early`` is a little earlier,
+    where expressions that bend at the event itself have not bent yet.
+    """
+
+    times: Array
+    early: Samples
+    seen: Samples
+    left: Samples
+    right: Samples
+    before: Samples
+    extra: tuple[tuple[tuple[str, str], ...], ...]
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run: parameters by place, first and last instant in s, steps cut at the wanted times, events."""
+
+    p: Array
+    start: float
+    end: float
+    first: Samples
+    steps: Steps
+    instants: Instants
+
+
+def record(result: Result[Any], cuts: Array) -> Record:
+    """The run of a result whose steps end at ``cuts``, too."""
+    trajectory = result.trajectory
+    p = np.array(list(result.parameters.values()), float)
+    signals = signals_of(result.compiled)
+
+    def corrected(samples: Samples) -> Samples:
+        return signals.corrected(samples, p)
+
+    def at(times: Array) -> Samples:
+        return corrected(_inside(trajectory, np.asarray(times, float)))
+
+    nodes = np.unique(np.concatenate([trajectory.times, cuts, [trajectory.end]]))
+    nodes = nodes[(nodes >= trajectory.start) & (nodes <= trajectory.end)]
+    starts, durations = nodes[:-1], np.diff(nodes)
+    owner = trajectory.times.searchsorted(starts, side="right") - 1
+    times = starts[:, None] + durations[:, None] * POINTS
+    samples = corrected(_dense(trajectory, times.ravel(), owner.repeat(len(POINTS))))
+    return Record(
+        p,
+        trajectory.start,
+        trajectory.end,
+        at(nodes[:1]),
+        Steps(starts, durations, samples),
+        _instants(trajectory, corrected),
+    )
+
+
+def _instants(trajectory: Trajectory, corrected: Any) -> Instants:
+    found = [i for i in trajectory.instants if i.time > trajectory.start]
+    n, unknowns = trajectory.states, trajectory.dense.shape[2]
+    times = np.array([i.time for i in found], float)
+
+    def side(values: list[Array], held: list[Array]) -> Samples:
+        y = np.array(values, float).reshape(len(found), -1)[:, :unknowns] if found else np.zeros((0, unknowns))
+        m = np.array(held, float) if found else np.zeros((0, trajectory.held.shape[1]))
+        return Samples(times, y[:, :n], y[:, n:], m)
+
+    owner = np.maximum(trajectory.times.searchsorted(times, side="left") - 1, 0)
+    seen = side([i.left for i in found], [i.held_left for i in found])
+    right = side([i.right for i in found], [i.held_right for i in found])
+    before = _dense(trajectory, trajectory.times[owner], owner) if found else seen
+    start = trajectory.times[owner]
+    early = _dense(trajectory, times - _EARLY * (times - start), owner) if found else seen
+    return Instants(
+        times, corrected(early), seen, corrected(seen), corrected(right), before, tuple(i.extra for i in found)
+    )
+
+
+def _inside(trajectory: Trajectory, times: Array) -> Samples:
+    """Right limits at any times of the run."""
+    return Samples(*trajectory.at(times, with_events=False))
+
+
+def _dense(trajectory: Trajectory, times: Array, owner: NDArray[np.int64]) -> Samples:
+    """The dense output of given steps."""
+    q = ((times - trajectory.times[owner]) / trajectory.sizes[owner])[:, None]
+    c = trajectory.dense[owner]
+    y = (((c[:, 4] * q + c[:, 3]) * q + c[:, 2]) * q + c[:, 1]) * q + c[:, 0]
+    n = trajectory.states
+    return Samples(times, y[:, :n], y[:, n:], trajectory.held[trajectory.mode_of_step[owner]])

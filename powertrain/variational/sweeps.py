@@ -1,0 +1,248 @@
+"""The two ways through a run: forward with derivatives of s for each unknown, or backward with the adjoint of one objective."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.engine.buffers import Array
+from powertrain.result import Result
+from powertrain.signals import Samples
+from powertrain.variational.begin import Start
+from powertrain.variational.functional import Functional
+from powertrain.variational.objectives import Reading
+from powertrain.variational.partials import Block, Partials, Slopes, System
+from powertrain.variational.record import STAGES, Record, record
+from powertrain.variational.saltation import Jump, NotDifferentiable, Saltation, row_of
+from powertrain.variational.transitions import WEIGHTS, Flow, Reverse, batches, effects, transitions
+from powertrain.variational.unknowns import Unknowns
+
+_APART = 1e-6
+
+
+class Model:
+    """The functions for one model, one choice of unknowns and one objective, built once. Serves one thread."""
+
+    def __init__(self, result: Result[Any], wanted: Unknowns, of: Functional) -> None:
+        dae = result.compiled.dae
+        self.system = System(dae, wanted.parameters, wanted.segments)
+        self.bare = System(dae, (), ())
+        self.of = of
+        self.flow = Flow(self.system, of.integrand)
+        self.saltation = Saltation(result.compiled, self.flow)
+        self.read = Partials(self.system, of.expressions)
+        self.start = Start(result, self.system)
+
+    @cached_property
+    def bare_flow(self) -> Flow:
+        """The flow without derivatives with respect to q."""
+        return Flow(self.bare, self.of.integrand)
+
+    @cached_property
+    def reverse(self) -> Reverse:
+        """The reverse derivative of the flow."""
+        return Reverse(self.system, self.of.integrand)
+
+
+@dataclass(frozen=True)
+class Read:
+    """The derivatives of one reading: with respect to s and q where it is taken, and along the motion there."""
+
+    reading: Reading
+    boundary: int
+    s: Array
+    q: Array
+    rate: float
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A run as the sweeps see it: steps, jumps at the boundaries before steps, readings there, and the start."""
+
+    run: Record
+    jumps: list[Jump]
+    boundaries: list[int]
+    reads: list[Read]
+    begin: NDArray[np.float64]
+
+
+def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
+    """Everything of a run but its steps' matrices. NotDifferentiable names an event without a derivative."""
+    run = record(result, np.union1d(of.cuts, cuts))
+    jumps = model.saltation.jumps(run)
+    boundaries = [run.steps.before(t) for t in run.instants.times.tolist()]
+    begin = np.zeros((model.flow.size, len(wanted.names)))
+    begin[: model.system.size] = model.start.derivatives(result, run, wanted)
+    stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
+    caught, at_q = model.saltation.caught(run.p, run.first, stuck)
+    begin = caught @ begin + at_q @ wanted.chain(np.array([run.start]), after=True)[0]
+    return Passage(run, jumps, boundaries, [_read(model, result, run, r) for r in of.readings], begin)
+
+
+def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> Read:
+    if reading.instant >= 0:
+        side = run.instants.left if reading.side < 0 else run.instants.right
+        sample, boundary = row_of(side, reading.instant), -1
+    else:
+        at = Samples(*result.trajectory.at([reading.time], with_events=False))
+        sample, boundary = model.saltation.corrected(at, run.p), run.steps.before(reading.time)
+    slopes = model.read(sample, run.p)
+    rates = model.flow.rates(sample, run.p)[:, : model.system.size]
+    k = reading.signal
+    s = np.zeros(model.flow.size)
+    s[: model.system.size] = slopes.s[0, k]
+    return Read(reading, boundary, s, slopes.q[0, k], float(slopes.along(rates)[0, k]))
+
+
+def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[Array, Block]:
+    """The derivatives of the objective, and those of s at all boundaries (before step i: row i) if they are to be kept."""
+    run, steps = way.run, way.run.steps
+    phi, psi = transitions(model.flow, steps, run.p)
+    psi = psi @ wanted.chain(steps.times + 0.5 * steps.durations, after=True) if wanted.inputs else psi @ wanted.plain
+    lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
+    events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
+    at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
+    s, gradient = way.begin.copy(), np.zeros(len(wanted.names))
+    kept = np.empty((len(steps.times) + 1 if keep else 0, *s.shape))
+    chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
+    for i in range(len(steps.times) + 1):
+        for j in events.get(i, ()):
+            jump = way.jumps[j]
+            _refuse_apart(jump, s, lefts[j], wanted)
+            moved = jump.shifts[0].s @ s[: model.system.size] + jump.shifts[0].q @ lefts[j] if jump.shifts else 0.0
+            after = jump.s @ s + jump.left @ lefts[j] + jump.right @ rights[j]
+            for side, here, chain in ((-1, s, lefts[j]), (1, after, rights[j])):
+                if (j, side) in at_events:
+                    read = at_events[j, side]
+                    gradient += read.reading.weight * (read.s @ here + read.q @ chain + read.rate * moved)
+            s = after
+        for r in reads.get(i, ()):
+            read = way.reads[r]
+            gradient += read.reading.weight * (read.s @ s + read.q @ chains[r])
+        if keep:
+            kept[i] = s
+        if i < len(steps.times):
+            s = phi[i] @ s + psi[i]
+    if model.flow.integrals:
+        gradient += s[-1]
+    return gradient, kept
+
+
+def _refuse_apart(jump: Jump, s: NDArray[np.float64], chain: NDArray[np.float64], wanted: Unknowns) -> None:
+    """Laws that switch at one instant and act on each other must stay together."""
+    if not jump.together:
+        return
+    n = len(jump.shifts[0].s)
+    moves = np.array([shift.s @ s[:n] + shift.q @ chain for shift in jump.shifts])
+    apart = np.ptp(moves, axis=0) > _APART * (np.abs(moves).max(axis=0) + 1e-12)
+    if apart.any():
+        names = [wanted.names[k] for k in np.flatnonzero(apart)]
+        raise NotDifferentiable(
+            f"at t = {jump.time:.9g} s {', '.join(shift.name for shift in jump.shifts)} switch together and act on each other, while "
+            f"{', '.join(names[:6])}{' ...' if len(names) > 6 else ''} would let one of them switch first: the run has no derivative with "
+            "respect to that. Leave it out of wrt, or change a value so that they switch apart"
+        )
+
+
+def _by_place(places: list[int]) -> dict[int, list[int]]:
+    found: dict[int, list[int]] = {}
+    for k, place in enumerate(places):
+        if place >= 0:
+            found.setdefault(place, []).append(k)
+    return found
+
+
+def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Array | None:
+    """The derivatives of the objective by one backward sweep; None where laws that switch together need the forward one."""
+    if any(jump.together for jump in way.jumps):
+        return None
+    run, steps = way.run, way.run.steps
+    phi, kept = _linear_steps(model, way)
+    lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
+    chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
+    events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
+    at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
+    n, gradient = model.system.size, np.zeros(len(wanted.names))
+    lam = np.zeros(model.flow.size)
+    lam[n:] = 1.0
+    ends = np.empty((len(steps.times), model.flow.size))
+    for i in range(len(steps.times), -1, -1):
+        if i < len(steps.times):
+            ends[i] = lam
+            lam = phi[i].T @ lam
+        for r in reads.get(i, ()):
+            read = way.reads[r]
+            lam = lam + read.reading.weight * read.s
+            gradient += read.reading.weight * (read.q @ chains[r])
+        for j in reversed(events.get(i, ())):
+            jump, own = way.jumps[j], np.zeros_like(lam)
+            for side, chain in ((-1, lefts[j]), (1, rights[j])):
+                if (j, side) not in at_events:
+                    continue
+                read = at_events[j, side]
+                weight = read.reading.weight
+                lam, own = (lam + weight * read.s, own) if side > 0 else (lam, own + weight * read.s)
+                gradient += weight * (read.q @ chain)
+                if jump.shifts:
+                    own[:n] += weight * read.rate * jump.shifts[0].s
+                    gradient += weight * read.rate * (jump.shifts[0].q @ lefts[j])
+            gradient += (lam @ jump.left) @ lefts[j] + (lam @ jump.right) @ rights[j]
+            lam = jump.s.T @ lam + own
+    gradient += lam @ way.begin
+    return gradient + _from_steps(model, wanted, run, ends, kept)
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Some steps: the effects of their stages at their ends, the derivatives at the stages, and the samples."""
+
+    here: slice
+    effects: Block
+    slopes: Slopes
+    samples: Samples
+
+
+def _linear_steps(model: Model, way: Passage) -> tuple[Block, list[_Batch]]:
+    """Phi of all steps, and what the sweep needs of them later."""
+    steps, size = way.run.steps, model.flow.size
+    phi, kept = np.empty((len(steps.times), size, size)), []
+    for here, samples in batches(steps):
+        _, a, _, slopes = model.bare_flow(samples, way.run.p)
+        found = effects(steps.durations[here], a)
+        phi[here] = np.eye(size) + found @ a.reshape(len(found), STAGES * size, size)
+        kept.append(_Batch(here, found, slopes, samples))
+    return phi, kept
+
+
+def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: Sequence[_Batch]) -> Array:
+    """The direct effect of q within the steps, by the adjoint stages of every step."""
+    found = np.zeros(len(wanted.names))
+    if not model.system.free.numel():
+        return found
+    for batch in kept:
+        w = (ends[batch.here, None] @ batch.effects).reshape(-1, model.flow.size)
+        q = model.reverse(batch.samples, run.p, w[:, model.flow.places], batch.slopes)
+        q = q.reshape(len(batch.effects), STAGES, -1).sum(axis=1)
+        times = run.steps.times[batch.here] + 0.5 * run.steps.durations[batch.here]
+        found += (
+            np.einsum("kq,kqu->u", q, wanted.chain(times, after=True))
+            if wanted.inputs
+            else q.sum(axis=0) @ wanted.plain
+        )
+    return found
+
+
+def integral_value(model: Model, run: Record) -> float:
+    """The integral of the integrand over the run, by the same quadrature."""
+    if not model.flow.integrals:
+        return 0.0
+    found = 0.0
+    for here, samples in batches(run.steps):
+        f = model.flow.rates(samples, run.p)[:, -1].reshape(-1, STAGES)
+        found += float((run.steps.durations[here, None] * f * WEIGHTS).sum())
+    return found

@@ -1,0 +1,75 @@
+"""Small models that several tests share: a clutch engagement, a bouncing ball, a relay with resets."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import powertrain as pt
+from powertrain.components.rotational import Clutch, Inertia, SpringDamper, Torque
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from benchmarks.coupled_clutches import CoupledClutches
+
+STARTS = {"engine.w": 100.0, "load.w": 0.0, "load.phi": 0.0, "shaft.phi_rel": 0.0}
+"""Of ``Engaging``."""
+
+
+class Engaging(pt.Component):
+    """A driven inertia, a clutch and a load behind a soft shaft; torque and clutch command are inputs."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque of the engine")
+    press: pt.Input = pt.signal_input("1", "Command of the clutch")
+    source: Torque = Torque()
+    engine: Inertia = Inertia(J=0.2)
+    clutch: Clutch = Clutch(fn_max=200.0, mue_pos=((0.0, 1.0),))
+    shaft: SpringDamper = SpringDamper(c=500.0, d=5.0)
+    load: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.press, self.clutch.f_normalized)
+        yield pt.connect(self.source.flange, self.engine.flange_a)
+        yield pt.connect(self.engine.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.load.flange_a)
+
+
+class Ball(pt.Component):
+    """Thrown up from the ground, it bounces: after k bounces it has the speed e^k v, all in closed form."""
+
+    e: pt.Parameter = pt.parameter("1", "Restitution", default=0.8)
+    g: pt.Parameter = pt.parameter("m/s2", "Gravity", default=10.0)
+    h: pt.Variable = pt.variable("m", "Height", start=1.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "Force")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.h) == self.v
+        yield pt.der(self.v) == self.f - self.g
+        yield pt.unilateral(self.h, self.f, restitution=self.e)
+
+
+class Relay(pt.Component):
+    """A tank that fills until ``high`` and empties until ``low``; the level is reset by ``spill`` at each filling."""
+
+    inflow: pt.Parameter = pt.parameter("1/s", "Rate of filling", default=1.0)
+    leak: pt.Parameter = pt.parameter("1/s", "Rate of leaking", default=0.3)
+    high: pt.Parameter = pt.parameter("1", "Upper level", default=1.0)
+    low: pt.Parameter = pt.parameter("1", "Lower level", default=0.5)
+    spill: pt.Parameter = pt.parameter("1", "Share of the level kept at the change", default=0.9)
+    level: pt.Variable = pt.variable("1", "Level", start=0.2)
+    filling: pt.Discrete = pt.discrete("1", "Whether it is filled", start=1.0)
+    since: pt.Discrete = pt.discrete("s", "Last change", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.level) == self.filling * self.inflow - self.leak * self.level + 0.1 * self.since
+        yield pt.when(
+            self.level > self.high,
+            pt.reinit(self.filling, 0), pt.reinit(self.since, pt.time), pt.reinit(self.level, self.spill * self.level),
+        )  # fmt: skip
+        yield pt.when(self.level < self.low, pt.reinit(self.filling, 1), pt.reinit(self.since, 0.5 * pt.time))
+
+
+__all__ = ["STARTS", "Ball", "CoupledClutches", "Engaging", "Relay"]

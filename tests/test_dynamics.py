@@ -1,0 +1,106 @@
+"""The model as casadi functions: against a run, in every mode it has, with steps and limits of the modes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from small_models import STARTS, CoupledClutches, Engaging
+
+import powertrain as pt
+
+INPUTS = {"torque": 20.0, "press": 0.6}
+
+
+@pytest.fixture(scope="module")
+def plant() -> pt.Plant[Engaging]:
+    return pt.compile(Engaging())
+
+
+@pytest.fixture(scope="module")
+def run(plant: pt.Plant[Engaging]) -> pt.Result[Engaging]:
+    result = plant.simulate(2.0, starts=STARTS, inputs=INPUTS, rtol=1e-10, atol=1e-12)
+    assert [e.new for e in result.events] == [0.0]
+    return result
+
+
+@pytest.mark.parametrize("t", [0.1, 1.9])
+def test_signals_in_the_modes_of_a_run(plant: pt.Plant[Engaging], run: pt.Result[Engaging], t: float) -> None:
+    outputs = ["clutch.tau", "load.a", "shaft.tau"]
+    found = plant.function(outputs, modes=(run, t))
+    assert found.inputs == ("torque", "press")
+    np.testing.assert_allclose(found.u, [20.0, 0.6])
+    y = np.array(found.function(t, found.x, found.z, found.u, found.p)[2]).ravel()
+    exact = run.at([t], outputs)
+    np.testing.assert_allclose(y, [float(exact[o][0]) for o in outputs], rtol=1e-9)
+    margins = np.array(found.function(t, found.x, found.z, found.u, found.p)[3]).ravel()
+    assert len(margins) == len(found.margins)
+    assert (margins >= 0).all()
+    assert found.units["clutch.tau"] == "N.m"
+
+
+def test_rates_are_those_of_the_run() -> None:
+    """CoupledClutches has signals of time: they stay signals of time, through all of its modes."""
+    plant = pt.compile(CoupledClutches())
+    run = plant.simulate(1.5, rtol=1e-11, atol=1e-13)
+    for t in (0.05, 0.35, 0.7, 1.0, 1.4):
+        found = plant.function(modes=(run, t))
+        h = 1e-5
+        states = [run.at([t + k * h], list(found.states)) for k in (1, -1)]
+        slope = [(float(states[0][s][0]) - float(states[1][s][0])) / (2 * h) for s in found.states]
+        xdot = np.array(found.function(t, found.x, found.z, found.u, found.p)[0]).ravel()
+        np.testing.assert_allclose(xdot, slope, rtol=1e-5, atol=1e-5)
+
+
+def test_step_is_the_run(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) -> None:
+    found = plant.function("clutch.tau", modes=(run, 0.0))
+    step = found.step(0.02, intervals=4)
+    x, y = ca.DM(found.x), ca.DM(0)
+    for k in range(5):
+        x, y = step(0.02 * k, x, found.u, found.p)
+    exact = run.at([0.1], [*found.states, "clutch.tau"])
+    np.testing.assert_allclose(np.array(x).ravel(), [float(exact[s][0]) for s in found.states], rtol=1e-7, atol=1e-7)
+    assert float(y) == pytest.approx(float(exact["clutch.tau"][0]))
+    slopes = ca.Function("d", [u := ca.MX.sym("u", 2)], [ca.jacobian(step(0.0, found.x, u, found.p)[0], u)])
+    by = [
+        np.array(step(0.0, found.x, found.u + d, found.p)[0]).ravel()
+        for d in (np.array([0, 1e-4]), np.array([0, -1e-4]))
+    ]
+    np.testing.assert_allclose(np.array(slopes(found.u))[:, 1], (by[0] - by[1]) / 2e-4, rtol=1e-6, atol=1e-8)
+
+
+def test_parameters_as_inputs(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) -> None:
+    found = plant.function("load.a", inputs=["shaft.c", "torque"], modes=(run, 0.1))
+    np.testing.assert_allclose(found.u, [500.0, 20.0])
+    other = plant.function("load.a", modes=(run, 0.1))
+    at = [np.array(f.function(0.1, f.x, f.z, f.u, f.p)[2]).ravel() for f in (found, other)]
+    np.testing.assert_allclose(at[0], at[1])
+
+
+def test_modes_by_name(plant: pt.Plant[Engaging]) -> None:
+    sliding, stuck = (plant.function("clutch.tau", modes={"clutch.mode": mode}) for mode in (1, 0))
+    assert sliding.margins == ("clutch.mode: forward",)
+    assert stuck.margins == ("clutch.mode: above its lower limit", "clutch.mode: below its upper limit")
+    heavy = pt.compile(CoupledClutches()).function(modes={f"clutch{k}.mode": 0 for k in (1, 2, 3)})
+    assert heavy.stills == tuple(f"clutch{k}.mode: speed" for k in (1, 2, 3))
+    assert sliding.modes == {"clutch.mode": 1.0}
+    tau = float(sliding.function(0, sliding.x, sliding.z, [0, 0.5], sliding.p)[2])
+    assert tau == pytest.approx(100.0)
+
+
+def test_bad_input(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) -> None:
+    with pytest.raises(pt.ParameterError, match=r"give those of clutch\.mode"):
+        plant.function("load.a")
+    with pytest.raises(pt.ParameterError, match=r"no law clutch\.mod; did you mean clutch\.mode"):
+        plant.function(modes={"clutch.mod": 1})
+    with pytest.raises(pt.ParameterError, match="is none of 1, 0, -1, 2"):
+        plant.function(modes={"clutch.mode": 3})
+    with pytest.raises(pt.ParameterError, match="no input or parameter torq"):
+        plant.function(inputs="torq", modes=(run, 0.0))
+    bad: Any = (run, 0.0, 1)
+    with pytest.raises(pt.ParameterError, match=r"\(result, t\)"):
+        plant.function(modes=bad)
+    with pytest.raises(pt.ParameterError, match="not positive"):
+        plant.function(modes=(run, 0.0)).step(0.0)

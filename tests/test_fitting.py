@@ -1,0 +1,138 @@
+"""Identification against known parameters: noise-free, noisy within its own errors, several experiments, unidentifiable sets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from small_models import STARTS, Engaging
+
+import powertrain as pt
+
+TRUE = {
+    "engine.J": 0.2,
+    "clutch.fn_max": 200.0,
+    "shaft.c": 500.0,
+    "shaft.d": 5.0,
+    "load.J": 1.0,
+}
+COMMAND = {"torque": ([0.0, 1.0, 1.0, 2.0], [40.0, 40.0, 5.0, 30.0]), "press": ([0.0, 0.5, 1.5], [0.0, 0.5, 0.6])}
+GRID = np.linspace(0.0, 2.0, 201)
+SIGNALS = ["engine.w", "load.w", "shaft.tau"]
+SIGMA = {"engine.w": 0.5, "load.w": 0.5, "shaft.tau": 2.0}
+WRONG = {name: value * k for (name, value), k in zip(TRUE.items(), (1.3, 0.8, 1.2, 0.6, 0.8), strict=True)}
+
+
+@pytest.fixture(scope="module")
+def plant() -> pt.Plant[Engaging]:
+    return pt.compile(Engaging())
+
+
+def measured(
+    plant: pt.Plant[Engaging], noise: float, seed: int = 0, starts: dict[str, float] = STARTS
+) -> pt.Experiment:
+    run = plant.simulate(2.0, starts=starts, inputs=COMMAND, rtol=1e-10, atol=1e-12)
+    assert any(e.new == 0.0 for e in run.events)
+    rng, found = np.random.default_rng(seed), run.at(GRID, SIGNALS)
+    values = {n: np.asarray(found[n]) + noise * SIGMA[n] * rng.standard_normal(len(GRID)) for n in SIGNALS}
+    return pt.Experiment(GRID, values, SIGMA, starts=starts, inputs=COMMAND)
+
+
+def test_without_noise_the_parameters_come_back(plant: pt.Plant[Engaging]) -> None:
+    found = pt.fit(plant, measured(plant, 0.0), list(TRUE), first=WRONG)
+    assert found.values == pytest.approx(TRUE, rel=1e-6)
+    assert found.undetermined == ()
+    assert found.evaluations < 30
+    assert "clutch.fn_max" in str(found)
+    assert np.abs(found.residuals().to_numpy()).max() < 1e-4
+
+
+def test_noise_gives_the_errors_it_should(plant: pt.Plant[Engaging]) -> None:
+    """Seven unknowns, two of them starts; over ten draws the deviations follow the covariance."""
+    unknowns = [*TRUE, "engine.w", "load.w"]
+    exact = np.array([*TRUE.values(), 100.0, 0.0])
+    total = 0.0
+    for seed in range(10):
+        found = pt.fit(plant, measured(plant, 1.0, seed), unknowns, first=WRONG)
+        left = np.array(list(found.values.values())) - exact
+        total += float(left @ np.linalg.solve(found.covariance, left))
+        assert found.spread == pytest.approx(1.0, abs=0.15)
+    assert chi2.ppf(1e-4, 70) < total < chi2.ppf(1 - 1e-4, 70)
+
+
+def test_sigma_from_the_residuals(plant: pt.Plant[Engaging]) -> None:
+    data = measured(plant, 1.0, 3)
+    plain = pt.Experiment(GRID, {"engine.w": data.values["engine.w"]}, starts=STARTS, inputs=COMMAND)
+    found = pt.fit(plant, plain, ["engine.J", "clutch.fn_max"], first={"engine.J": 0.26})
+    assert found.spread == pytest.approx(0.5, rel=0.15)
+    for name in ("engine.J", "clutch.fn_max"):
+        assert abs(found.values[name] - TRUE[name]) < 4 * found.errors[name]
+
+
+def test_several_experiments_with_starts_of_their_own(plant: pt.Plant[Engaging]) -> None:
+    second = {**STARTS, "engine.w": 120.0}
+    data = [measured(plant, 0.0), measured(plant, 0.0, starts=second)]
+    blind = [pt.Experiment(e.times, e.values, SIGMA, starts=STARTS, inputs=COMMAND) for e in data]
+    found = pt.fit(plant, blind, ["engine.J", "engine.w"])
+    assert found.values["engine.w (experiment 0)"] == pytest.approx(100.0, rel=1e-6)
+    assert found.values["engine.w (experiment 1)"] == pytest.approx(120.0, rel=1e-6)
+    assert found.parameters == pytest.approx({"engine.J": 0.2}, rel=1e-6)
+
+
+def test_what_the_data_do_not_determine_is_named(plant: pt.Plant[Engaging]) -> None:
+    """Only the product of normal force and friction radius acts."""
+    found = pt.fit(plant, measured(plant, 1.0), ["clutch.fn_max", "clutch.cgeo", "engine.J"])
+    (direction,) = found.undetermined
+    assert set(direction) == {"clutch.fn_max", "clutch.cgeo"}
+    assert direction["clutch.fn_max"] == pytest.approx(-direction["clutch.cgeo"], rel=2e-2)
+    assert found.errors["clutch.fn_max"] == np.inf
+    assert 0.0 < found.errors["engine.J"] < 0.01
+    assert list(found.correlation.index) == ["engine.J"]
+    assert "not determined by the data: together" in str(found)
+
+
+def test_bounds_hold(plant: pt.Plant[Engaging]) -> None:
+    found = pt.fit(plant, measured(plant, 0.0), ["engine.J", "load.J"], bounds={"engine.J": (0.25, 1.0)})
+    assert found.values["engine.J"] == pytest.approx(0.25, rel=1e-6)
+
+
+def test_gaps_and_files(plant: pt.Plant[Engaging], tmp_path: Path) -> None:
+    import pandas as pd
+
+    data = measured(plant, 0.0)
+    frame = pd.DataFrame({"time": GRID, **data.values})
+    frame.loc[10:60, "engine.w"] = np.nan
+    frame.to_csv(tmp_path / "run.csv", index=False)
+    read = pt.read_experiment(tmp_path / "run.csv", "engine.w", "load.w", starts=STARTS, inputs=COMMAND)
+    found = pt.fit(plant, read, "engine.J", first={"engine.J": 0.3})
+    assert found.values["engine.J"] == pytest.approx(0.2, rel=1e-5)
+    with pytest.raises(pt.ParameterError, match="has no column speed"):
+        pt.read_experiment(tmp_path / "run.csv", "speed")
+    with pytest.raises(pt.ParameterError, match=r"install powertrain\[mdf\]|run"):
+        pt.read_experiment(tmp_path / "run.mf4")
+    with pytest.raises(pt.ParameterError, match=r"read from \.csv"):
+        pt.read_experiment(tmp_path / "run.xlsx")
+
+
+def test_bad_input(plant: pt.Plant[Engaging]) -> None:
+    data = measured(plant, 0.0)
+    with pytest.raises(pt.ParameterError, match=r"no parameter or variable engine\.K; did you mean"):
+        pt.fit(plant, data, "engine.K")
+    with pytest.raises(pt.ParameterError, match="is not among the unknowns"):
+        pt.fit(plant, data, "engine.J", first={"load.J": 1.0})
+    with pytest.raises(pt.ParameterError, match="no room"):
+        pt.fit(plant, data, "engine.J", bounds={"engine.J": (1.0, 1.0)})
+    wrong: Any = [1]
+    with pytest.raises(pt.ParameterError, match=r"one pt\.Experiment"):
+        pt.fit(plant, wrong, "engine.J")
+    with pytest.raises(pt.ParameterError, match="2 values for 3 times"):
+        pt.Experiment([0, 1, 2], {"engine.w": [1, 2]})
+    with pytest.raises(pt.ParameterError, match="times"):
+        pt.Experiment([0, 2, 1], {"engine.w": [1, 2, 3]})
+    with pytest.raises(pt.ParameterError, match="not positive"):
+        pt.Experiment([0, 1], {"engine.w": [1, 2]}, 0.0)
+    with pytest.raises(pt.ParameterError, match="no value for"):
+        pt.Experiment([0, 1], {"engine.w": [1, 2]}, {"load.w": 1.0})

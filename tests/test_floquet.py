@@ -1,0 +1,118 @@
+"""Floquet multipliers: linear motions by hand, stick-slip, and a bouncing ball on a moving table."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import powertrain as pt
+from powertrain.components.blocks import Constant
+from powertrain.components.rotational import Clutch, ConstantSpeed, Damper, Fixed, Inertia, Spring
+
+TIGHT: dict[str, Any] = {"rtol": 1e-10, "atol": 1e-12}
+
+
+class Damped(pt.Component):
+    """J phi'' + d phi' + c phi = 0."""
+
+    inertia: Inertia = Inertia(J=1.0)
+    spring: Spring = Spring(c=9.0)
+    damper: Damper = Damper(d=0.5)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.inertia.flange_b, self.spring.flange_a, self.damper.flange_a)
+        yield pt.connect(self.spring.flange_b, self.damper.flange_b, self.ground.flange)
+
+
+def test_linear_vibration() -> None:
+    """The multipliers of a linear system are exp(lambda T)."""
+    result = pt.simulate(Damped(), 4.0, starts={"inertia.w": 1.0}, **TIGHT)
+    found = pt.floquet(result, 1.0, 1.5)
+    exact = np.exp(1.5 * np.roots([1.0, 0.5, 9.0]))
+    np.testing.assert_allclose(sorted(found.multipliers, key=np.angle), sorted(exact, key=np.angle), rtol=1e-8)
+    assert "modulus" in str(found)
+
+
+class Belt(pt.Component):
+    """An inertia on a spring, dragged by a disc that turns: it sticks until the spring tears it off, and slips back."""
+
+    belt: ConstantSpeed = ConstantSpeed(w_fixed=1.0)
+    command: Constant = Constant(k=1.0)
+    clutch: Clutch = Clutch(fn_max=10.0, mue_pos=((0.0, 0.5), (20.0, 0.3)), peak=1.0)
+    inertia: Inertia = Inertia(J=1.0)
+    spring: Spring = Spring(c=20.0)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.belt.flange, self.clutch.flange_a)
+        yield pt.connect(self.command.y, self.clutch.f_normalized)
+        yield pt.connect(self.clutch.flange_b, self.inertia.flange_a)
+        yield pt.connect(self.inertia.flange_b, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.ground.flange)
+
+
+def test_stick_slip() -> None:
+    """Falling friction excites the vibration until it sticks once a period: the sticking forgets, so that one multiplier is 0, one is 1."""
+    result = pt.simulate(Belt(), 30.0, starts={"inertia.w": 0.0, "inertia.phi": 0.0}, **TIGHT)
+    sticks = [e.time for e in result.events if e.name == "clutch.mode" and e.new == 0.0]
+    assert len(sticks) > 5
+    period = sticks[-2] - sticks[-3]
+    assert period == pytest.approx(sticks[-1] - sticks[-2], rel=1e-7)
+    slipping = sticks[-3] - 0.2
+    found = pt.floquet(result, slipping, period)
+    sizes = np.abs(found.multipliers)
+    assert sizes[: len(sizes) - 1] == pytest.approx(np.ones(len(sizes) - 1), abs=1e-6)
+    assert sizes[-1] < 1e-9
+    assert max(abs(v) for n, v in found.closure.items() if n.endswith(("w", "w_rel"))) < 1e-6
+
+
+class Table(pt.Component):
+    """A ball on a table that moves with A sin(w t); restitution e."""
+
+    A: pt.Parameter = pt.parameter("m", "Amplitude", default=0.01)
+    e: pt.Parameter = pt.parameter("1", "Restitution", default=0.6)
+    omega: pt.Parameter = pt.parameter("rad/s", "Frequency", default=40.0)
+    y: pt.Variable = pt.variable("m", "Height", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "Force")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.y) == self.v
+        yield pt.der(self.v) == self.f - 9.81
+        yield pt.unilateral(self.y - self.A * ca.sin(self.omega * pt.time), self.f, restitution=self.e)
+
+
+@pytest.mark.parametrize("e", [0.5, 0.6])
+def test_bouncing_on_a_moving_table(e: float) -> None:
+    """One bounce a period, with the jump of the derivatives at a hit by hand."""
+    omega, g = 40.0, 9.81
+    T = 2 * math.pi / omega
+    # speed relative to the table before and after: flight time T, so the ball leaves with g T/2 and hits with -g T/2
+    table = (1 - e) / (1 + e) * g * T / 2
+    A = table / omega / math.cos(-0.4)  # hits at the phase -0.4, where the table moves up and accelerates upwards
+    phase = brentq(lambda q: A * omega * math.cos(q) - table, -0.5, -0.3)
+    begin = (phase + 2 * math.pi) / omega
+    height, speed = A * math.sin(phase), g * T / 2
+    starts = {"y": height + speed * 1e-3 - g * 1e-6 / 2, "v": speed - g * 1e-3}
+    result = pt.compile(Table()).simulate(
+        begin + 1e-3 + 2.5 * T, start=begin + 1e-3, starts=starts, parameters={"A": A, "e": e, "omega": omega}, **TIGHT
+    )
+    assert len(result.trajectory.instants) == 2
+    found = pt.floquet(result, begin + 2e-3, T)
+    # S+ = [[-e, 0], [-(1 + e)(a_t + g)/(v- - u), -e]] S-, then free flight [[1, T], [0, 1]]; a_t and u are the table's
+    acceleration = -A * omega**2 * math.sin(phase)
+    hit = np.array([[-e, 0.0], [(1 + e) * (acceleration + g) / (speed + table), -e]])
+    exact = np.linalg.eigvals(np.array([[1.0, T], [0.0, 1.0]]) @ hit)
+    np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(exact.astype(complex)), rtol=1e-6)
+
+
+def test_bad_input() -> None:
+    result = pt.simulate(Damped(), 1.0)
+    with pytest.raises(pt.ParameterError, match="does not lie in the simulated span"):
+        pt.floquet(result, 0.5, 0.7)

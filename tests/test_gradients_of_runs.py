@@ -1,0 +1,420 @@
+"""Derivatives of runs against solutions by hand and tight differences, through every kind of event, and what is refused."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import random
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from drivelines import driveline
+from small_models import Ball, CoupledClutches, Relay
+
+import powertrain as pt
+from powertrain.components.blocks import Step
+from powertrain.components.rotational import Brake, Damper, Fixed, Inertia, SpringDamper, Torque
+
+TIGHT: dict[str, Any] = {"rtol": 1e-11, "atol": 1e-13, "points": 1}
+Number = Callable[[Any], float]
+
+
+def difference(plant: pt.Plant[Any], number: Number, stop: float, name: str, h: float, **options: Any) -> float:
+    """Richardson's extrapolation of central differences."""
+    value = plant.parameters[name]
+    at = {
+        k: number(plant.simulate(stop, parameters={name: value + k * h}, **TIGHT, **options))
+        for k in (1, -1, 0.5, -0.5)
+    }
+    return (4 * (at[0.5] - at[-0.5]) / h - (at[1] - at[-1]) / (2 * h)) / 3
+
+
+# Steps alone: solutions by hand
+
+
+class Decay(pt.Component):
+    """J der(w) = u - d w: w(t) = u/d + (w0 - u/d) exp(-d t/J) for a constant u."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    inertia: Inertia = Inertia(J=2.0)
+    damper: Damper = Damper(d=0.5)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.inertia.flange_a)
+        yield pt.connect(self.inertia.flange_b, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+
+
+@pytest.fixture(scope="module")
+def decay() -> pt.Plant[Decay]:
+    return pt.compile(Decay())
+
+
+def run_of(plant: pt.Plant[Any], stop: float = 3.0, **options: Any) -> pt.Result[Any]:
+    return plant.simulate(stop, starts={"inertia.w": 10.0}, inputs={"torque": 1.0}, **TIGHT, **options)
+
+
+def test_parameters_starts_and_inputs(decay: pt.Plant[Decay]) -> None:
+    result = run_of(decay)
+    found = pt.gradient(result, "inertia.w", ["inertia.J", "damper.d", "inertia.w", "torque"])
+    J, d, u, w, t = 2.0, 0.5, 1.0, 10.0, 3.0
+    e = math.exp(-d * t / J)
+    assert found.value == pytest.approx(u / d + (w - u / d) * e, rel=1e-10)
+    assert found["inertia.J"] == pytest.approx((w - u / d) * e * d * t / J**2, rel=1e-9)
+    assert found["damper.d"] == pytest.approx(-u / d**2 * (1 - e) - (w - u / d) * e * t / J, rel=1e-9)
+    assert found["inertia.w"] == pytest.approx(e, rel=1e-9)
+    assert found["torque"] == pytest.approx((1 - e) / d, rel=1e-9)
+    assert found.units["inertia.J"] == "rad/s/(kg.m2)"
+    assert "inertia.w at the end" in str(found)
+    assert found.to_dataframe().loc["damper.d", "derivative"] == found["damper.d"]
+
+
+def test_objectives(decay: pt.Plant[Decay]) -> None:
+    """The integral of w is (J/d) (w0 - w(T)) + u T/d; an extremum that lies at the start moves with the start."""
+    result = run_of(decay)
+    t, e = 3.0, math.exp(-0.75)
+    whole = pt.gradient(result, pt.integral("inertia.w"), ["inertia.w", "torque"])
+    assert whole["inertia.w"] == pytest.approx(4.0 * (1 - e), rel=1e-9)
+    assert whole["torque"] == pytest.approx((t - 4.0 * (1 - e)) / 0.5, rel=1e-9)
+    assert whole.value == pytest.approx(4.0 * (10.0 - result["inertia.w"][-1]) + 2.0 * t, rel=1e-9)
+    assert pt.gradient(result, pt.maximum("inertia.w"), "inertia.w")["inertia.w"] == pytest.approx(1.0)
+    assert pt.gradient(result, pt.minimum("inertia.w"), "inertia.w")["inertia.w"] == pytest.approx(e)
+    assert pt.gradient(result, pt.at("inertia.w", 1.0), "inertia.w")["inertia.w"] == pytest.approx(math.exp(-0.25))
+    times, values = [0.5, 1.0, 2.0], [1.0, 2.0, 3.0]
+    squares = pt.gradient(result, pt.squares("inertia.w", times, values, 0.1), "inertia.w")
+    w = result.at(times, ["inertia.w"])["inertia.w"]
+    decayed = np.exp(-0.25 * np.array(times))
+    assert squares["inertia.w"] == pytest.approx(float(200 * (w - values) @ decayed), rel=1e-9)
+    mixed = pt.gradient(result, 2 * pt.final("inertia.w") - pt.integral(lambda m: m.inertia.w), "inertia.w")
+    assert mixed["inertia.w"] == pytest.approx(2 * e - 4 * (1 - e), rel=1e-9)
+
+
+def test_knots_of_an_input(decay: pt.Plant[Decay]) -> None:
+    """The response to a hat function of each knot; they add up to the response to a constant."""
+    knots = ([0.0, 1.0, 1.0, 2.0], [1.0, 2.0, -1.0, 0.5])
+    result = decay.simulate(3.0, inputs={"torque": knots}, **TIGHT)
+    found = pt.gradient(result, "inertia.w", ["torque"])
+    assert list(found) == ["torque[0]", "torque[1]", "torque[2]", "torque[3]"]
+    for k, name in enumerate(found):
+        unit = [float(k == i) for i in range(4)]
+        alone = decay.simulate(3.0, inputs={"torque": (knots[0], unit)}, **TIGHT)
+        assert found[name] == pytest.approx(alone["inertia.w"][-1], rel=1e-9)
+
+
+def test_forward_and_adjoint_agree(decay: pt.Plant[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ["inertia.J", "damper.d", "inertia.w", "torque"]
+    of = pt.integral(lambda m: m.inertia.w**2) + pt.final("inertia.w") + pt.maximum("inertia.w")
+    result = decay.simulate(3.0, starts={"inertia.w": -1.0}, inputs={"torque": ([0, 1, 2], [3, 3, -4])}, **TIGHT)
+    one = pt.gradient(result, of, names)
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", 0)
+    other = pt.gradient(result, of, names)
+    np.testing.assert_allclose(one.array, other.array, rtol=1e-11)
+
+
+def test_sensitivity_over_time(decay: pt.Plant[Decay]) -> None:
+    times = np.linspace(0, 3, 7)
+    found = pt.sensitivity(run_of(decay), ["inertia.w", "inertia.phi"], ["inertia.w"], times)
+    np.testing.assert_allclose(found["inertia.w"].sel(wrt="inertia.w"), np.exp(-0.25 * times), rtol=1e-9)
+    np.testing.assert_allclose(found["inertia.phi"][:, 0], 4 * (1 - np.exp(-0.25 * times)), rtol=1e-9, atol=1e-12)
+    assert found["inertia.w"].attrs["units"] == "1"
+
+
+# Events
+
+
+def height(t: float, e: Any, g: Any, h: Any) -> Any:
+    """By hand: the time of the first hit and of every flight after it."""
+    v, begin = ca.sqrt(2 * g * h), ca.sqrt(2 * h / g)
+    result = h - g * t**2 / 2
+    for _ in range(20):
+        v = e * v
+        result = ca.if_else(t > begin, v * (t - begin) - g * (t - begin) ** 2 / 2, result)
+        begin = begin + 2 * v / g
+    return result
+
+
+@pytest.mark.parametrize("stop", [0.3, 0.9, 1.7])
+def test_impacts(stop: float) -> None:
+    result = pt.simulate(Ball(), stop, **TIGHT)
+    e, g, h = (ca.SX.sym(n) for n in "egh")
+    y = height(stop, e, g, h)
+    exact = ca.Function("f", [e, g, h], [y, ca.jacobian(y, ca.vertcat(e, g, h))])
+    value, slopes = exact(0.8, 10.0, 1.0)
+    found = pt.gradient(result, "h", ["e", "g", "h"])
+    assert found.value == pytest.approx(float(value), rel=1e-8)
+    np.testing.assert_allclose(found.array, np.array(slopes).ravel(), rtol=1e-8, atol=1e-9)
+
+
+def test_extremum_after_an_impact() -> None:
+    """The second top: e^2 h; the greatest upward speed stands right after the first hit: e sqrt(2 g h)."""
+    result = pt.simulate(Ball(), 1.0, **TIGHT)
+    fastest = pt.gradient(result, pt.maximum("v"), ["e", "g", "h"])
+    assert fastest.value == pytest.approx(0.8 * math.sqrt(20))
+    assert fastest["e"] == pytest.approx(math.sqrt(20), rel=1e-8)
+    assert fastest["h"] == pytest.approx(0.4 * math.sqrt(20), rel=1e-8)
+    hardest = pt.gradient(result, pt.minimum("v"), ["e", "g", "h"])
+    assert hardest["g"] == pytest.approx(-math.sqrt(2 / 10) / 2, rel=1e-8)
+    assert hardest["e"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_resets_of_states_and_discretes() -> None:
+    plant = pt.compile(Relay())
+    result = plant.simulate(6.0, **TIGHT)
+    assert len(result.events) > 4
+    found = pt.gradient(result, pt.integral("level") + pt.final("level"))
+
+    def number(run: Any) -> float:
+        t, y = run.time, run["level"]
+        dense = np.linspace(0, 6, 600_001)
+        return float(np.trapezoid(np.interp(dense, t, y), dense)) + float(y[-1])
+
+    for name in found:
+        ends = pt.gradient(result, "level", name)[name]
+        assert ends == pytest.approx(difference(plant, lambda r: float(r["level"][-1]), 6.0, name, 1e-4), rel=1e-6), (
+            name
+        )
+    whole = pt.gradient(result, pt.integral("level"), "inflow")["inflow"]
+    grid = np.linspace(0, 6, 200_001)
+    plus, minus = (
+        plant.simulate(6.0, parameters={"inflow": 1 + d}, times=grid, rtol=1e-10, atol=1e-12) for d in (1e-4, -1e-4)
+    )
+    area = [float(np.trapezoid(r["level"], r.time)) for r in (plus, minus)]
+    assert whole == pytest.approx((area[0] - area[1]) / 2e-4, rel=1e-4)
+
+
+class Braked(pt.Component):
+    """A brake closes at ``step.startTime`` and stops the inertia; then a spring winds up until it slips again."""
+
+    step: Step = Step(startTime=0.3, height=1.0)
+    inertia: Inertia = Inertia(J=1.0)
+    brake: Brake = Brake(fn_max=10.0, mue_pos=((0.0, 0.5),), peak=1.0)
+    push: Torque = Torque()
+    pushed: Step = Step(startTime=1.5, height=7.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.step.y, self.brake.f_normalized)
+        yield pt.connect(self.inertia.flange_b, self.brake.flange_a)
+        yield pt.connect(self.pushed.y, self.push.tau)
+        yield pt.connect(self.push.flange, self.inertia.flange_a)
+
+
+def test_stick_and_slip_by_hand() -> None:
+    """Sliding to rest in J w/tau with w^2/(2 tau) of angle; pushed beyond the limit it moves again."""
+    result = pt.simulate(Braked(), 2.0, starts={"inertia.w": 4.0}, **TIGHT)
+    found = pt.gradient(
+        result, "inertia.phi", ["inertia.J", "brake.fn_max", "inertia.w", "step.startTime", "pushed.startTime"]
+    )
+    # phi = w t1 + J w^2/(2 mue fn) + (tau - mue fn) (T - t2)^2/(2 J)
+    J, fn, mue, w, t1, t2, tau = 1.0, 10.0, 0.5, 4.0, 0.3, 1.5, 7.0
+    assert found["inertia.J"] == pytest.approx(w**2 / (2 * mue * fn) - (tau - mue * fn) * (2 - t2) ** 2 / (2 * J**2))
+    assert found["brake.fn_max"] == pytest.approx(-J * w**2 / (2 * mue * fn**2) - mue * (2 - t2) ** 2 / (2 * J))
+    assert found["inertia.w"] == pytest.approx(t1 + J * w / (mue * fn))
+    assert found["step.startTime"] == pytest.approx(w)
+    assert found["pushed.startTime"] == pytest.approx(-(tau - mue * fn) * (2 - t2) / J)
+    speed = pt.gradient(result, pt.at("inertia.w", 1.4), ["inertia.w", "inertia.J"])
+    np.testing.assert_allclose(speed.array, 0.0, atol=1e-10)
+
+
+class Held(pt.Component):
+    """A brake that is closed from the start takes away whatever speed the start is given."""
+
+    first: Inertia = Inertia(J=1.0)
+    second: Inertia = Inertia(J=3.0)
+    clutch: Brake = Brake(fn_max=10.0)
+    closed: Step = Step(height=0.0, offset=1.0)
+    shaft: SpringDamper = SpringDamper(c=100.0, d=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.closed.y, self.clutch.f_normalized)
+        yield pt.connect(self.first.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.first.flange_a, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.second.flange_a)
+
+
+def test_a_stuck_law_keeps_its_speed_at_the_start() -> None:
+    starts = {"first.w": 0.0, "second.w": 0.01, "first.phi": 0.0, "second.phi": 0.0}
+    plant = pt.compile(Held())
+    result = plant.simulate(0.05, starts=starts, **TIGHT)
+    found = pt.gradient(result, "second.phi", ["first.w", "second.w"])
+    h = 1e-4
+    sides = [plant.simulate(0.05, starts={**starts, "first.w": s * h}, **TIGHT)["second.phi"][-1] for s in (1, -1)]
+    assert found["first.w"] == pytest.approx((sides[0] - sides[1]) / (2 * h), abs=1e-6)
+    assert abs(found["first.w"]) < 1e-12 < found["second.w"]
+
+
+def test_coupled_clutches() -> None:
+    """All parameters but those on the edge of a law: clutches pressed with exactly nothing, a sine that begins at the start."""
+    plant = pt.compile(CoupledClutches())
+    result = plant.simulate(1.5, **TIGHT)
+    found = pt.gradient(result, "J1.w")
+    edge = {"step1.offset", "step2.offset", "sin1.startTime", "sin2.startTime"}
+    loose = pt.gradient(plant.simulate(1.5), "J1.w")
+    for name in sorted(set(found) - edge):
+        slopes = [difference(plant, lambda r: float(r["J1.w"][-1]), 1.5, name, h) for h in (1e-3, 1e-5)]
+        assert min(abs(found[name] - slope) for slope in slopes) < 3e-7 + 1e-6 * abs(found[name]), name
+        assert loose[name] == pytest.approx(found[name], rel=1e-5, abs=1e-6), name
+
+
+def random_plant(seed: int) -> tuple[pt.Plant[Any], random.Random]:
+    rng = random.Random(seed)
+
+    def pick(several: Sequence[Any]) -> Any:
+        return rng.choice(list(several))
+
+    return pt.compile(driveline(pick, rng.randint(4, 10), False)), rng
+
+
+def checked(seed: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    """The number of derivatives of one random driveline that were compared."""
+    try:
+        plant, rng = random_plant(seed)
+        result = plant.simulate(1.0, **TIGHT)
+    except pt.PowertrainError:
+        return 0
+    events = [(e.name, e.new) for e in result.events]
+    if len(events) < 2:
+        return 0
+    signal = rng.choice([s for s in plant.compiled.states if not s.endswith("phi")] or plant.compiled.states)
+    names = [
+        n
+        for n, v in plant.parameters.items()
+        if v and not n.endswith("peak") and "Table" not in n and "tau_pos" not in n
+    ]
+    names = rng.sample(names, min(5, len(names)))
+    try:
+        found = pt.gradient(result, signal, names)
+    except pt.SimulationError:
+        return 0
+    with monkeypatch.context() as patched:
+        patched.setattr("powertrain.variational.gradients._FEW", 0)
+        back = pt.gradient(result, signal, names)
+    np.testing.assert_allclose(back.array, found.array, rtol=1e-8, atol=1e-9 * np.abs(found.array).max(initial=1e-3))
+    count = 0
+    for name in names:
+        value = plant.parameters[name]
+        errors = [_error(plant, signal, name, h * abs(value), found[name], events) for h in (1e-4, 1e-5, 1e-6)]
+        least = min((e for e in errors if e is not None), default=None)
+        if least is not None:
+            assert least < 1e-6, (seed, signal, name, found[name], least)
+            count += 1
+    return count
+
+
+def _error(plant: Any, signal: str, name: str, h: float, slope: float, events: list[tuple[str, float]]) -> float | None:
+    """The error relative to the signal's change with a change of the parameter by its own size; None where events differ."""
+    value, ends = plant.parameters[name], []
+    for k in (1, -1, 0.5, -0.5):
+        try:
+            run = plant.simulate(1.0, parameters={name: value + k * h}, **TIGHT)
+        except pt.PowertrainError:
+            return None
+        if [(e.name, e.new) for e in run.events] != events:
+            return None
+        ends.append(float(run[signal][-1]))
+    rough, fine = (ends[0] - ends[1]) / (2 * h), (ends[2] - ends[3]) / h
+    exact = (4 * fine - rough) / 3
+    return float(abs(slope - exact) * abs(value) / (1e-3 + abs(ends[0]) + abs(exact * value)))
+
+
+def test_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert sum(checked(seed, monkeypatch) for seed in range(1, 13)) >= 10
+
+
+@pytest.mark.slow
+def test_many_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert sum(checked(seed, monkeypatch) for seed in range(13, 110)) >= 100
+
+
+@pytest.mark.slow
+def test_fuel_of_the_split_path_car() -> None:
+    """The first 200 s of the WLTC against differences; their scatter is what the tolerance leaves."""
+    from powertrain.vehicles.split_path_car import SplitPathCar
+
+    plant = pt.compile(SplitPathCar())
+    options: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11, "points": 1}
+    found = pt.gradient(plant.simulate(200.0, **options), "engine.fuel")
+    for name in ("body.m", "body.A", "crown.ratio", "transmission.cvu.eta_ab", "front.J", "engine.J"):
+        value = plant.parameters[name]
+        ends = [
+            plant.simulate(200.0, parameters={name: value * k}, **options)["engine.fuel"][-1] for k in (1.0001, 0.9999)
+        ]
+        assert found[name] == pytest.approx((ends[0] - ends[1]) / (2e-4 * value), rel=1e-3), name
+
+
+# What is refused
+
+
+class Flat(pt.Component):
+    """Something begins where (t - 1)^3 passes a limit: at zero it does so without slope."""
+
+    limit: pt.Parameter = pt.parameter("1", "The limit", default=0.0)
+    y: pt.Variable = pt.variable("1", "Integral", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.y) == pt.switch((pt.time - 1.0) ** 3 > self.limit, 1.0, 0.0)
+
+
+def test_grazing_is_refused() -> None:
+    """y = T - 1 - limit^(1/3)."""
+    plant = pt.compile(Flat())
+    clear = plant.simulate(3.0, parameters={"limit": 0.1}, max_step=0.1, **TIGHT)
+    assert pt.gradient(clear, "y", "limit")["limit"] == pytest.approx(-(0.1 ** (-2 / 3)) / 3, rel=1e-7)
+    flat = plant.simulate(3.0, max_step=0.1, **TIGHT)
+    assert flat["y"][-1] == pytest.approx(2.0, abs=1e-2)
+    with pytest.raises(pt.SimulationError, match="only just switches"):
+        pt.gradient(flat, "y", "limit")
+
+
+def test_laws_that_would_part_are_refused() -> None:
+    """Two brakes on one shaft that close together: which one is first decides how much the other may hold."""
+
+    class Two(pt.Component):
+        one: Relaxed = Relaxed()
+        two: Relaxed = Relaxed()
+
+        def equations(self) -> pt.Equations:
+            yield self.one.other.value == self.two.x
+            yield self.two.other.value == self.one.x
+
+    plant = pt.compile(Two())
+    result = plant.simulate(2.0, **TIGHT)
+    with pytest.raises(pt.SimulationError, match=r"switch together and act on each other"):
+        pt.gradient(result, "one.x", ["one.limit"])
+
+
+class Relaxed(pt.Component):
+    """Grows until its limit, and after that with the other's level."""
+
+    other: pt.Input = pt.signal_input("1", "The other's level")
+    limit: pt.Parameter = pt.parameter("1", "Where it slows down", default=1.0)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        above = pt.switch(self.x > self.limit, 1.0, 0.0)
+        both = pt.switch(self.other.value > 1.0, 1.0, 0.0)
+        yield pt.der(self.x) == 1.0 - 0.5 * above - 0.3 * above * both
+
+
+def test_bad_input(decay: pt.Plant[Decay]) -> None:
+    result = run_of(decay)
+    with pytest.raises(pt.ParameterError, match=r"no parameter, input or start inertia\.K; did you mean"):
+        pt.gradient(result, "inertia.w", "inertia.K")
+    with pytest.raises(pt.ParameterError, match="neither a parameter nor an input"):
+        pt.gradient(result, "inertia.w", "inertia.a")
+    with pytest.raises(pt.ParameterError, match="outside the simulated span"):
+        pt.gradient(result, pt.at("inertia.w", 7.0), "inertia.J")
+    with pytest.raises(pt.ParameterError, match="give a signal"):
+        pt.gradient(result, 3.0, "inertia.J")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match="as many of both"):
+        pt.squares("inertia.w", [1.0], [1.0, 2.0])
+    with pytest.raises(pt.ParameterError, match="simulate it again"):
+        pt.gradient(pickle.loads(pickle.dumps(result)), "inertia.w", "inertia.J")
+    recorded = run_of(decay, record=["inertia.w"])
+    with pytest.raises(pt.ParameterError, match="record="):
+        pt.gradient(recorded, "inertia.w", "inertia.J")

@@ -1,0 +1,172 @@
+"""Plans against solutions by hand, through changes of modes, replayed in the whole model; and bad input."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from small_models import Ball
+
+import powertrain as pt
+from powertrain.components.rotational import Clutch, IdealGear, Inertia, SpringDamper, Torque
+
+
+class Slide(pt.Component):
+    """An inertia and a torque."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    inertia: Inertia = Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.inertia.flange_a)
+
+
+REST = {"inertia.phi": 0.0, "inertia.w": 0.0}
+
+
+@pytest.fixture(scope="module")
+def slide() -> pt.Plant[Slide]:
+    return pt.compile(Slide())
+
+
+def test_least_effort(slide: pt.Plant[Slide]) -> None:
+    """From rest to rest over 1 rad in T: u = 6 J (1 - 2 t/T)/T^2, cost 12 J^2/T^3."""
+    guess = slide.simulate(1.5, starts=REST, inputs={"torque": 0.1})
+    plan = pt.optimal_control(
+        slide,
+        pt.integral(lambda m: m.torque.value**2),
+        guess,
+        {"torque": (-50, 50)},
+        ends={"inertia.phi": 1.0, "inertia.w": 0.0},
+    )
+    assert plan.ok
+    assert plan.cost == pytest.approx(12 * 4 / 1.5**3, rel=1e-7)
+    assert plan.replayed == pytest.approx(plan.cost, rel=1e-6)
+    t, u = plan.inputs["torque"]
+    np.testing.assert_allclose(u, 6 * 2.0 * (1 - 2 * t / 1.5) / 1.5**2, atol=1e-5)
+    assert plan.same_modes
+    assert "the planned modes" in str(plan)
+
+
+def test_least_time(slide: pt.Plant[Slide]) -> None:
+    """Full torque, then full brake: T = 2 sqrt(J/u); an odd number of intervals cannot change sign at once."""
+    guess = slide.simulate(2.0, starts=REST, inputs={"torque": 0.1})
+    plan = pt.optimal_control(
+        slide, pt.final(lambda m: pt.time), guess, {"torque": (-8.0, 8.0)}, stop=(0.1, 10.0),
+        ends={"inertia.phi": 1.0, "inertia.w": 0.0}, intervals=40,
+    )  # fmt: skip
+    best = 2 * math.sqrt(2.0 / 8.0)
+    assert plan.ok
+    assert best < plan.cost < 1.01 * best
+    assert plan.result["inertia.phi"][-1] == pytest.approx(1.0, abs=1e-5)
+
+
+class Drive(pt.Component):
+    """A motor with inertia, a gear and a load."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    motor: Inertia = Inertia(J=0.02)
+    gear: IdealGear = IdealGear(ratio=3.0)
+    load: Inertia = Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.motor.flange_a)
+        yield pt.connect(self.motor.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.load.flange_a)
+
+
+def test_a_parameter_is_found() -> None:
+    """The ratio of greatest acceleration is sqrt(J_load/J_motor)."""
+    plant = pt.compile(Drive())
+    guess = plant.simulate(1.0, starts={"load.w": 0.0}, inputs={"torque": 2.0})
+    plan = pt.optimal_control(plant, -pt.final("load.w"), guess, parameters={"gear.ratio": (1.0, 50.0)})
+    assert plan.parameters == {"gear.ratio": pytest.approx(10.0, rel=1e-4)}
+    assert plan.replayed == pytest.approx(plan.cost, rel=1e-6)
+    assert plan.replayed == pytest.approx(-2.0 * 10 / (2 + 0.02 * 100), rel=1e-6)
+
+
+class Launch(pt.Component):
+    """Engine, clutch, soft shaft, car."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque of the engine")
+    press: pt.Input = pt.signal_input("1", "Command of the clutch")
+    source: Torque = Torque()
+    engine: Inertia = Inertia(J=0.2)
+    clutch: Clutch = Clutch(fn_max=200.0, mue_pos=((0.0, 1.0),))
+    disc: Inertia = Inertia(J=0.02)
+    shaft: SpringDamper = SpringDamper(c=800.0, d=8.0)
+    load: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.press, self.clutch.f_normalized)
+        yield pt.connect(self.source.flange, self.engine.flange_a)
+        yield pt.connect(self.engine.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.disc.flange_a)
+        yield pt.connect(self.disc.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.load.flange_a)
+
+
+def heat(m: Any) -> Any:
+    return m.clutch.tau * m.clutch.w_rel
+
+
+@pytest.fixture(scope="module")
+def launch() -> pt.Plant[Launch]:
+    return pt.compile(Launch())
+
+
+@pytest.fixture(scope="module")
+def by_hand(launch: pt.Plant[Launch]) -> pt.Result[Launch]:
+    starts = {"engine.w": 100.0, "disc.w": 0.0, "load.w": 0.0, "load.phi": 0.0, "shaft.phi_rel": 0.0}
+    found = launch.simulate(2.0, starts=starts, inputs={"torque": 20.0, "press": ([0, 1], [0.1, 0.6])})
+    assert [e.new for e in found.events] == [0.0]
+    return found
+
+
+def test_a_clutch_engages(launch: pt.Plant[Launch], by_hand: pt.Result[Launch]) -> None:
+    plan = pt.optimal_control(
+        launch, pt.integral(heat), by_hand, {"press": (0.02, 1.0), "torque": (0.0, 60.0)},
+        ends={"load.w": 80.0, "shaft.w_rel": 0.0}, limits={"shaft.tau": (-80.0, 10.0)}, smooth=0.1,
+    )  # fmt: skip
+    assert plan.ok
+    assert plan.same_modes
+    assert plan.replayed == pytest.approx(plan.cost, rel=5e-3)
+    guessed = pt.gradient(by_hand, pt.integral(heat), "engine.J").value
+    assert plan.replayed < 0.8 * guessed
+    assert plan.result["load.w"][-1] == pytest.approx(80.0, rel=1e-4)
+    assert plan.result["shaft.tau"].min() > -80.0 * 1.02
+    assert len(plan.durations) == 2
+    (sticks,) = [e.time for e in plan.result.events if e.new == 0.0]
+    assert sticks == pytest.approx(plan.durations[0], abs=1e-3)
+
+
+def test_the_cost_cannot_be_bettered_by_its_gradient(launch: pt.Plant[Launch], by_hand: pt.Result[Launch]) -> None:
+    """At an optimum without active limits the derivative of the replayed cost with respect to a free parameter is zero."""
+    cost = pt.final(lambda m: (m.load.w - 60.0) ** 2)
+    plan = pt.optimal_control(launch, cost, by_hand, parameters={"engine.J": (0.05, 2.0)})
+    slope = pt.gradient(plan.result, cost, "engine.J")
+    before = pt.gradient(by_hand, cost, "engine.J")
+    assert abs(slope["engine.J"]) < 1e-3 * abs(before["engine.J"])
+
+
+def test_bad_input(slide: pt.Plant[Slide]) -> None:
+    guess = slide.simulate(1.0, starts=REST, inputs={"torque": 0.1})
+    cost = pt.final("inertia.w")
+    with pytest.raises(pt.ParameterError, match="none named torqe; did you mean torque"):
+        pt.optimal_control(slide, cost, guess, {"torqe": (0, 1)})
+    with pytest.raises(pt.ParameterError, match="no room"):
+        pt.optimal_control(slide, cost, guess, {"torque": (1, 1)})
+    with pytest.raises(pt.ParameterError, match="nothing is to be found"):
+        pt.optimal_control(slide, cost, guess)
+    with pytest.raises(pt.ParameterError, match=r"pt\.integral and pt\.final"):
+        pt.optimal_control(slide, pt.maximum("inertia.w"), guess, {"torque": (0, 1)})
+    ball = pt.compile(Ball())
+    with pytest.raises(pt.SimulationError, match="impacts or resets"):
+        pt.optimal_control(ball, pt.final("h"), ball.simulate(1.0), parameters={"g": (1.0, 20.0)})

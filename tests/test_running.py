@@ -1,0 +1,122 @@
+"""A run in hand: the same as one run, the same to the last bit from the same state, with inputs from outside."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from small_models import STARTS, CoupledClutches, Engaging, Relay
+
+import powertrain as pt
+
+TIGHT: dict[str, Any] = {"rtol": 1e-10, "atol": 1e-12}
+
+
+@pytest.fixture(scope="module")
+def plant() -> pt.Plant[Engaging]:
+    return pt.compile(Engaging())
+
+
+def commanded(run: Any, count: int) -> Any:
+    """A controller: more torque below 90 rad/s, the clutch closes slowly and opens again."""
+    for _ in range(count):
+        press = min(run.time, 0.8) if run.time < 1.5 else 0.1
+        run.step(0.05, torque=30.0 if run["engine.w"] < 90.0 else 10.0, press=press)
+    return run
+
+
+def test_steps_are_one_run(plant: pt.Plant[Engaging]) -> None:
+    run = commanded(plant.start(starts=STARTS, **TIGHT), 40)
+    result = run.result()
+    assert set(result.inputs) == {"torque", "press"}
+    whole = plant.simulate(run.time, starts=STARTS, inputs=result.inputs, **TIGHT)
+    assert [(e.name, e.new) for e in result.events] == [(e.name, e.new) for e in whole.events]
+    assert len(result.events) == 3
+    np.testing.assert_allclose([e.time for e in result.events], [e.time for e in whole.events], rtol=1e-8)
+    for name in ("engine.w", "load.w", "shaft.tau"):
+        assert run[name] == pytest.approx(float(whole[name][-1]), rel=1e-8)
+        assert run[name] == pytest.approx(float(result[name][-1]), rel=1e-12)
+    assert run[lambda m: m.engine.w - m.load.w] == pytest.approx(run["engine.w"] - run["load.w"])
+
+
+def test_the_same_state_goes_on_the_same(plant: pt.Plant[Engaging]) -> None:
+    run = commanded(plant.start(starts=STARTS), 12)
+    kept = run.state
+    first = commanded(run, 25).state
+    plant.simulate(1.0, starts=STARTS, inputs={"press": 1.0})
+    run.state = kept
+    again = commanded(run, 25).state
+    other = plant.start()
+    other.state = kept
+    third = commanded(other, 25).state
+    for state in (again, third):
+        assert state.t == first.t
+        for values, same in ((state.x, first.x), (state.z, first.z), (state.m, first.m)):
+            assert values.tobytes() == same.tobytes()
+    assert kept.x.tobytes() != first.x.tobytes()
+
+
+def test_discrete_variables_are_part_of_the_state() -> None:
+    plant = pt.compile(Relay())
+    run = plant.start(**TIGHT)
+    for _ in range(60):
+        run.step(0.1)
+    whole = plant.simulate(6.0, **TIGHT)
+    assert run["level"] == pytest.approx(float(whole["level"][-1]), rel=1e-8)
+    assert run["since"] == pytest.approx(float(whole["since"][-1]), rel=1e-8)
+    assert [e.name for e in run.result().events] == [e.name for e in whole.events]
+
+
+def test_signals_of_time_go_on() -> None:
+    plant = pt.compile(CoupledClutches())
+    run = plant.start(**TIGHT)
+    while run.time < 1.4999:
+        run.step(0.01)
+    whole = plant.simulate(1.5, **TIGHT)
+    for k in (1, 2, 3, 4):
+        assert run[f"J{k}.w"] == pytest.approx(float(whole[f"J{k}.w"][-1]), abs=1e-7)
+    assert [(e.name, e.new) for e in run.result().events] == [(e.name, e.new) for e in whole.events]
+
+
+def test_inputs_over_time_until_one_is_set(plant: pt.Plant[Engaging]) -> None:
+    ramp = ([0.0, 1.0], [0.0, 1.0])
+    run = plant.start(starts=STARTS, inputs={"press": ramp, "torque": 5.0})
+    run.step(0.5)
+    assert run["press"] == pytest.approx(0.5)
+    run.step(0.25, press=0.1)
+    assert run["press"] == 0.1
+    assert run["torque"] == 5.0
+
+
+def test_gradient_of_what_was_done(plant: pt.Plant[Engaging]) -> None:
+    """The derivative with respect to what the controller gave at each step."""
+    result = commanded(plant.start(starts=STARTS, **TIGHT), 10).result()
+    found = pt.gradient(result, "engine.w", ["torque"])
+    knots = result.inputs["torque"]
+    k = 4
+    ends = []
+    for d in (1e-3, -1e-3):
+        values = knots[1].copy()
+        values[k] += d
+        inputs = {**result.inputs, "torque": (knots[0], values)}
+        ends.append(float(plant.simulate(0.5, starts=STARTS, inputs=inputs, **TIGHT)["engine.w"][-1]))
+    assert found[f"torque[{k}]"] == pytest.approx((ends[0] - ends[1]) / 2e-3, rel=1e-6)
+
+
+def test_bad_input(plant: pt.Plant[Engaging]) -> None:
+    run = plant.start(starts=STARTS, record=False)
+    with pytest.raises(pt.ParameterError, match="no input pres; did you mean press"):
+        run.step(0.1, pres=1.0)
+    with pytest.raises(pt.ParameterError, match=r"dt = -1 s is not positive"):
+        run.step(-1.0)
+    with pytest.raises(pt.ParameterError, match="record=False"):
+        run.result()
+    with pytest.raises(pt.ParameterError, match="step"):
+        plant.start().result()
+    with pytest.raises(pt.ParameterError, match="state of a run of the same model"):
+        run.state = pt.compile(Relay()).start().state
+    before = run.state
+    with pytest.raises(pt.ParameterError):
+        run.step(0.1, torque=float("nan"))
+    assert run.state is before
