@@ -142,12 +142,20 @@ def _assemble(
         opened=_opened(resolver, rates),
         switches=tuple(
             Switch(
-                s.mode.name(), str(s.place), layout[key(s.mode)], g, _event_time(g, recorder.constants), s.continuous,
+                s.mode.name(),
+                str(s.place),
+                layout[key(s.mode)],
+                g,
+                _event_time(g, recorder.constants),
+                s.continuous,
                 condition_tolerance(resolver.meeting(opened), resolver.largest),
             )
             for s, g, opened in zip(
-                recorder.switches, resolver.model([s.g for s in recorder.switches]), resolver.open_conditions(), strict=True
-            )  # fmt: skip
+                recorder.switches,
+                resolver.model([s.g for s in recorder.switches]),
+                resolver.open_conditions(),
+                strict=True,
+            )
         ),
         whens=tuple(
             _when(layout[key(flag)], place, law, resolver, layout, x, reduced)

@@ -138,8 +138,8 @@ class Opened:
 
     ``residual`` are the equations of the first entries of ``z``, those of the model; the others are torques. ``speed`` and ``rate`` are
     those of the laws; what a law transmits against its motion, tau for friction and minus the force for a contact, lies between
-    ``lower`` and ``upper``, times ``peak`` while it is stuck; ``reach`` is how much it changes its own rate, and ``compliance`` how much it yields, relative to
-    ``COMPLIANCE``. ``conditions`` are those of the switches.
+    ``lower`` and ``upper``, times ``peak`` while it is stuck; ``reach`` is how much it changes its own rate, and ``compliance`` how much
+    it yields, relative to ``COMPLIANCE``. ``conditions`` are those of the switches.
     """
 
     tau: ca.SX
@@ -159,8 +159,8 @@ class Opened:
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
-    ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps' accelerations to the contact forces. ``residual_places`` are the lines
-    of text behind the residuals. ``smooth`` must not jump.
+    ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
+    accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
     """
 
     t: ca.SX

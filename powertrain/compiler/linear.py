@@ -94,9 +94,7 @@ def factorize(rows: Sequence[Row], numbers: Sequence[Numbers], varying: Sequence
     return Factors(table, order, operations)
 
 
-def _subtract(
-    table: list[Row], values: list[Numbers], holders: dict[int, set[int]], k: int, i: int, j: int
-) -> Symbol:
+def _subtract(table: list[Row], values: list[Numbers], holders: dict[int, set[int]], k: int, i: int, j: int) -> Symbol:
     """Takes the pivot row i from row k; returns by which factor."""
     factor, number = table[k].pop(j) / table[i][j], values[k].pop(j) / values[i][j]
     for n, entry in table[i].items():

@@ -174,8 +174,9 @@ def solve_torques(laws: Sequence[Torque], tau: Sequence[Symbol]) -> Torques:
 
 
 def _rate_held(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
-    """What is zero while the law is stuck or the contact closed. Under a motion that no torque of its own changes, a law takes the
-    smallest torque that its bounds allow.
+    """What is zero while the law is stuck or the contact closed.
+
+    Under a motion that no torque of its own changes, a law takes the smallest torque that its bounds allow.
     """
     if isinstance(t.law, UnilateralLaw) or any(ca.which_depends(t.rate, own, 1, False)):
         return t.rate

@@ -8,11 +8,10 @@ import casadi as ca
 
 from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.engine.buffers import Memory
-from powertrain.modes.tolerances import EPS
 from powertrain.engine.jam import law_values, resting_note
 from powertrain.engine.selflocking import SelfLocking
-from powertrain.modes.tolerances import ZONE
 from powertrain.errors import SimulationError
+from powertrain.modes.tolerances import EPS, ZONE
 
 
 class Admissible:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from powertrain.modes.tolerances import EPS
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-
+from powertrain.modes.tolerances import EPS
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
     stuck = 2 * EPS - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
     loose = mode * friction.w + EPS
     if friction.algebraic:  # between bounds that no torque can tell apart the way it slides makes no difference
-        loose = ca.fmax(loose, friction.known - (friction.upper - friction.lower))
+        loose = ca.fmax(loose, friction.known - ca.fabs(friction.upper - friction.lower))
     if friction.may_free:
         loose = ca.if_else(mode == 2, 1.0, loose)
     return ca.if_else(mode == 0, stuck, loose)

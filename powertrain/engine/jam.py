@@ -36,7 +36,9 @@ def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], 
     if lines or any(contact.index in laws for contact in dae.contacts):
         where = f"in none of the {pieces} pieces of the bounds are modes" if pieces > 1 else "no modes are"
         problem = f"{where} consistent (the mechanism jams)"
-        advice = "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
+        advice = (
+            "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
+        )
     else:
         problem = "neither state of a switch is consistent"
         advice = "The condition of a switch and what it switches contradict each other; give it a hysteresis, or let it act on a rate."
@@ -88,6 +90,6 @@ def _mode(name: str, value: float, friction: bool) -> str:
 def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
     """A law at rest that its torque cannot move."""
     return (
-        f"from t = {t:.9g} s: {law.name} is stuck where nothing can move anyway; its torque is not unique: {torque + 0.0:.6g} {law.unit} is "
-        f"given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
+        f"from t = {t:.9g} s: {law.name} is stuck where nothing can move anyway; its torque is not unique: "
+        f"{torque + 0.0:.6g} {law.unit} is given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
     )

@@ -18,11 +18,13 @@ from powertrain.engine.indicators import (
 from powertrain.modes.tolerances import EPS, ZONE
 
 
-
 @dataclass(frozen=True)
 class Pass:
-    """The next held values, and flags: [entries that change, whens with a rising edge, contacts that close, sum of all torques,
-    laws at a limit that others hold at rest]."""
+    """The next held values, and what they ask for.
+
+    ``flags``: entries that change, whens with a rising edge, contacts that close, sum of all torques, laws at a limit that others hold at
+    rest.
+    """
 
     held: ca.SX
     flags: ca.SX
@@ -99,7 +101,7 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
         least = slack * friction.reach * friction.known + (EPS if friction.algebraic else 0)
-        nothing = friction.upper - friction.lower <= friction.known
+        nothing = ca.fabs(friction.upper - friction.lower) <= friction.known
         forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
         loose = ca.if_else(
             mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)

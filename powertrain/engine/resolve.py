@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import product
@@ -14,11 +15,11 @@ from powertrain.compiler.hybrid import Contact, HybridDae, When
 from powertrain.engine.buffers import Array, Bound, Memory, view
 from powertrain.engine.consistent import Algebra, NotConsistent
 from powertrain.engine.jam import jam_message, not_found_message, several_message
-from powertrain.modes.tolerances import ZONE
 from powertrain.engine.steps import PREFIX
 from powertrain.engine.uniqueness import Uniqueness
 from powertrain.errors import SimulationError
 from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.tolerances import ZONE
 
 _PASSES = 20
 _ROUNDS = 10_000
@@ -26,6 +27,8 @@ _LINEARIZED = 16
 """How often the complementarity problem is linearised anew where laws are not linear in the torques, or conditions of speeds follow."""
 _MOST_PIECES = 12
 """Conditions of torques in the bounds: with more their combinations are too many to be looked at one by one."""
+_MOST_COMBINATIONS = 5000
+"""Of modes that are tried one by one where bounds follow torques: a second of time."""
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -119,7 +122,7 @@ class Resolver:
     def _complementary(self, side: int) -> bool:
         """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
         if self._problem is None:
-            self._jam(side, set(), 1)
+            return self._jam(side, set(), 1)
         start, pieces = self.memory.m.copy(), self.uniqueness.pieces
         found, laws = self._linearized(side, held=False)
         if found is not None:
@@ -133,7 +136,22 @@ class Resolver:
             laws |= ray
             if found is not None:
                 return found
-        self._jam(side, laws, 2 ** len(pieces))
+        return self._tried(side, start, laws)
+
+    def _tried(self, side: int, start: Array, laws: set[int]) -> bool:
+        """All modes of these laws in all pieces of the bounds: a ray alone is no proof where bounds follow torques."""
+        m, pieces = self.memory.m, self.uniqueness.pieces
+        rubbing = [i for i in sorted(laws) if any(i == f.index for f in self.dae.frictions)]
+        touching = sorted(laws - set(rubbing))
+        options = [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * (len(touching) + len(pieces))
+        if math.prod(map(len, options)) > _MOST_COMBINATIONS:
+            raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
+        for modes in product(*options):
+            m[:] = start
+            m[[*rubbing, *touching, *pieces]] = modes
+            if self._try(side) is not None:
+                return True
+        return self._jam(side, laws, 2 ** len(pieces))
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
         """Modes of the laws linearised where the last solution was, until these are consistent.

@@ -184,7 +184,9 @@ def corner(model: Common) -> ca.Function:
     flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
     determined = ca.fabs(flags[3]) < np.inf
     y, slope, speed = _at_rest(model, y)
-    found = ca.vertcat(flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined), speed, ca.sum1(slope))
+    found = ca.vertcat(
+        flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined), speed, ca.sum1(slope)
+    )
     return _function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found])
 
 

@@ -148,7 +148,9 @@ def bodies(
             ca.SX(peak),
             final(rates[k]),
             may_free=False,
-            known=torque_tolerance(ca.sum1(ca.fabs(found)), ca.mmax(ca.fabs(found))) if laws > 1 else alone_tolerance(ca.mmax(ca.fabs(found))),
+            known=torque_tolerance(ca.sum1(ca.fabs(found)), ca.mmax(ca.fabs(found)))
+            if laws > 1
+            else alone_tolerance(ca.mmax(ca.fabs(found))),
             reach=ca.SX(own[k]),
         )
         for k in range(laws)

@@ -42,13 +42,16 @@ def test_starts_and_halts(differential: str, tyre: str) -> None:
 
 
 def test_a_bend_and_ground_that_differs() -> None:
-    """The outer wheel runs ahead by the track over the radius; on ice the bevel passes what the poor side bears, the friction of rest added."""
-    plant = pt.compile(car("bevel", "magic"))
-    bend = {"curvature": ([0.0, 7.0, 8.0], [0.0, 0.0, 0.05])}
-    trajectory = plant.simulate(9.0, inputs=bend, starts={})
-    assert pt.energy_audit(trajectory).closure < 1e-5
-    split = plant.simulate(9.0, parameters={"axle.left.mu": 0.05})
-    assert pt.energy_audit(split).closure < 1e-5
+    """In a bend to the left the right wheel runs ahead by the track times the curvature; on ice the left wheel slips."""
+    halt = pt.replace(car("bevel", "magic"), {"cycle.cycle": DriveCycle("halt", HALT)})
+    plant = pt.compile(halt)
+    bend = plant.simulate(9.0, inputs={"curvature": ([0.0, 7.0, 8.0], [0.0, 0.0, 0.05])})
+    assert pt.energy_audit(bend).closure < 1e-5
+    ahead = (bend["axle.right.w"][-1] - bend["axle.left.w"][-1]) / bend["body.v"][-1]
+    assert ahead == pytest.approx(0.05 * 1.5 / 0.3, rel=0.02)
+    ice = plant.simulate(9.0, parameters={"axle.left.mu": 0.05})
+    assert pt.energy_audit(ice).closure < 1e-5
+    assert ice["axle.left.v_slip"].max() > 10 * ice["axle.right.v_slip"].max()
 
 
 @pytest.mark.slow
@@ -63,7 +66,9 @@ def test_a_whole_cycle(differential: str, tyre: str, rtol: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cycle", ["udds", "hwfet", "nedc"])
-@pytest.mark.parametrize(("differential", "tyre"), [("bevel", "magic"), ("linkage", "linear"), ("limited slip", "magic")])
+@pytest.mark.parametrize(
+    ("differential", "tyre"), [("bevel", "magic"), ("linkage", "linear"), ("limited slip", "magic")]
+)
 def test_other_cycles(cycle: str, differential: str, tyre: str) -> None:
     run = drive_cycle(car(differential, tyre), DriveCycle.named(cycle), rtol=1e-6, compile=True)
     closes(run, 1e-6)

@@ -65,7 +65,9 @@ def test_gear_beside_a_bearing_sticks_and_slides_with_it() -> None:
     assert [mode for _, mode in gear] == [-1, 0, 1, 0, -1]
     times = [t for t, _ in gear]
     moves = np.abs(result["Inertia2.w"]) > 1e-12
-    np.testing.assert_array_equal(moves, (result["gear.mode"] != 0) & (result["bearingFriction.mode"] == result["gear.mode"]) & moves)
+    np.testing.assert_array_equal(
+        moves, (result["gear.mode"] != 0) & (result["bearingFriction.mode"] == result["gear.mode"]) & moves
+    )
     for low, high in ((times[1], times[2]), (times[3], times[4])):
         assert not moves[(result.time > low) & (result.time < high)].any()
     # Forward: the drive less 0.5 N.m overcomes the load/0.5; backward: half the load overcomes the drive and 0.5 N.m.
