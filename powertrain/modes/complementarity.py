@@ -15,7 +15,8 @@ chapter 5 (the principle of Gauss with friction).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -66,6 +67,21 @@ class Answer:
     ray: tuple[int, ...]
 
 
+class Opened(Protocol):
+    """Laws as functions of their torques: ``index`` are their places in m, of which the first ``frictions`` are friction laws."""
+
+    count: int
+    frictions: int
+    index: list[int]
+    may_free: Mask
+
+    def at(self, point: Point, tau: Array) -> Linear:
+        """The laws near ``tau`` (``-force`` for contacts)."""
+
+    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+        """The laws whose motion is to be found; of the others the speed says it."""
+
+
 class Laws:
     """All friction laws and contacts of a model as functions of their torques."""
 
@@ -111,6 +127,14 @@ class Laws:
         reach, yields = found[12].ravel(), COMPLIANCE * found[13].ravel()
         return Linear(speed, rate, lower, upper, reach, yields, g, *slopes[1:])
 
+    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+        """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
+        rest: Mask = (np.abs(near.speed) <= zone) | self.algebraic
+        for k, contact in enumerate(self.dae.contacts, self.frictions):
+            rest[k] = point.m[contact.index] > 0.5
+        rest &= ~(self.may_free & (near.upper - near.lower <= 1e-10))
+        return rest
+
 
 @dataclass(frozen=True)
 class _Bends:
@@ -125,8 +149,8 @@ class _Bends:
 class Complementarity:
     """Solves the complementarity problem of one model at any point."""
 
-    def __init__(self, dae: HybridDae) -> None:
-        self.laws, self.dae = Laws(dae), dae
+    def __init__(self, dae: HybridDae, laws: Opened | None = None) -> None:
+        self.laws: Opened = Laws(dae) if laws is None else laws
         self.switches = [s.index for s in dae.switches]
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
 
@@ -134,22 +158,15 @@ class Complementarity:
         """The modes for laws that are linear near ``tau``; ``bends``: conditions of torques are part of the problem, else held."""
         laws = self.laws
         near = laws.at(point, tau)
-        places = self._bending(near) if bends else []
+        places = self.bending(near) if bends else []
         m = point.m.copy()
         m[[self.switches[k] for k in places]] = 0.0
-        base = laws.at(Point(point.t, point.x, point.z, m, point.p), tau) if places else near
-        bend = self._bends(Point(point.t, point.x, point.z, m, point.p), tau, base, places)
-        return _Problem(laws, base, bend, tau, self._at_rest(point, base, zone), zone).answer(self.switches)
+        base = laws.at(replace(point, m=m), tau) if places else near
+        bend = self._bends(replace(point, m=m), tau, base, places)
+        return _Problem(laws, base, bend, tau, laws.at_rest(point, base, zone), zone).answer(self.switches)
 
-    def _at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
-        """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
-        rest: Mask = (np.abs(near.speed) <= zone) | self.laws.algebraic
-        for k, contact in enumerate(self.dae.contacts, self.laws.frictions):
-            rest[k] = point.m[contact.index] > 0.5
-        rest &= ~(self.laws.may_free & (near.upper - near.lower <= 1e-10))
-        return rest
-
-    def _bending(self, near: Linear) -> list[int]:
+    def bending(self, near: Linear) -> list[int]:
+        """The continuous conditions that depend on torques, by their places among the switches."""
         return [k for k in np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0) if self.continuous[k]]
 
     def _bends(self, point: Point, tau: Array, base: Linear, places: list[int]) -> _Bends:
@@ -158,7 +175,7 @@ class Complementarity:
         for j, k in enumerate(places):
             m = point.m.copy()
             m[self.switches[k]] = 1.0
-            other = self.laws.at(Point(point.t, point.x, point.z, m, point.p), tau)
+            other = self.laws.at(replace(point, m=m), tau)
             along = base.g_slope[k] / (base.g_slope[k] @ base.g_slope[k])
             for column, a, b in zip(
                 found,
@@ -173,7 +190,7 @@ class Complementarity:
 class _Problem:
     """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
 
-    def __init__(self, laws: Laws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+    def __init__(self, laws: Opened, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
         self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone
         n, self.places = laws.count, np.flatnonzero(rest)
         lower, upper = _finite(near.lower), _finite(near.upper)
