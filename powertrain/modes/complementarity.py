@@ -68,11 +68,14 @@ class Answer:
 
 
 class Opened(Protocol):
-    """Laws as functions of their torques: ``index`` are their places in m, of which the first ``frictions`` are friction laws."""
+    """Laws as functions of their torques: ``index`` are their places in m, first those of the ``frictions``; ``switches`` those of
+    conditions.
+    """
 
     count: int
     frictions: int
     index: list[int]
+    switches: list[int]
     may_free: Mask
 
     def at(self, point: Point, tau: Array) -> Linear:
@@ -91,6 +94,7 @@ class Laws:
         self.dae = dae
         self.count = opened.tau.numel()
         self.index = [f.index for f in dae.frictions] + [c.index for c in dae.contacts]
+        self.switches = [s.index for s in dae.switches]
         self.frictions = len(dae.frictions)
         self.algebraic = np.array([f.algebraic for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self.prescribed = np.array([f.prescribed for f in dae.frictions] + [False] * len(dae.contacts), bool)
@@ -151,7 +155,7 @@ class Complementarity:
 
     def __init__(self, dae: HybridDae, laws: Opened | None = None) -> None:
         self.laws: Opened = Laws(dae) if laws is None else laws
-        self.switches = [s.index for s in dae.switches]
+        self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
 
     def solve(self, point: Point, tau: Array, zone: float, bends: bool) -> Answer:

@@ -16,130 +16,80 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import product
 
-import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.engine.buffers import Array
 from powertrain.modes.complementarity import Answer, Complementarity, Linear, Mask, Point
-from powertrain.steadystate.balance import Balance
+from powertrain.steadystate.corrector import Near, corrected, solved
+from powertrain.steadystate.steady_laws import NO_WIDTH, REST, STUCK, Points, SteadyLaws
 
-FIRST_STEP, LONGEST_STEP, LAST_STEP, GROWTH = 1.0, 1e4, 1e8, 10.0
-"""Lengths of steps in seconds: some that follow the motion, then Newton's; the last ones hold what nothing else does."""
-CORRECTIONS = 12
-"""Newton's steps for given modes."""
-KNOWN = 1e-8
-"""How well torques are known, relative to the largest."""
-ROUNDS = 40
-STILL = 1e-10
-"""Unknowns that change by less, relative to one and to their size, are found."""
-REST = 1e-9
-"""A relative speed counts as rest below this share of the speeds that it is the difference of."""
+FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
+"""Lengths of steps in seconds: some that follow the motion, then Newton's."""
+ROUNDS = 20
 GIVEN = 1e-11
 """A law's own torque moves it where its speed changes by more than this share of the terms."""
 MOST_PIECES = 8
 
 
 @dataclass(frozen=True)
-class Trial(Point):
-    """The last iterate (x: the unknowns y), with the values of the grid and the common ones in p.
+class _Trial(Point):
+    """The last iterate: x are the unknowns y, p the values of the grid, m the modes.
 
-    ``step`` is h; ``lossless``: torques that follow others are left out; ``crossed``: laws whose direction is not known;
-    ``side``: 1 or -1 for laws that rest under a given motion and are looked at from there.
+    ``step`` is h; ``lossless``: torques that follow others are left out; ``open``: laws whose direction is to be found.
     """
 
     step: float
     lossless: bool
-    crossed: Mask
-    side: Array
+    open: Mask
 
 
 @dataclass(frozen=True)
-class Step(Linear):
+class _Step(Linear):
     """The laws after a step, and the step itself: y' = y + move + along (tau' - tau)."""
 
     move: Array
     along: Array
     given: Mask
-    size: Array
-
-
-@dataclass(frozen=True)
-class Values:
-    """Rows, speeds, limits and conditions at one point, and their derivatives by (y, tau)."""
-
-    rows: Array
-    speed: Array
-    lower: Array
-    upper: Array
-    g: Array
-    rows_: Array
-    speed_: Array
-    lower_: Array
-    upper_: Array
-    g_: Array
+    zone: Array
 
 
 @dataclass(frozen=True)
 class Found:
-    """An operating point: unknowns, held values, torques, laws at rest under a given motion."""
+    """An operating point, and what it tells its neighbours."""
 
     y: Array
-    m: Array
+    modes: Array
     tau: Array
-    rest: Mask
-    loose: bool
+    given: Mask
+    yields: Array
 
 
-class SteadyLaws:
-    """All friction laws and contacts of a steady problem as functions of their torques."""
+class _StepLaws:
+    """The laws after an implicit Euler step as functions of their torques."""
 
-    def __init__(self, balance: Balance) -> None:
-        dae = self.dae = balance.dae
-        self.balance, self.count = balance, balance.tau.numel()
-        self.index = [f.index for f in dae.frictions] + [c.index for c in dae.contacts]
-        self.frictions = len(dae.frictions)
-        self.may_free = np.array([f.may_free for f in dae.frictions] + [False] * len(dae.contacts), bool)
-        self.tied = ~self.may_free & (np.arange(self.count) < self.frictions)
-        self._places = [law.index for law in (*dae.frictions, *dae.switches, *dae.contacts)]
-        self._sign = np.where(np.arange(self.count) < self.frictions, 1.0, -1.0)
-        self.rate_of = balance.rate_of
-        moved = ca.vertcat(balance.y, balance.tau)
-        values = [balance.rows, balance.speed, balance.lower, balance.upper, balance.conditions]
-        slopes = [ca.jacobian(e, moved) for e in values]
-        inputs = [balance.grid, balance.common, balance.y, balance.modes, balance.tau]
-        outputs = [ca.densify(e) for e in ca.cse([*values, *slopes])]
-        self._function = ca.Function("powertrain_balance", inputs, outputs)
-        self._grid = balance.grid.numel()
+    def __init__(self, laws: SteadyLaws) -> None:
+        self.laws, self.count, self.frictions = laws, laws.count, laws.frictions
+        self.index, self.switches = laws.law_modes.tolist(), laws.switch_modes.tolist()
+        self.may_free = laws.may_free
 
-    def values(self, point: Trial, tau: Array) -> Values:
-        """Everything at one point, with derivatives by (y, tau)."""
-        n = self._grid
-        found = self._function(point.p[:n], point.p[n:], point.x, point.m[self._places], self._sign * tau)
-        values = [np.array(v, float) for v in found]
-        for slope in values[5:]:
-            slope[:, point.x.size :] *= self._sign
-        value = Values(*(v.ravel() for v in values[:5]), *values[5:])
-        if point.lossless:
-            for each in (value.lower, value.upper, value.lower_, value.upper_):
-                each[self.tied] = 0.0
-        return value
-
-    def at(self, point: Point, tau: Array) -> Step:
-        """The laws after a step, near ``tau``; nan where an equation has no value there."""
-        assert isinstance(point, Trial)
-        v, n = self.values(point, tau), point.x.size
+    def at(self, point: Point, tau: Array) -> _Step:
+        """The laws near ``tau``; nan where an equation has no value there."""
+        assert isinstance(point, _Trial)
+        laws, n = self.laws, point.x.size
+        one = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        many = laws.values(one, point.lossless)
+        zone = laws.zone(many, one)[0]
+        v = type(many)(*(getattr(many, name)[0] for name in many.__dataclass_fields__))
         matrix = v.rows_[:, :n].copy()
-        rates = np.flatnonzero(self.rate_of >= 0)
-        matrix[rates, self.rate_of[rates]] -= 1.0 / point.step
-        solved = _solved(matrix, -np.column_stack([v.rows, v.rows_[:, n:]]))
-        move, along = solved[:, 0], solved[:, 1:]
+        matrix[laws.rates, laws.rate_of[laws.rates]] -= 1.0 / point.step
+        right = -np.column_stack([v.rows, v.rows_[:, n:]])
+        response = solved(np.repeat(matrix[None], right.shape[1], 0), right.T).T
+        move, along = response[:, 0], response[:, 1:]
 
         def after(value: Array, slope: Array) -> tuple[Array, Array]:
             return value + slope[:, :n] @ move, slope[:, n:] + slope[:, :n] @ along
 
-        size = np.abs(v.speed_[:, :n]) @ np.abs(point.x)
         terms = np.abs(v.speed_[:, n:]) + np.abs(v.speed_[:, :n]) @ np.abs(along)
         (rate, rate_slope), (lower, lower_slope) = after(v.speed, v.speed_), after(v.lower, v.lower_)
         (upper, upper_slope), (g, g_slope) = after(v.upper, v.upper_), after(v.g, v.g_)
@@ -147,172 +97,90 @@ class SteadyLaws:
         given = own <= GIVEN * np.diagonal(terms)
         reach = np.where(given, 1.0, own)
         yields = COMPLIANCE * reach
-        rate = np.where(given & (np.abs(rate) <= REST * (1.0 + size)), 0.0, rate + yields * tau)
+        rate = np.where(given & (np.abs(rate) <= zone), 0.0, rate + yields * tau)
         slopes = rate_slope, lower_slope, upper_slope, g_slope
-        return Step(v.speed, rate, lower, upper, reach, yields, g, *slopes, move, along, given, size)
+        return _Step(v.speed, rate, lower, upper, reach, yields, g, *slopes, move, along, given, zone)
 
     def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
-        """The laws whose direction is not known."""
-        assert isinstance(point, Trial)
-        assert isinstance(near, Step)
-        width = near.upper - near.lower
-        rest: Mask = point.crossed | (np.abs(near.speed) <= REST * (1.0 + near.size))
-        rest &= ~(near.given & (np.abs(near.rate) > REST * (1.0 + near.size)))
-        rest &= ~((self.may_free | (point.lossless & self.tied)) & (width <= 1e-10))
-        return rest
+        """The laws whose direction is to be found."""
+        assert isinstance(point, _Trial)
+        assert isinstance(near, _Step)
+        rest: Mask = point.open | (np.abs(near.speed) <= near.zone)
+        rest &= ~(near.given & (np.abs(near.rate) > near.zone))
+        free = self.may_free | (self.laws.tied & point.lossless)
+        return rest & ~(free & (near.upper - near.lower <= NO_WIDTH))
 
 
 class Continuation:
-    """Finds operating points of one steady problem."""
+    """Finds operating points of one steady problem, one by one."""
 
-    def __init__(self, balance: Balance) -> None:
-        self.laws = SteadyLaws(balance)
-        self.problem = Complementarity(balance.dae, self.laws)
-        self.switches = [s.index for s in balance.dae.switches]
-        self.held_start, self.start = balance.dae.held_start, balance.start
+    def __init__(self, laws: SteadyLaws) -> None:
+        self.laws, self._steps = laws, _StepLaws(laws)
+        self.problem = Complementarity(laws.balance.dae, self._steps)
 
-    def solve(self, values: Array, start: Array | None = None, side: Array | None = None) -> Found | None:
-        """A solution for the ``values`` of grid and common values, near ``start`` of the unknowns."""
+    def solve(self, grid: Array, start: Array, side: Array) -> Found | None:
+        """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``."""
+        laws, every = self.laws, np.ones(self.laws.count, bool)
+        first = _Trial(0.0, start, np.zeros(0), np.zeros(laws.balance.modes.numel()), grid, FIRST_STEP, True, every)
+        found = self._settled(first, np.zeros(laws.count), side)
+        if found is None or not laws.tied.any():
+            return found
+        again = replace(first, x=found.y, m=found.modes, lossless=False, open=~every, step=LONGEST_STEP)
+        return self._settled(again, found.tau, side)
+
+    def near(self, grid: Array) -> Near:
+        """Which laws their own torque does not move, and how much the others yield, at the start of the unknowns."""
         laws = self.laws
-        every = np.ones(laws.count, bool)
-        y, tau = self.start if start is None else start, np.zeros(laws.count)
-        ends = np.zeros(laws.count) if side is None else side
-        point = Trial(0.0, y, np.zeros(0), self.held_start.copy(), values, FIRST_STEP, True, every, ends)
-        lossless = self._settled(point, tau)
-        if lossless is None or not laws.tied.any():
-            return lossless
-        y, m = lossless.y, lossless.m
-        return self._settled(replace(point, x=y, m=m, lossless=False, crossed=~every, step=LONGEST_STEP), lossless.tau)
+        modes, every = np.zeros(laws.balance.modes.numel()), np.ones(laws.count, bool)
+        start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, LONGEST_STEP, True, every)
+        step = self._steps.at(start, np.zeros(laws.count))
+        return Near(step.given, step.yields)
 
-    def _settled(self, point: Trial, tau: Array) -> Found | None:
-        """Steps, each followed by Newton's method for the modes that it gives, until these are consistent."""
+    def _settled(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+        """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
+        laws = self.laws
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
             if answer is None or answer.tau is None:
                 return None
             m = point.m.copy()
-            for index, mode in answer.modes.items():
-                m[index] = mode
-            here = replace(point, m=m)
-            step = self.laws.at(here, tau)
+            m[list(answer.modes)] = list(answer.modes.values())
+            step = self._steps.at(replace(point, m=m), tau)
             y = point.x + step.move + step.along @ (answer.tau - tau)
             if not np.isfinite(y).all():
                 return None
-            found = self._polished(replace(here, x=y), answer.tau, step)
-            if found is not None:
-                return found
-            here = replace(here, x=y)
-            after = self.laws.values(here, answer.tau)
-            m[self.switches] = after.g > 0.0
-            friction = np.arange(self.laws.count) < self.laws.frictions
-            crossed = (np.sign(after.speed) * np.sign(step.speed) < 0) | ((m[self.laws.index] == 0.0) == friction)
-            if point.lossless:
-                crossed = point.crossed
-            point = replace(here, step=min(GROWTH * point.step, LONGEST_STEP), crossed=crossed)
+            here = Points(point.p[None], y[None], m[None], answer.tau[None])
+            end, fine = corrected(laws, here, Near(step.given[None], step.yields[None]), side[None], point.lossless)
+            if fine[0]:
+                return Found(end.y[0], end.modes[0], end.tau[0], step.given, step.yields)
+            value = laws.values(here, point.lossless)
+            m[laws.switch_modes] = value.g[0] > 0.0
+            turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0
+            stuck = np.where(laws.contact, m[laws.law_modes] == 1.0, m[laws.law_modes] == STUCK)
+            wide = point.open if point.lossless else turned | stuck
+            point = replace(point, m=m, x=y, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
             tau = answer.tau
         return None
 
-    def _polished(self, point: Trial, tau: Array, step: Step) -> Found | None:
-        """The solution for the modes of ``point``, if these are consistent there."""
-        y, m, laws = point.x, point.m, self.laws
-        for _ in range(CORRECTIONS):
-            here = replace(point, x=y)
-            value = laws.values(here, tau)
-            matrix, right, given = self._bordered(here, value, tau, step)
-            change = _solved(matrix, right)
-            if not np.isfinite(change).all():
-                return None
-            y, tau = y + change[: y.size], tau + change[y.size :]
-            if self._still(change, y, tau):
-                break
-        else:
-            return None
-        here = replace(point, x=y)
-        value = laws.values(here, tau)
-        if not self._consistent(here, value, tau, given):
-            return None
-        rest = given & (value.upper - value.lower > 1e-10)
-        return Found(y, m.copy(), tau, rest, self._loose(here, value, tau, given))
-
-    def _still(self, step: Array, y: Array, tau: Array) -> bool:
-        n, large = y.size, np.abs(tau).max(initial=0.0)
-        return bool((np.abs(step[:n]) <= STILL * (1.0 + np.abs(y))).all() and (np.abs(step[n:]) <= STILL * (1.0 + large)).all())
-
-    def _bordered(self, point: Trial, value: Values, tau: Array, near: Step) -> tuple[Array, Array, Mask]:
-        """Newton's equations in (y, tau) for given modes; and which laws rest under a given motion."""
-        laws, n = self.laws, point.x.size
-        mode, k = point.m[laws.index], np.arange(laws.count)
-        contact = k >= laws.frictions
-        stuck = np.where(contact, mode == 1.0, mode == 0.0)
-        given = stuck & near.given
-        upper = np.where(contact, True, (mode == 1.0) | (mode == 2.0))
-        bound = np.where(upper, value.upper, value.lower)
-        slope = np.where(upper[:, None], value.upper_, value.lower_)
-        if given.any():
-            least = np.clip(0.0, np.minimum(value.lower, value.upper), np.maximum(value.lower, value.upper))
-            end = np.where(point.side > 0, value.upper, np.where(point.side < 0, value.lower, least))
-            slopes = np.where((point.side > 0)[:, None], value.upper_, np.where((point.side < 0)[:, None], value.lower_, 0.0))
-            bound, slope = np.where(given, end, bound), np.where(given[:, None], slopes, slope)
-        bound, slope = np.nan_to_num(bound, posinf=0.0, neginf=0.0), np.nan_to_num(slope)
-        held = stuck & ~given
-        law = np.where(held[:, None], value.speed_, -slope)
-        law[k, n + k] += np.where(held, -near.yields, 1.0)
-        rows = value.rows_.copy()
-        rates = np.flatnonzero(laws.rate_of >= 0)
-        rows[rates, laws.rate_of[rates]] -= 1.0 / LAST_STEP
-        right = -np.concatenate([value.rows, np.where(held, value.speed, tau - bound)])
-        return np.vstack([rows, law]), right, given
-
-    def _consistent(self, point: Trial, value: Values, tau: Array, given: Mask) -> bool:
-        """Whether all modes hold at a solution of their equations."""
-        laws = self.laws
-        n, mode = point.x.size, point.m[laws.index]
-        zone = REST * (1.0 + np.abs(value.speed_[:, :n]) @ np.abs(point.x))
-        known = KNOWN * (1.0 + np.abs(tau).max(initial=0.0))
-        contact = np.arange(laws.count) >= laws.frictions
-        within = (tau >= np.minimum(value.lower, value.upper) - known) & (tau <= np.maximum(value.lower, value.upper) + known)
-        still = np.abs(value.speed) <= zone
-        holds = np.where(
-            contact,
-            np.where(mode == 1.0, within & still, value.speed >= -zone),
-            np.where(mode == 0.0, within & still, np.where(mode == 2.0, value.upper - value.lower <= 1e-10, mode * value.speed >= -zone)),
-        )
-        terms = np.abs(value.g_[:, :n]) @ np.abs(point.x) + np.abs(value.g_[:, n:]) @ np.abs(tau)
-        sign = 2.0 * point.m[self.switches] - 1.0
-        rows = np.abs(value.rows) <= 1e-7 * (1.0 + np.abs(value.rows_[:, :n]) @ np.abs(point.x) + np.abs(value.rows_[:, n:]) @ np.abs(tau))
-        return bool(holds.all() and (sign * value.g >= -REST * (1.0 + terms)).all() and rows.all())
-
-    def _loose(self, point: Trial, value: Values, tau: Array, given: Mask) -> bool:
-        """Whether an unknown or the torque of a law that slides is not determined."""
-        return False
-
-    def _answer(self, point: Trial, tau: Array) -> Answer | None:
+    def _answer(self, point: _Trial, tau: Array) -> Answer | None:
         """The problem with bounds that bend; else one for each combination of their pieces."""
         answer = self.problem.solve(point, tau, 0.0, bends=True)
         if answer.tau is not None:
             return answer
-        bending = self.problem.bending(self.laws.at(point, tau))
+        bending = self.problem.bending(self._steps.at(point, tau))
         if len(bending) > MOST_PIECES:
             return None
+        places = [self._steps.switches[k] for k in bending]
         for piece in product((0.0, 1.0), repeat=len(bending)):
             m = point.m.copy()
-            m[[self.switches[k] for k in bending]] = piece
+            m[places] = piece
             held = replace(point, m=m)
             answer = self.problem.solve(held, tau, 0.0, bends=False)
             if answer.tau is None:
                 continue
-            at = self.laws.at(held, tau)
+            at = self._steps.at(held, tau)
             g = at.g + at.g_slope @ (answer.tau - tau)
             size = REST * (1.0 + np.abs(at.g_slope) @ np.abs(answer.tau))
             if all((2.0 * v - 1.0) * g[k] >= -size[k] for k, v in zip(bending, piece, strict=True)):
-                return replace(answer, modes={**answer.modes, **{self.switches[k]: v for k, v in zip(bending, piece, strict=True)}})
+                return replace(answer, modes={**answer.modes, **dict(zip(places, piece, strict=True))})
         return None
-
-
-def _solved(matrix: Array, right: Array) -> NDArray[np.float64]:
-    if not np.isfinite(matrix).all():
-        return np.full(right.shape, np.nan)
-    try:
-        return np.asarray(np.linalg.solve(matrix, right))
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])

@@ -152,8 +152,10 @@ class _Stage:
     def put_all(self, columns: Sequence[Symbol], tau: Symbol) -> list[Symbol]:
         """The same for columns that contain the torques of the laws, too."""
         dae = self.dae
-        function = ca.Function("powertrain_put", [dae.t, dae.x, dae.z, dae.m, dae.p, tau], list(columns))
-        found: list[Symbol] = function.call([*self.arguments, tau])
+        z = dae.z if dae.opened is None else dae.z[: dae.opened.residual.numel()]
+        t, x, _, m, p = self.arguments
+        function = ca.Function("powertrain_put", [dae.t, dae.x, z, dae.m, dae.p, tau], list(columns))
+        found: list[Symbol] = function.call([t, x, z, m, p, tau])
         return [ca.densify(e) for e in found]
 
     def rate(self, i: int, turning: Turning, xdot: Symbol) -> Symbol:
@@ -330,7 +332,7 @@ def _balance(
     y = [u for u in unknowns if key(u.symbol) not in implicit]
     place = {key(u.symbol): i for i, u in enumerate(y)}
     rows = [stage.rate(i, turning, xdot) for i in moving] + list(ca.vertsplit(residual) if count else [])
-    rows += [e - stage.axis[n] for e, n in zip(given, asked.prescribed, strict=True)]
+    rows += given
     bounds = [laws.speed, laws.lower, laws.upper, laws.conditions] if laws is not None else []
     if laws is not None:
         gaps = [c.gap for c in dae.contacts]
@@ -341,6 +343,7 @@ def _balance(
     cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in known]
     expressions = [column(rows), *bounds]
     put = changed(stage.put_all(expressions, tau), cyclic, [Symbol(0)] * len(cyclic))
+    wanted = [Symbol(0)] * (len(rows) - len(given)) + [stage.axis[n] for n in asked.prescribed]
     names = tuple(u.name for u in y)
     return Balance(
         dae,
@@ -351,7 +354,7 @@ def _balance(
         column([dae.m[law.index] for law in stage.laws]),
         stage.common,
         tau,
-        put[0],
+        put[0] - column(wanted),
         np.array([*(place[key(dae.x[i])] for i in moving), *[-1] * (len(rows) - len(moving))], np.intp),
         *put[1:],
     )

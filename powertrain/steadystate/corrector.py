@@ -1,0 +1,116 @@
+"""Newton's method for given modes at many points, in unknowns and torques together, and the modes corrected until they hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from powertrain.engine.buffers import Array
+from powertrain.steadystate.steady_laws import BACKWARD, FORWARD, FREE, STUCK, Mask, Points, SteadyLaws, Values
+
+LAST_STEP = 1e8
+"""Seconds: a step of this length holds what nothing else does."""
+STILL = 1e-10
+"""Unknowns that change by less, relative to one and to their size, are found."""
+CORRECTIONS = 12
+"""Newton's steps for given modes."""
+CHANGES = 8
+"""Changes of modes after which the modes of a neighbour are no help."""
+
+
+@dataclass(frozen=True)
+class Near:
+    """What a solved point tells its neighbours: laws that their own torque does not move, and how much the others yield."""
+
+    given: Mask
+    yields: Array
+
+
+def corrected(
+    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool = False, changes: int = 1, firm: bool = False
+) -> tuple[Points, Mask]:
+    """The points with unknowns and torques for their modes, or for those that follow from these, and which of them are solutions.
+
+    ``near`` and ``side`` have a row for each point.
+    """
+    done, y, modes, tau = np.zeros(len(at.y), bool), at.y.copy(), at.modes.copy(), at.tau.copy()
+    active = np.arange(len(y))
+    for _ in range(changes):
+        here = Points(at.grid[active], y[active], modes[active], tau[active])
+        here, value, fine = _newton(laws, here, Near(near.given[active], near.yields[active]), side[active], lossless)
+        y[active], tau[active] = here.y, here.tau
+        new = laws.next_modes(here, value, near.given[active], side[active], firm)
+        same = (new == here.modes).all(axis=1)
+        done[active] = same & fine & laws.balanced(here, value)
+        go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
+        modes[active[go]] = new[go] if changes > 1 else modes[active[go]]
+        active = active[go]
+        if not active.size:
+            break
+    return Points(at.grid, y, modes, tau), done
+
+
+def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool) -> tuple[Points, Values, Mask]:
+    """Newton's steps at all points; the values at the end, and where the steps became small."""
+    y, tau, n = at.y.copy(), at.tau.copy(), laws.unknowns
+    fine, active = np.zeros(len(y), bool), np.arange(len(y))
+    for _ in range(CORRECTIONS):
+        here = Points(at.grid[active], y[active], at.modes[active], tau[active])
+        matrix, right = _bordered(laws, here, laws.values(here, lossless), near, side, active)
+        step = solved(matrix, right)
+        y[active] += step[:, :n]
+        tau[active] += step[:, n:]
+        large = 1.0 + np.abs(tau[active]).max(axis=1, initial=0.0)
+        still = (np.abs(step[:, :n]) <= STILL * (1.0 + np.abs(y[active]))).all(axis=1)
+        still &= (np.abs(step[:, n:]) <= STILL * large[:, None]).all(axis=1)
+        fine[active] = still
+        active = active[~still & np.isfinite(step).all(axis=1)]
+        if not active.size:
+            break
+    end = Points(at.grid, y, at.modes, tau)
+    return end, laws.values(end, lossless), fine
+
+
+def _bordered(
+    laws: SteadyLaws, at: Points, value: Values, near: Near, side: Array, which: np.ndarray
+) -> tuple[Array, Array]:
+    """Newton's equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
+    n, k, mode = laws.unknowns, np.arange(laws.count), at.modes[:, laws.law_modes]
+    given, yields, side = near.given[which], near.yields[which], side[which]
+    mode = np.where(given & (mode == STUCK), side, mode)
+    held = np.where(laws.contact, mode == 1.0, mode == STUCK) & ~given
+    least = given & (mode == STUCK)
+    upper = laws.contact | (mode == FORWARD) | (mode == FREE)
+    bound = np.where(upper, value.upper, value.lower)
+    slope = np.where(upper[..., None], value.upper_, value.lower_)
+    zero = np.clip(0.0, np.minimum(value.lower, value.upper), np.maximum(value.lower, value.upper))
+    bound, slope = np.where(least, zero, bound), np.where(least[..., None], 0.0, slope)
+    bound, slope = np.where(held, 0.0, bound), np.where(held[..., None], value.speed_, -slope)
+    slope[:, k, n + k] += np.where(held, -yields, 1.0)
+    rows = value.rows_.copy()
+    rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / LAST_STEP
+    right = np.concatenate([value.rows, np.where(held, value.speed, at.tau - bound)], axis=1)
+    return np.concatenate([rows, slope], axis=1), -right
+
+
+def solved(matrix: Array, right: Array) -> Array:
+    """The solutions of many small systems, with rows of size one; nan where there is none."""
+    size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
+    size[size == 0.0] = 1.0
+    whole, given = matrix / size, right / size[..., 0]
+    good = np.isfinite(whole).all(axis=(1, 2)) & np.isfinite(given).all(axis=1)
+    whole[~good] = np.eye(whole.shape[1])
+    try:
+        found = np.linalg.solve(whole, given[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        found = np.array([_shortest(a, b) for a, b in zip(whole, given, strict=True)]).reshape(given.shape)
+    found[~good] = np.nan
+    return np.asarray(found)
+
+
+def _shortest(matrix: Array, right: Array) -> Array:
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
