@@ -13,8 +13,8 @@ LAST_STEP = 1e8
 """Seconds: a step of this length holds what nothing else does."""
 STILL = 1e-10
 """Unknowns that change by less, relative to one and to their size, are found."""
-CORRECTIONS = 12
-"""Newton's steps for given modes."""
+CORRECTIONS, PROXIMAL = 20, 3
+"""Newton's steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
 CHANGES = 8
 """Changes of modes after which the modes of a neighbour are no help."""
 
@@ -38,9 +38,14 @@ def corrected(
     active = np.arange(len(y))
     for _ in range(changes):
         here = Points(at.grid[active], y[active], modes[active], tau[active])
-        here, value, fine = _newton(laws, here, Near(near.given[active], near.yields[active]), side[active], lossless)
+        there = Near(near.given[active], near.yields[active])
+        free, fine = _newton(laws, here, there, side[active], lossless, np.zeros_like(here.tau), CORRECTIONS)
+        creep = laws.values(free, lossless).speed
+        here, _ = _newton(laws, free, there, side[active], lossless, free.tau, PROXIMAL)
+        value = laws.values(here, lossless)
         y[active], tau[active] = here.y, here.tau
-        new = laws.next_modes(here, value, near.given[active], side[active], firm)
+        holds = creep - there.yields * here.tau if firm else None
+        new = laws.next_modes(here, value, there.given, side[active], holds)
         same = (new == here.modes).all(axis=1)
         done[active] = same & fine & laws.balanced(here, value)
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
@@ -51,13 +56,16 @@ def corrected(
     return Points(at.grid, y, modes, tau), done
 
 
-def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool) -> tuple[Points, Values, Mask]:
-    """Newton's steps at all points; the values at the end, and where the steps became small."""
+def _newton(
+    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, centre: Array, most: int
+) -> tuple[Points, Mask]:
+    """Newton's steps at all points, and where they became small; stuck laws yield what they transmit beyond ``centre``."""
     y, tau, n = at.y.copy(), at.tau.copy(), laws.unknowns
     fine, active = np.zeros(len(y), bool), np.arange(len(y))
-    for _ in range(CORRECTIONS):
+    for _ in range(most):
         here = Points(at.grid[active], y[active], at.modes[active], tau[active])
-        matrix, right = _bordered(laws, here, laws.values(here, lossless), near, side, active)
+        there = Near(near.given[active], near.yields[active])
+        matrix, right = _bordered(laws, here, laws.values(here, lossless), there, side[active], centre[active])
         step = solved(matrix, right)
         y[active] += step[:, :n]
         tau[active] += step[:, n:]
@@ -68,16 +76,15 @@ def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: boo
         active = active[~still & np.isfinite(step).all(axis=1)]
         if not active.size:
             break
-    end = Points(at.grid, y, at.modes, tau)
-    return end, laws.values(end, lossless), fine
+    return Points(at.grid, y, at.modes, tau), fine
 
 
 def _bordered(
-    laws: SteadyLaws, at: Points, value: Values, near: Near, side: Array, which: np.ndarray
+    laws: SteadyLaws, at: Points, value: Values, near: Near, side: Array, centre: Array
 ) -> tuple[Array, Array]:
     """Newton's equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
     n, k, mode = laws.unknowns, np.arange(laws.count), at.modes[:, laws.law_modes]
-    given, yields, side = near.given[which], near.yields[which], side[which]
+    given, yields = near.given, near.yields
     mode = np.where(given & (mode == STUCK), side, mode)
     held = np.where(laws.contact, mode == 1.0, mode == STUCK) & ~given
     least = given & (mode == STUCK)
@@ -90,7 +97,7 @@ def _bordered(
     slope[:, k, n + k] += np.where(held, -yields, 1.0)
     rows = value.rows_.copy()
     rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / LAST_STEP
-    right = np.concatenate([value.rows, np.where(held, value.speed, at.tau - bound)], axis=1)
+    right = np.concatenate([value.rows, np.where(held, value.speed - yields * (at.tau - centre), at.tau - bound)], axis=1)
     return np.concatenate([rows, slope], axis=1), -right
 
 

@@ -97,10 +97,13 @@ class Solutions:
         laws = self.laws
         modes, tau = np.zeros((1, laws.balance.modes.numel())), np.zeros((1, laws.count))
         start = Points(grid[None], laws.balance.start[None], modes, tau)
-        slopes = laws.values(start).speed_[0, ~laws.contact, : laws.unknowns]
-        if not np.isfinite(slopes).all() or not slopes.any():
+        value, slides = laws.values(start), ~laws.contact
+        slopes = np.concatenate([value.rows_[0], value.speed_[0, slides]])
+        if not np.isfinite(slopes).all() or not value.speed_[0, slides, : laws.unknowns].any():
             return None
-        return np.asarray(np.linalg.lstsq(slopes, np.ones(len(slopes)), rcond=None)[0])
+        wanted = np.concatenate([np.zeros(value.rows.shape[1]), np.ones(int(slides.sum()))])
+        sizes = np.maximum(np.abs(slopes).max(axis=1), 1e-300)
+        return np.asarray(np.linalg.lstsq(slopes / sizes[:, None], wanted / sizes, rcond=None)[0][: laws.unknowns])
 
     def _from(self, moved: Array | float, grid: Array, side: Array, near: Near) -> Solved:
         """The solutions from one start, with the modes that its speeds say."""
@@ -109,7 +112,7 @@ class Solutions:
         found.y += laws.balance.start + moved
         at = Points(grid, found.y, found.modes, found.tau)
         some = Near(found.given, found.yields)
-        found.modes[:] = laws.next_modes(at, laws.values(at), some.given, side, False)
+        found.modes[:] = laws.next_modes(at, laws.values(at), some.given, side, None)
         end, found.done = corrected(laws, at, some, side, changes=CHANGES, firm=True)
         found.y, found.modes, found.tau = end.y, end.modes, end.tau
         return found

@@ -112,11 +112,11 @@ class SteadyLaws:
         """Speeds below this are rest."""
         return REST * (1.0 + _times(np.abs(value.speed_[:, :, : self.unknowns]), np.abs(at.y)))
 
-    def next_modes(self, at: Points, value: Values, given: Mask, side: Array, firm: bool) -> Array:
+    def next_modes(self, at: Points, value: Values, given: Mask, side: Array, drive: Array | None) -> Array:
         """The modes that the values say; the same as those of ``at`` where these hold.
 
         ``given`` are laws whose own torque does not move them; ``side`` the direction from which these are looked at where they rest.
-        ``firm``: a law that slides at rest is first tried stuck.
+        A law that slides at rest is held by others; it is stuck where ``drive``, its rate against its own compliance, does not drive it.
         """
         modes, mode = at.modes.copy(), at.modes[:, self.law_modes]
         zone, known = self.zone(value, at), KNOWN * (1.0 + np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
@@ -126,7 +126,9 @@ class SteadyLaws:
         slides = (mode == FORWARD) | (mode == BACKWARD)
         stuck = np.where(~rests, sign, np.where(above, FORWARD, np.where(below, BACKWARD, STUCK)))
         turned = mode * value.speed < -zone
-        sliding = np.where(turned | (rests & firm & self.may_free), STUCK, mode)
+        sliding = np.where(turned, STUCK, mode)
+        if drive is not None:
+            sliding = np.where(rests & self.may_free & (mode * drive < 0.0), STUCK, sliding)
         new = np.where(slides, sliding, stuck)
         new = np.where(given, np.where(rests, side, sign), new)
         new = np.where(self.may_free & (high - low <= NO_WIDTH), FREE, new)
