@@ -130,15 +130,29 @@ class Continuation:
 
     def near(self, grid: Array) -> Near:
         """Which laws their own torque does not move, and how much the others yield, at the start of the unknowns."""
+        step = self._first(grid)
+        return Near(step.given, step.yields)
+
+    def sliding(self, grid: Array) -> Array | None:
+        """The motion that torques change most, as a change of the unknowns by which laws slide at one unit of speed; None without."""
+        step = self._first(grid)
+        movable = np.flatnonzero(~step.given & ~self.laws.contact)
+        slopes = step.rate_slope[np.ix_(movable, movable)]
+        if not movable.size or not np.isfinite(slopes).all():
+            return None
+        size = np.sqrt(step.reach[movable])
+        torques = np.linalg.svd(slopes / np.outer(size, size))[2][0] / size
+        return np.asarray(step.along[:, movable] @ torques / np.abs(slopes @ torques).max())
+
+    def _first(self, grid: Array) -> _Step:
         laws = self.laws
         modes, every = np.zeros(laws.balance.modes.numel()), np.ones(laws.count, bool)
-        start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, LONGEST_STEP, True, every)
-        step = self._steps.at(start, np.zeros(laws.count))
-        return Near(step.given, step.yields)
+        start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, FIRST_STEP, True, every)
+        return self._steps.at(start, np.zeros(laws.count))
 
     def _settled(self, point: _Trial, tau: Array, side: Array) -> Found | None:
         """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
-        laws = self.laws
+        laws, near = self.laws, self.near(point.p)
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
             if answer is None or answer.tau is None:
@@ -150,9 +164,9 @@ class Continuation:
             if not np.isfinite(y).all():
                 return None
             here = Points(point.p[None], y[None], m[None], answer.tau[None])
-            end, fine = corrected(laws, here, Near(step.given[None], step.yields[None]), side[None], point.lossless)
+            end, fine = corrected(laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless)
             if fine[0]:
-                return Found(end.y[0], end.modes[0], end.tau[0], step.given, step.yields)
+                return Found(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
             value = laws.values(here, point.lossless)
             m[laws.switch_modes] = value.g[0] > 0.0
             turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0

@@ -35,13 +35,13 @@ def corrected(
     ``near`` and ``side`` have a row for each point.
     """
     done, y, modes, tau = np.zeros(len(at.y), bool), at.y.copy(), at.modes.copy(), at.tau.copy()
-    active = np.arange(len(y))
+    active, before = np.arange(len(y)), np.full(modes.shape, np.nan)
     for _ in range(changes):
         here = Points(at.grid[active], y[active], modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
-        free, fine = _newton(laws, here, there, side[active], lossless, np.zeros_like(here.tau), CORRECTIONS)
+        free, fine = _newton(laws, here, there, side[active], lossless, CORRECTIONS, proximal=False)
         creep = laws.values(free, lossless).speed
-        here, _ = _newton(laws, free, there, side[active], lossless, free.tau, PROXIMAL)
+        here, _ = _newton(laws, free, there, side[active], lossless, PROXIMAL, proximal=True)
         value = laws.values(here, lossless)
         y[active], tau[active] = here.y, here.tau
         holds = creep - there.yields * here.tau if firm else None
@@ -49,23 +49,24 @@ def corrected(
         same = (new == here.modes).all(axis=1)
         done[active] = same & fine & laws.balanced(here, value)
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
-        modes[active[go]] = new[go] if changes > 1 else modes[active[go]]
-        active = active[go]
+        go &= (new != before[active]).any(axis=1)  # in a circle
+        before[active], active = here.modes, active[go]
+        modes[active] = new[go] if changes > 1 else modes[active]
         if not active.size:
             break
     return Points(at.grid, y, modes, tau), done
 
 
 def _newton(
-    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, centre: Array, most: int
+    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, most: int, proximal: bool
 ) -> tuple[Points, Mask]:
-    """Newton's steps at all points, and where they became small; stuck laws yield what they transmit beyond ``centre``."""
+    """Newton's steps at all points, and where they became small; stuck laws yield, ``proximal``: only to what their torque changes."""
     y, tau, n = at.y.copy(), at.tau.copy(), laws.unknowns
     fine, active = np.zeros(len(y), bool), np.arange(len(y))
     for _ in range(most):
         here = Points(at.grid[active], y[active], at.modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
-        matrix, right = _bordered(laws, here, laws.values(here, lossless), there, side[active], centre[active])
+        matrix, right = _bordered(laws, here, laws.values(here, lossless), there, side[active], proximal)
         step = solved(matrix, right)
         y[active] += step[:, :n]
         tau[active] += step[:, n:]
@@ -80,7 +81,7 @@ def _newton(
 
 
 def _bordered(
-    laws: SteadyLaws, at: Points, value: Values, near: Near, side: Array, centre: Array
+    laws: SteadyLaws, at: Points, value: Values, near: Near, side: Array, proximal: bool
 ) -> tuple[Array, Array]:
     """Newton's equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
     n, k, mode = laws.unknowns, np.arange(laws.count), at.modes[:, laws.law_modes]
@@ -97,7 +98,7 @@ def _bordered(
     slope[:, k, n + k] += np.where(held, -yields, 1.0)
     rows = value.rows_.copy()
     rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / LAST_STEP
-    right = np.concatenate([value.rows, np.where(held, value.speed - yields * (at.tau - centre), at.tau - bound)], axis=1)
+    right = np.concatenate([value.rows, np.where(held, value.speed - (0.0 if proximal else yields * at.tau), at.tau - bound)], axis=1)
     return np.concatenate([rows, slope], axis=1), -right
 
 

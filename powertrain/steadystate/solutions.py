@@ -18,7 +18,7 @@ from powertrain.steadystate.continuation import Continuation, Found
 from powertrain.steadystate.corrector import CHANGES, Near, corrected
 from powertrain.steadystate.steady_laws import BACKWARD, NO_WIDTH, STUCK, Mask, Points, SteadyLaws
 
-SPEEDS = (0.0, 100.0, -100.0)
+SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 """rad/s or m/s by which laws slide at the starts."""
 SAME = 1e-6
 """Solutions that differ by less, relative to their size, are one."""
@@ -72,7 +72,7 @@ class Solutions:
         differing = np.zeros((count, laws.balance.modes.numel()), bool)
         near = self.continuation.near(grid[0])
         best = self._nothing(count, near)
-        along = self._movable(grid[0])
+        along = self.continuation.sliding(grid[0])
         for speed in SPEEDS if along is not None else SPEEDS[:1]:
             found = self._from(speed if along is None else speed * along, grid, side, near)
             both = best.done & found.done
@@ -91,19 +91,6 @@ class Solutions:
         sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
         given, yields = (np.repeat(each[None], count, 0) for each in (near.given, near.yields))
         return Solved(np.zeros(count, bool), *(np.zeros((count, n)) for n in sizes), given, yields)
-
-    def _movable(self, grid: Array) -> Array | None:
-        """The change of the unknowns that lets all laws slide forward at one unit of speed; None where nothing can."""
-        laws = self.laws
-        modes, tau = np.zeros((1, laws.balance.modes.numel())), np.zeros((1, laws.count))
-        start = Points(grid[None], laws.balance.start[None], modes, tau)
-        value, slides = laws.values(start), ~laws.contact
-        slopes = np.concatenate([value.rows_[0], value.speed_[0, slides]])
-        if not np.isfinite(slopes).all() or not value.speed_[0, slides, : laws.unknowns].any():
-            return None
-        wanted = np.concatenate([np.zeros(value.rows.shape[1]), np.ones(int(slides.sum()))])
-        sizes = np.maximum(np.abs(slopes).max(axis=1), 1e-300)
-        return np.asarray(np.linalg.lstsq(slopes / sizes[:, None], wanted / sizes, rcond=None)[0][: laws.unknowns])
 
     def _from(self, moved: Array | float, grid: Array, side: Array, near: Near) -> Solved:
         """The solutions from one start, with the modes that its speeds say."""
