@@ -15,6 +15,10 @@ STILL = 1e-10
 """Unknowns that change by less, relative to one and to their size, are found."""
 CORRECTIONS, PROXIMAL = 20, 3
 """Newton's steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
+NEUTRAL = 1e6
+"""Seconds: a motion that takes longer to come to rest is not held by anything."""
+LOCKED = 1e9
+"""Torques that change by more than this for a unit change of a limit depend on round-off: the laws lock themselves."""
 CHANGES = 8
 """Changes of modes after which the modes of a neighbour are no help."""
 
@@ -39,13 +43,11 @@ def corrected(
     for _ in range(changes):
         here = Points(at.grid[active], y[active], modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
-        free, fine = _newton(laws, here, there, side[active], lossless, CORRECTIONS, proximal=False)
-        creep = laws.values(free, lossless).speed
-        here, _ = _newton(laws, free, there, side[active], lossless, PROXIMAL, proximal=True)
+        here, fine = _newton(laws, here, there, side[active], lossless, CORRECTIONS)
+        here, drive = _shared(laws, here, there, side[active], lossless)
         value = laws.values(here, lossless)
         y[active], tau[active] = here.y, here.tau
-        holds = creep - there.yields * here.tau if firm else None
-        new = laws.next_modes(here, value, there.given, side[active], holds)
+        new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
         same = (new == here.modes).all(axis=1)
         done[active] = same & fine & laws.balanced(here, value)
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
@@ -57,16 +59,36 @@ def corrected(
     return Points(at.grid, y, modes, tau), done
 
 
+def _shared(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool) -> tuple[Points, Array]:
+    """Solutions with the torques that the compliance of stuck laws gives them, and what then drives each law against its own."""
+    n, tau, drive = laws.unknowns, at.tau.copy(), np.zeros_like(at.tau)
+    stuck = (at.modes[:, laws.law_modes] == np.where(laws.contact, 1.0, STUCK)) & ~near.given
+    some = np.flatnonzero(stuck.any(axis=1) & np.isfinite(at.y).all(axis=1))
+    if laws.count < 2 or not some.size:
+        return at, drive
+    here, there = at.some(some), Near(near.given[some], near.yields[some])
+    value = laws.values(here, lossless)
+    step = solved(*_bordered(laws, here, value, there, side[some], False))
+    tau[some] += step[:, n:]
+    creep = value.speed + np.einsum("pij,pj->pi", value.speed_, step)
+    drive[some] = creep - there.yields * tau[some]
+    shared = Points(here.grid, here.y, here.modes, tau[some])
+    end, _ = _newton(laws, shared, there, side[some], lossless, PROXIMAL)
+    y, tau = at.y.copy(), at.tau.copy()
+    y[some], tau[some] = end.y, end.tau
+    return Points(at.grid, y, at.modes, tau), drive
+
+
 def _newton(
-    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, most: int, proximal: bool
+    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, most: int
 ) -> tuple[Points, Mask]:
-    """Newton's steps at all points, and where they became small; stuck laws yield, ``proximal``: only to what their torque changes."""
+    """Newton's steps at all points, and where they became small; stuck laws yield to what their torque changes."""
     y, tau, n = at.y.copy(), at.tau.copy(), laws.unknowns
     fine, active = np.zeros(len(y), bool), np.arange(len(y))
     for _ in range(most):
         here = Points(at.grid[active], y[active], at.modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
-        matrix, right = _bordered(laws, here, laws.values(here, lossless), there, side[active], proximal)
+        matrix, right = _bordered(laws, here, laws.values(here, lossless), there, side[active], True)
         step = solved(matrix, right)
         y[active] += step[:, :n]
         tau[active] += step[:, n:]
@@ -78,6 +100,22 @@ def _newton(
         if not active.size:
             break
     return Points(at.grid, y, at.modes, tau), fine
+
+
+def undetermined(laws: SteadyLaws, at: Points, near: Near, side: Array) -> Mask:
+    """Where an unknown, or the torque of a law that slides, is not determined: unit changes of the equations move it without limit."""
+    n = laws.unknowns
+    matrix, right = _bordered(laws, at, laws.values(at), near, side, True)
+    right[:] = 0.0
+    right[:, laws.rates] = 1.0
+    drift = solved(matrix, right)[:, :n]
+    mode = at.modes[:, laws.law_modes]
+    slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
+    right[:, laws.rates] = 0.0
+    right[:, n:] = slides
+    torque = np.where(slides, solved(matrix, right)[:, n:], 0.0)
+    large: Mask = (np.abs(drift) > NEUTRAL).any(axis=1) | (np.abs(torque) > LOCKED).any(axis=1)
+    return large
 
 
 def _bordered(

@@ -14,6 +14,8 @@ from powertrain.steadystate.lanes import Rows
 from powertrain.steadystate.operating import Solver
 from powertrain.steadystate.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
 
+ALIKE = 1e-9
+"""Values at both ends of an interval that differ by less, relative to the larger, are one value."""
 MOST_LAWS = 62
 """Laws that have a bit of their own in the results."""
 
@@ -44,6 +46,8 @@ class Sheet:
             where = np.flatnonzero(resting)
             low, high, solved = self._both_ends(grid[:, where], points, where)
             status[where] = np.where(solved, STUCK_POINT, NONE)
+            alike = np.full(values.shape, False)
+            alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
             points.blame[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
             self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
@@ -54,7 +58,8 @@ class Sheet:
         given = (status == OK) | (status == ONE) | undefined
         given |= (status == STUCK_POINT) & (end is not None)
         given |= (status == SEVERAL) & self.look.first
-        values[:, ~given] = np.nan
+        lost = np.broadcast_to(~given, values.shape)
+        values[lost & ~alike if resting.any() else lost] = np.nan
         values[:, undefined] = np.where(np.isfinite(values[:, undefined]), values[:, undefined], np.nan)
         for row, found in zip(self.rows, values, strict=True):
             row[places] = found

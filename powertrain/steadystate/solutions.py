@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from powertrain.engine.buffers import Array
 from powertrain.steadystate.continuation import Continuation, Found
-from powertrain.steadystate.corrector import CHANGES, Near, corrected
+from powertrain.steadystate.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.steadystate.steady_laws import BACKWARD, NO_WIDTH, STUCK, Mask, Points, SteadyLaws
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
@@ -71,10 +71,10 @@ class Solutions:
         number = np.zeros(count, np.intp)
         differing = np.zeros((count, laws.balance.modes.numel()), bool)
         near = self.continuation.near(grid[0])
-        best = self._nothing(count, near)
+        best, begun = self._nothing(count, near), list[Array]()
         along = self.continuation.sliding(grid[0])
         for speed in SPEEDS if along is not None else SPEEDS[:1]:
-            found = self._from(speed if along is None else speed * along, grid, side, near)
+            found = self._from(speed if along is None else speed * along, grid, side, near, begun)
             both = best.done & found.done
             other = both & self._differ(grid, best, found)
             number[other] = 2
@@ -84,6 +84,9 @@ class Solutions:
             best.take(new | (other & (self._rank(found) < self._rank(best))), found)
         self._rest_of(best, grid, side)
         number[best.done & (number == 0)] = 1
+        known = np.flatnonzero(best.done)
+        at = Points(grid[known], best.y[known], best.modes[known], best.tau[known])
+        number[known[undetermined(laws, at, Near(best.given[known], best.yields[known]), side[known])]] = 2
         return Best(best, number, self._rest(grid, best), differing)
 
     def _nothing(self, count: int, near: Near) -> Solved:
@@ -92,16 +95,20 @@ class Solutions:
         given, yields = (np.repeat(each[None], count, 0) for each in (near.given, near.yields))
         return Solved(np.zeros(count, bool), *(np.zeros((count, n)) for n in sizes), given, yields)
 
-    def _from(self, moved: Array | float, grid: Array, side: Array, near: Near) -> Solved:
-        """The solutions from one start, with the modes that its speeds say."""
+    def _from(self, moved: Array | float, grid: Array, side: Array, near: Near, begun: list[Array]) -> Solved:
+        """The solutions from one start, with the modes that its speeds say; at points where another began with these there are none."""
         laws, count = self.laws, len(grid)
         found = self._nothing(count, near)
         found.y += laws.balance.start + moved
         at = Points(grid, found.y, found.modes, found.tau)
-        some = Near(found.given, found.yields)
-        found.modes[:] = laws.next_modes(at, laws.values(at), some.given, side, None)
-        end, found.done = corrected(laws, at, some, side, changes=CHANGES, firm=True)
-        found.y, found.modes, found.tau = end.y, end.modes, end.tau
+        modes = laws.next_modes(at, laws.values(at), found.given, side, None)
+        new = np.flatnonzero(~np.any([(modes == other).all(axis=1) for other in begun], axis=0) if begun else np.ones(count, bool))
+        begun.append(modes)
+        found.modes[:] = modes
+        some = Near(found.given[new], found.yields[new])
+        start = Points(grid[new], found.y[new], modes[new], found.tau[new])
+        end, found.done[new] = corrected(laws, start, some, side[new], changes=CHANGES, firm=True)
+        found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
 
     def _rest_of(self, best: Solved, grid: Array, side: Array) -> None:
