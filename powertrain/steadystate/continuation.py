@@ -26,6 +26,8 @@ from powertrain.steadystate.steady_laws import NO_WIDTH, REST, STUCK, Points, St
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """Lengths of steps in seconds: some that follow the motion, then Newton's."""
+SHORT_STEP = 0.1
+"""The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
 ROUNDS = 20
 GIVEN = 1e-11
 """A law's own torque moves it where its speed changes by more than this share of the terms."""
@@ -147,7 +149,7 @@ class Continuation:
     def _first(self, grid: Array) -> _Step:
         laws = self.laws
         modes, every = np.zeros(laws.balance.modes.numel()), np.ones(laws.count, bool)
-        start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, FIRST_STEP, True, every)
+        start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, SHORT_STEP, True, every)
         return self._steps.at(start, np.zeros(laws.count))
 
     def _settled(self, point: _Trial, tau: Array, side: Array) -> Found | None:

@@ -9,7 +9,7 @@ import numpy as np
 from powertrain.engine.buffers import Array
 from powertrain.steadystate.steady_laws import BACKWARD, FORWARD, FREE, STUCK, Mask, Points, SteadyLaws, Values
 
-LAST_STEP = 1e8
+LAST_STEP = 1e7
 """Seconds: a step of this length holds what nothing else does."""
 STILL = 1e-10
 """Unknowns that change by less, relative to one and to their size, are found."""

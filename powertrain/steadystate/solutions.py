@@ -18,11 +18,13 @@ from powertrain.steadystate.continuation import Continuation, Found
 from powertrain.steadystate.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.steadystate.steady_laws import BACKWARD, NO_WIDTH, STUCK, Mask, Points, SteadyLaws
 
+Index = NDArray[np.intp]
+
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 """rad/s or m/s by which laws slide at the starts."""
 SAME = 1e-6
 """Solutions that differ by less, relative to their size, are one."""
-MOST_SOURCES = 4
+MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point."""
 
 
@@ -113,11 +115,13 @@ class Solutions:
 
     def _rest_of(self, best: Solved, grid: Array, side: Array) -> None:
         """Solves the points that have no solution yet: as their neighbours, else by continuation."""
-        failed, tries, sources = np.zeros(len(grid), bool), np.zeros(len(grid), int), np.full(len(grid), -1)
-        place = _scaled(grid)
+        failed, tries = np.zeros(len(grid), bool), np.zeros(len(grid), int)
+        place, fresh = _scaled(grid), np.flatnonzero(best.done)
         while True:
-            if best.done.any():
-                self._spread(best, grid, side, place, failed, tries, sources)
+            while fresh.size:
+                left = np.flatnonzero(~best.done & ~failed & (tries < MOST_SOURCES))
+                fresh = self._spread(best, grid, side, left, fresh[cKDTree(place[fresh]).query(place[left])[1]])
+                tries[left] += 1
             left = np.flatnonzero(~best.done & ~failed)
             if not left.size:
                 return
@@ -127,39 +131,18 @@ class Solutions:
                 failed[p] = True
             else:
                 best.put(p, one)
+                fresh = np.array([p])
 
-    def _spread(
-        self,
-        found: Solved,
-        grid: Array,
-        side: Array,
-        place: Array,
-        failed: Mask,
-        tries: NDArray[np.intp],
-        sources: NDArray[np.intp],
-    ) -> None:
-        """Tries the nearest solutions at all points that are left, until that helps no more."""
-        while True:
-            left = np.flatnonzero(~found.done & ~failed & (tries < MOST_SOURCES))
-            known = np.flatnonzero(found.done)
-            if not left.size:
-                return
-            nearest = known[cKDTree(place[known]).query(place[left])[1]]
-            new = nearest != sources[left]
-            left, nearest = left[new], nearest[new]
-            if not left.size:
-                return
-            sources[left] = nearest
-            tries[left] += 1
-            start = Points(grid[left], found.y[nearest], found.modes[nearest], found.tau[nearest])
-            near = Near(found.given[nearest], found.yields[nearest])
-            end, good = corrected(self.laws, start, near, side[left], changes=CHANGES, firm=True)
-            done, source = left[good], nearest[good]
-            found.done[done] = True
-            found.y[done], found.modes[done], found.tau[done] = end.y[good], end.modes[good], end.tau[good]
-            found.given[done], found.yields[done] = found.given[source], found.yields[source]
-            if not done.size:
-                return
+    def _spread(self, found: Solved, grid: Array, side: Array, left: Index, sources: Index) -> Index:
+        """Begins at points with the solutions of others; which points have one now."""
+        start = Points(grid[left], found.y[sources], found.modes[sources], found.tau[sources])
+        near = Near(found.given[sources], found.yields[sources])
+        end, good = corrected(self.laws, start, near, side[left], changes=CHANGES, firm=True)
+        done, source = left[good], sources[good]
+        found.done[done] = True
+        found.y[done], found.modes[done], found.tau[done] = end.y[good], end.modes[good], end.tau[good]
+        found.given[done], found.yields[done] = found.given[source], found.yields[source]
+        return done
 
     def _differ(self, grid: Array, one: Solved, other: Solved) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a law that slides."""
