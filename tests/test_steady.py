@@ -121,7 +121,7 @@ def test_large_maps_through_tables_are_the_small_ones(axes: tuple[str, str]) -> 
 
 
 def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One solution is given and said to be one, in maps that are walked and where unknowns are implicit; exhaustive=True tries the rest."""
+    """In maps that are walked one solution is given and said to be one; exhaustive=True tries the rest."""
     monkeypatch.setattr("powertrain.steadystate.walk._ALTERNATIVES", 0)
     grid = {"r": np.linspace(0.3, 0.5, 40), "load": np.linspace(-2, -1, 60)}
     plants = pt.compile(SplitPathBench()), pt.compile(SplitPathBench())
@@ -130,15 +130,15 @@ def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatc
     assert (tried.status == OK).all()
     assert tried.attrs["problems"] == ""
     np.testing.assert_allclose(walked["efficiency"], tried["efficiency"], rtol=1e-12)
-    monkeypatch.setattr("powertrain.steadystate.search.COMBINATIONS", 1)
-    tau = np.array([-15.0, -5.0, 5.0, 30.0])
-    first, all_ = (pt.steady(Held(), {"tau": tau, "grip": 1.0}, outputs=["J.w"], exhaustive=e) for e in (False, True))
-    assert (first.status == ONE).all()
-    assert "too many combinations" in first.attrs["problems"]
-    assert (all_.status == OK).all()
-    np.testing.assert_allclose(first["J.w"], all_["J.w"], atol=1e-9)
-    monkeypatch.setattr("powertrain.steadystate.search.MOST", 1)
-    assert (pt.steady(Held(), {"tau": tau, "grip": 1.0}, outputs=["J.w"], exhaustive=True).status == ONE).all()
+
+
+def test_few_and_many_combinations_give_the_same_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All combinations of modes tried, and modes solved for."""
+    grid = {"r": np.linspace(-1.9, 2.9, 24), "load": [-20.0, -1.0, 5.0]}
+    tried = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
+    monkeypatch.setattr("powertrain.steadystate.operating.COMBINATIONS", 0)
+    solved = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
+    same(solved, tried)
 
 
 def same(found: xr.Dataset, expected: xr.Dataset) -> None:

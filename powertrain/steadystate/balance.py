@@ -37,6 +37,11 @@ class Balance:
     upper: Symbol
     conditions: Symbol
 
+    @property
+    def tau_symbols(self) -> list[Symbol]:
+        """The torques one by one."""
+        return list(ca.vertsplit(self.tau)) if self.tau.numel() else []
+
 
 def opened(compiled: Compiled, names: Sequence[str]) -> tuple[Symbol, Symbol, Symbol, list[Symbol]]:
     """The torques of the laws; rates, residuals and the variables ``names`` for given torques."""

@@ -99,7 +99,7 @@ class _StepLaws:
         given = own <= GIVEN * np.diagonal(terms)
         reach = np.where(given, 1.0, own)
         yields = COMPLIANCE * reach
-        rate = np.where(given & (np.abs(rate) <= zone), 0.0, rate + yields * tau)
+        rate = np.where(given & (np.abs(rate) <= zone), 0.0, rate)
         slopes = rate_slope, lower_slope, upper_slope, g_slope
         return _Step(v.speed, rate, lower, upper, reach, yields, g, *slopes, move, along, given, zone)
 

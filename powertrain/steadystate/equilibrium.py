@@ -50,7 +50,7 @@ class Equilibrium:
     ``rows`` are zero at ``u``; ``blocks`` are the numbers of rows and unknowns that belong together, in the order of their solution.
     ``solved`` are the inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
     ``turning`` says which outputs depend on angles that merely turn; ``together`` that some states were left out because they turn
-    together, by ratios that hold for the present parameters.
+    together, by ratios that hold for the present parameters. ``balance`` is the same problem for given torques of the laws.
     """
 
     grid: list[Symbol]
@@ -68,7 +68,7 @@ class Equilibrium:
     guards: list[Guard]
     turning: list[bool]
     together: bool
-    balance: Balance | None = None
+    balance: Balance
 
 
 def formulate(
@@ -91,7 +91,8 @@ def formulate(
     conditions = [(r, f"der({dae.state_names[i]}) = 0") for r, i in zip(rates, moving, strict=True)]
     conditions += [(r, f"the equation of {dae.z[i].name()}") for i, r in enumerate(residuals)]
     conditions += [(e - stage.axis[n], f"{n} as the grid says") for e, n in zip(given, asked.prescribed, strict=True)]
-    return replace(_reduce(stage, unknowns, conditions, guesses, turning), balance=_balance(stage, moving, unknowns, turning, guesses))
+    balance = _balance(stage, moving, unknowns, turning, guesses)
+    return _reduce(stage, unknowns, conditions, balance, guesses, turning)
 
 
 @dataclass(frozen=True)
@@ -245,6 +246,7 @@ def _reduce(
     stage: _Stage,
     unknowns: list[Unknown],
     conditions: list[tuple[Symbol, str]],
+    balance: Balance,
     guesses: Mapping[str, float],
     turning: Turning,
 ) -> Equilibrium:
@@ -294,6 +296,7 @@ def _reduce(
         guards=[_changed(g, final) for g in dae.guards if g.action == "error"],
         turning=_lost(stage, cyclic, turning),
         together=bool(turning),
+        balance=balance,
     )
 
 

@@ -38,7 +38,7 @@ class Sheet:
         """Solves some points and writes them."""
         end = self.look.side
         side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
-        points = self.solver.solve(grid, side, self.look.exhaustive)
+        points = self.solver.solve(grid, side)
         values, left = self.solver.values(grid, points)
         status = points.status
         resting = np.isin(status, (OK, ONE)) & points.rest.any(axis=0)
@@ -76,7 +76,7 @@ class Sheet:
         for ends in product((1.0, -1.0), repeat=min(len(laws), 8)):
             side = np.ones((points.modes.shape[0], where.size))
             side[laws[:8]] = np.array(ends)[:, None]
-            end = self.solver.solve(grid, side, self.look.exhaustive)
+            end = self.solver.solve(grid, side)
             values, _ = self.solver.values(grid, end)
             solved &= np.isin(end.status, (OK, ONE))
             low, high = np.minimum(low, values), np.maximum(high, values)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from powertrain.engine.buffers import Array
 from powertrain.steadystate.balance import Balance
-from powertrain.steadystate.columns import Columns
+from powertrain.steadystate.lanes import Columns
 
 Mask = NDArray[np.bool_]
 
