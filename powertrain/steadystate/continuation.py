@@ -21,14 +21,16 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.engine.buffers import Array
 from powertrain.modes.complementarity import Answer, Complementarity, Linear, Mask, Point
-from powertrain.steadystate.corrector import Near, corrected, solved
-from powertrain.steadystate.steady_laws import NO_WIDTH, REST, STUCK, Points, SteadyLaws
+from powertrain.steadystate.corrector import CHANGES, Near, corrected, solved
+from powertrain.steadystate.steady_laws import FORWARD, NO_WIDTH, REST, STUCK, Points, SteadyLaws
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """Lengths of steps in seconds: some that follow the motion, then Newton's."""
 SHORT_STEP = 0.1
 """The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
 ROUNDS = 20
+FAR = 1e10
+"""Unknowns beyond this run away."""
 GIVEN = 1e-11
 """A law's own torque moves it where its speed changes by more than this share of the terms."""
 MOST_PIECES = 8
@@ -123,12 +125,16 @@ class Continuation:
     def solve(self, grid: Array, start: Array, side: Array) -> Found | None:
         """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``."""
         laws, every = self.laws, np.ones(self.laws.count, bool)
-        first = _Trial(0.0, start, np.zeros(0), np.zeros(laws.balance.modes.numel()), grid, FIRST_STEP, True, every)
-        found = self._settled(first, np.zeros(laws.count), side)
-        if found is None or not laws.tied.any():
-            return found
-        again = replace(first, x=found.y, m=found.modes, lossless=False, open=~every, step=LONGEST_STEP)
-        return self._settled(again, found.tau, side)
+        modes = np.zeros(laws.balance.modes.numel())
+        first = _Trial(0.0, start, np.zeros(0), modes, grid, FIRST_STEP, True, every)
+        for attempt in self._held, self._settled:
+            found = attempt(first, np.zeros(laws.count), side)
+            if found is not None and laws.tied.any():
+                again = replace(first, x=found.y, m=found.modes, lossless=False, open=~every, step=LONGEST_STEP)
+                found = self._settled(again, found.tau, side)
+            if found is not None:
+                return found
+        return None
 
     def near(self, grid: Array) -> Near:
         """Which laws their own torque does not move, and how much the others yield, at the start of the unknowns."""
@@ -152,6 +158,16 @@ class Continuation:
         start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, SHORT_STEP, True, every)
         return self._steps.at(start, np.zeros(laws.count))
 
+    def _held(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+        """The solution that semismooth Newton's method finds with all laws held at first."""
+        near = self.near(point.p)
+        here = Points(point.p[None], point.x[None], point.m[None].copy(), tau[None])
+        some, value = Near(near.given[None], near.yields[None]), self.laws.values(here, point.lossless)
+        here.modes[:] = self.laws.next_modes(here, value, some.given, side[None], None)
+        here.modes[:, self.laws.tied_modes] = FORWARD
+        end, fine = corrected(self.laws, here, some, side[None], point.lossless, CHANGES, True)
+        return Found(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
+
     def _settled(self, point: _Trial, tau: Array, side: Array) -> Found | None:
         """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
         laws, near = self.laws, self.near(point.p)
@@ -163,7 +179,7 @@ class Continuation:
             m[list(answer.modes)] = list(answer.modes.values())
             step = self._steps.at(replace(point, m=m), tau)
             y = point.x + step.move + step.along @ (answer.tau - tau)
-            if not np.isfinite(y).all():
+            if not (np.abs(y) <= FAR).all():
                 return None
             here = Points(point.p[None], y[None], m[None], answer.tau[None])
             end, fine = corrected(laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless)

@@ -48,6 +48,8 @@ def corrected(
         value = laws.values(here, lossless)
         y[active], tau[active] = here.y, here.tau
         new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
+        if lossless:  # their direction makes no difference
+            here.modes[:, laws.tied_modes] = new[:, laws.tied_modes] = np.where(value.speed[:, laws.tied] < 0.0, BACKWARD, FORWARD)
         same = (new == here.modes).all(axis=1)
         done[active] = same & fine & laws.balanced(here, value)
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)

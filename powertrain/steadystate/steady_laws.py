@@ -68,6 +68,7 @@ class SteadyLaws:
         self.tied = ~self.may_free & ~self.contact
         # places among all modes: frictions, switches, contacts
         self.law_modes = np.where(self.contact, laws + switches, laws)
+        self.tied_modes = self.law_modes[self.tied]
         self.switch_modes = self.frictions + np.arange(switches)
         self.rate_of, self.rates = b.rate_of, np.flatnonzero(b.rate_of >= 0)
         self._sign = np.where(self.contact, -1.0, 1.0)
