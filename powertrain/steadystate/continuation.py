@@ -131,7 +131,7 @@ class Continuation:
             found = attempt(first, np.zeros(laws.count), side)
             if found is not None and laws.tied.any():
                 again = replace(first, x=found.y, m=found.modes, lossless=False, open=~every, step=LONGEST_STEP)
-                found = self._settled(again, found.tau, side)
+                found = self._corrected(again, found.tau, side) or self._settled(again, found.tau, side)
             if found is not None:
                 return found
         return None
@@ -161,10 +161,17 @@ class Continuation:
     def _held(self, point: _Trial, tau: Array, side: Array) -> Found | None:
         """The solution that semismooth Newton's method finds with all laws held at first."""
         near = self.near(point.p)
-        here = Points(point.p[None], point.x[None], point.m[None].copy(), tau[None])
-        some, value = Near(near.given[None], near.yields[None]), self.laws.values(here, point.lossless)
-        here.modes[:] = self.laws.next_modes(here, value, some.given, side[None], None)
-        here.modes[:, self.laws.tied_modes] = FORWARD
+        here = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        value = self.laws.values(here, point.lossless)
+        modes = self.laws.next_modes(here, value, near.given[None], side[None], None)[0]
+        modes[self.laws.tied_modes] = FORWARD
+        return self._corrected(replace(point, m=modes), tau, side)
+
+    def _corrected(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+        """The solution to which semismooth Newton's method leads from the modes of ``point``."""
+        near = self.near(point.p)
+        here = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        some = Near(near.given[None], near.yields[None])
         end, fine = corrected(self.laws, here, some, side[None], point.lossless, CHANGES, True)
         return Found(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
 
