@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,7 +15,12 @@ from powertrain.components.rotational import Brake, ConstantSpeed, ConstantTorqu
 
 ETA = 0.98
 NODES = ("turbine", "suns", "ring1", "carrier1", "ring2", "ring3", "carrier3", "output")
-SETS = (("suns", "ring1", "carrier1"), ("suns", "ring2", "turbine"), ("ring2", "ring3", "carrier3"), ("ring3", "carrier1", "output"))
+SETS = (
+    ("suns", "ring1", "carrier1"),
+    ("suns", "ring2", "turbine"),
+    ("ring2", "ring3", "carrier3"),
+    ("ring3", "carrier1", "output"),
+)
 """Sun, ring and carrier of each set."""
 ELEMENTS = {
     "A": ("suns", None), "B": ("ring1", None), "C": ("turbine", "ring3"), "D": ("carrier3", "output"), "E": ("ring2", "ring3"),
@@ -63,7 +69,10 @@ def output_torques(gear: str, drive: float, eta: float) -> list[float]:
         found_here = np.linalg.lstsq(whole, right, rcond=None)[0]
         if np.abs(whole @ found_here - right).max() > 1e-9 * abs(drive):
             continue
-        fine = all(rest or side * t * v >= -1e-12 for rest, side, t, v in zip(rests, sides, found_here[:4], relative, strict=True))
+        fine = all(
+            rest or side * t * v >= -1e-12
+            for rest, side, t, v in zip(rests, sides, found_here[:4], relative, strict=True)
+        )
         if fine:
             found.append(float(found_here[11]))
     return found
@@ -93,7 +102,9 @@ def test_eight_speed_under_its_own_load() -> None:
     """Speeds are found, in a map of all gears and torques; the mirrored torque gives the mirrored motion."""
     plant = pt.compile(eight_speed(ETA))
     gears = {f"p{e}": xr.DataArray([float(e in EIGHT[g]) for g in EIGHT], dims="gear") for e in "ABCDE"}
-    found = pt.steady(plant, {"tau_in": [-100.0, 30.0, 100.0]} | gears, outputs=["turbine.w", "output.w", "load.flange.tau"])
+    found = pt.steady(
+        plant, {"tau_in": [-100.0, 30.0, 100.0]} | gears, outputs=["turbine.w", "output.w", "load.flange.tau"]
+    )
     assert (found.status == 0).all(), found.attrs["problems"]
     for k, gear in enumerate(EIGHT):
         here = found.isel(gear=k)

@@ -68,9 +68,7 @@ class Answer:
 
 
 class Opened(Protocol):
-    """Laws as functions of their torques: ``index`` are their places in m, first those of the ``frictions``; ``switches`` those of
-    conditions.
-    """
+    """Laws as functions of their torques, with their places in m (frictions, then contacts), and those of the conditions."""
 
     count: int
     frictions: int
@@ -171,7 +169,8 @@ class Complementarity:
 
     def bending(self, near: Linear) -> list[int]:
         """The continuous conditions that depend on torques, by their places among the switches."""
-        return [k for k in np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0) if self.continuous[k]]
+        moving = np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0)
+        return [int(k) for k in moving if self.continuous[k]]
 
     def _bends(self, point: Point, tau: Array, base: Linear, places: list[int]) -> _Bends:
         """Where a bound bends, its slopes on both sides differ by a multiple of the slope of the condition."""

@@ -17,8 +17,7 @@ import numpy as np
 from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
 from powertrain.engine.indicators import relation, torque_margins
-from powertrain.modes.tolerances import EPS
-from powertrain.modes.tolerances import ZONE
+from powertrain.modes.tolerances import EPS, ZONE
 from powertrain.steadystate.equilibrium import Equilibrium, Law
 from powertrain.steadystate.lanes import dependence
 from powertrain.symbols import Symbol

@@ -49,7 +49,9 @@ def corrected(
         y[active], tau[active] = here.y, here.tau
         new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
         if lossless:  # their direction makes no difference
-            here.modes[:, laws.tied_modes] = new[:, laws.tied_modes] = np.where(value.speed[:, laws.tied] < 0.0, BACKWARD, FORWARD)
+            here.modes[:, laws.tied_modes] = new[:, laws.tied_modes] = np.where(
+                value.speed[:, laws.tied] < 0.0, BACKWARD, FORWARD
+            )
         same = (new == here.modes).all(axis=1)
         done[active] = same & fine & laws.balanced(here, value)
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
@@ -81,9 +83,7 @@ def _shared(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: boo
     return Points(at.grid, y, at.modes, tau), drive
 
 
-def _newton(
-    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, most: int
-) -> tuple[Points, Mask]:
+def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, most: int) -> tuple[Points, Mask]:
     """Newton's steps at all points, and where they became small; stuck laws yield to what their torque changes."""
     y, tau, n = at.y.copy(), at.tau.copy(), laws.unknowns
     fine, active = np.zeros(len(y), bool), np.arange(len(y))
@@ -116,8 +116,7 @@ def undetermined(laws: SteadyLaws, at: Points, near: Near, side: Array) -> Mask:
     right[:, laws.rates] = 0.0
     right[:, n:] = slides
     torque = np.where(slides, solved(matrix, right)[:, n:], 0.0)
-    large: Mask = (np.abs(drift) > NEUTRAL).any(axis=1) | (np.abs(torque) > LOCKED).any(axis=1)
-    return large
+    return np.asarray((np.abs(drift) > NEUTRAL).any(axis=1) | (np.abs(torque) > LOCKED).any(axis=1))
 
 
 def _bordered(
@@ -138,7 +137,9 @@ def _bordered(
     slope[:, k, n + k] += np.where(held, -yields, 1.0)
     rows = value.rows_.copy()
     rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / LAST_STEP
-    right = np.concatenate([value.rows, np.where(held, value.speed - (0.0 if proximal else yields * at.tau), at.tau - bound)], axis=1)
+    right = np.concatenate(
+        [value.rows, np.where(held, value.speed - (0.0 if proximal else yields * at.tau), at.tau - bound)], axis=1
+    )
     return np.concatenate([rows, slope], axis=1), -right
 
 

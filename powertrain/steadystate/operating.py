@@ -48,18 +48,19 @@ class Solver:
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
-        evaluated = [*self._searches, self._values, self._speeds, self._torques]
-        for each in [*evaluated, *([] if self._laws is None else [self._laws])]:
-            each.set_common(values)
+        for columns in (self._values, self._speeds, self._torques):
+            columns.set_common(values)
+        for search in self._searches:
+            search.set_common(values)
+        if self._laws is not None:
+            self._laws.set_common(values)
 
     def solve(self, grid: Rows, side: Rows | None = None) -> Points:
         """The points of ``grid`` (one row per axis); ``side`` says for laws at rest from which side (1 or -1) they are looked at."""
         side = np.ones((len(self.choices), grid.shape[1])) if side is None else side
         with np.errstate(all="ignore"):
-            if self._solutions is not None:
-                points = self._together(self._solutions, grid, side)
-            else:
-                points = self._by_groups(grid, side)
+            together = self._solutions
+            points = self._by_groups(grid, side) if together is None else self._together(together, grid, side)
             known = np.vstack([grid, points.u, points.modes])
             points.status[~(np.abs(self._speeds(known)) <= INFINITE).all(axis=0)] = IMMOVABLE
             locked = ~(np.abs(self._torques(known)) <= INFINITE)

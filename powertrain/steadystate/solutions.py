@@ -94,8 +94,9 @@ class Solutions:
     def _nothing(self, count: int, near: Near) -> Solved:
         laws = self.laws
         sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
-        given, yields = (np.repeat(each[None], count, 0) for each in (near.given, near.yields))
-        return Solved(np.zeros(count, bool), *(np.zeros((count, n)) for n in sizes), given, yields)
+        given, yields = np.repeat(near.given[None], count, 0), np.repeat(near.yields[None], count, 0)
+        y, modes, tau = (np.zeros((count, n)) for n in sizes)
+        return Solved(np.zeros(count, bool), y, modes, tau, given, yields)
 
     def _from(self, moved: Array | float, grid: Array, side: Array, near: Near, begun: list[Array]) -> Solved:
         """The solutions from one start, with the modes that its speeds say; at points where another began with these there are none."""
@@ -104,7 +105,10 @@ class Solutions:
         found.y += laws.balance.start + moved
         at = Points(grid, found.y, found.modes, found.tau)
         modes = laws.next_modes(at, laws.values(at), found.given, side, None)
-        new = np.flatnonzero(~np.any([(modes == other).all(axis=1) for other in begun], axis=0) if begun else np.ones(count, bool))
+        seen = np.zeros(count, bool)
+        for other in begun:
+            seen |= (modes == other).all(axis=1)
+        new = np.flatnonzero(~seen)
         begun.append(modes)
         found.modes[:] = modes
         some = Near(found.given[new], found.yields[new])
@@ -175,4 +179,5 @@ def _scaled(grid: Array) -> Array:
     """The points with every axis from 0 to 1."""
     low, high = grid.min(axis=0, initial=np.inf), grid.max(axis=0, initial=-np.inf)
     with np.errstate(all="ignore"):
-        return np.nan_to_num((grid - low) / np.where(high > low, high - low, 1.0), posinf=1.0, neginf=0.0)
+        scaled = (grid - low) / np.where(high > low, high - low, 1.0)
+    return np.asarray(np.nan_to_num(scaled, posinf=1.0, neginf=0.0))

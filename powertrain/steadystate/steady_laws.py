@@ -13,6 +13,7 @@ from powertrain.steadystate.balance import Balance
 from powertrain.steadystate.lanes import Columns
 
 Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 REST = 1e-9
@@ -34,7 +35,7 @@ class Points:
     modes: Array
     tau: Array
 
-    def some(self, which: NDArray[np.intp] | Mask) -> Points:
+    def some(self, which: Index | Mask) -> Points:
         """Some of them."""
         return Points(self.grid[which], self.y[which], self.modes[which], self.tau[which])
 
@@ -73,7 +74,9 @@ class SteadyLaws:
         self.rate_of, self.rates = b.rate_of, np.flatnonzero(b.rate_of >= 0)
         self._sign = np.where(self.contact, -1.0, 1.0)
         moved = ca.vertcat(b.y, b.tau)
-        self._shapes, self._entries, outputs = [], [], list[ca.SX]()
+        self._shapes: list[tuple[int, int]] = []
+        self._entries: list[tuple[Index, Index, int]] = []
+        outputs: list[ca.SX] = []
         for e in (b.rows, b.speed, b.lower, b.upper, b.conditions):
             self._add(e, outputs)
         for e in (b.rows, b.speed, b.lower, b.upper, b.conditions):
@@ -145,8 +148,7 @@ class SteadyLaws:
         """Whether the rows are zero."""
         sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
         terms = BALANCED * (1.0 + _times(np.abs(value.rows_), sizes))
-        fine: Mask = (np.abs(value.rows) <= terms).all(axis=1)
-        return fine
+        return np.asarray((np.abs(value.rows) <= terms).all(axis=1))
 
 
 def _times(matrices: Array, vectors: Array) -> Array:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Switch
 from powertrain.engine.buffers import Array
-from powertrain.modes.tolerances import EPS
 from powertrain.engine.indicators import guard_margin
+from powertrain.modes.tolerances import EPS
 from powertrain.steadystate.choices import bounded, with_modes
 from powertrain.steadystate.equilibrium import Equilibrium
 from powertrain.steadystate.lanes import LANES, Tape, all_hold, dependence, different
