@@ -421,6 +421,36 @@ def test_parameters_and_arrays_as_axes(bench: pt.Plant[SplitPathBench]) -> None:
     np.testing.assert_allclose(found.efficiency[:, 1], delivered, rtol=1e-9)
 
 
+def test_coordinates_of_arrays_stay(bench: pt.Plant[SplitPathBench]) -> None:
+    cases = {"case": ["slow", "fast"], "number": ("case", [7, 9])}
+    r = xr.DataArray([0.3, 0.5], dims="case", coords=cases)
+    found = pt.steady(bench, {"r": r, "load": [-1.0, -2.0]}, outputs=["efficiency"])
+    assert found["case"].values.tolist() == ["slow", "fast"]
+    assert found["number"].values.tolist() == [7, 9]
+    assert found["efficiency"].sel(case="fast", load=-2.0).item() == found["efficiency"].values[1, 1]
+    large = pt.steady(bench, {"r": r, "load": np.linspace(-9, -1, 2000)}, outputs=["efficiency"])
+    assert large["case"].values.tolist() == ["slow", "fast"]
+
+
+def test_values_on_which_both_ends_agree_are_given(bench: pt.Plant[SplitPathBench]) -> None:
+    found = pt.steady(bench, {"r": 1.0, "load": -10.0}, outputs=["V", "efficiency"])
+    assert found.status.item() == STUCK
+    assert found["V"].item() == pytest.approx(1.0)
+    assert np.isnan(found["efficiency"].item())
+
+
+def test_torques_without_limit_are_not_ok() -> None:
+    """On the border of self-locking, R_o = eta, torques are determined by round-off alone."""
+    found = pt.steady(
+        LockedBench(), {"torque": [-5.0, 5.0], "differential.ratio": 1 / 0.95}, outputs=["differential.a.tau"]
+    )
+    assert (found.status != OK).all()
+    other = pt.steady(
+        LockedBench(), {"torque": [-5.0, 5.0], "differential.ratio": 0.95}, outputs=["differential.a.tau"]
+    )
+    assert np.nanmax(np.abs(other["differential.a.tau"])) < 1e3
+
+
 def test_selectors_and_names(bench: pt.Plant[SplitPathBench]) -> None:
     found = pt.steady(
         bench, {"r": 0.3, "load": -1.0}, outputs={"twice": lambda m: 2 * m.load.value, "gain": "efficiency"}
