@@ -15,6 +15,7 @@ from powertrain.components.differentials import FundamentalDifferential
 from powertrain.components.rotational import (
     BearingFriction,
     Brake,
+    Clutch,
     ConstantSpeed,
     ConstantTorque,
     Damper,
@@ -373,6 +374,39 @@ def test_end_of_a_simulation(V: float) -> None:
     result = plant.simulate(60.0, inputs={"tau": 5.0, "V": V}, starts={"J1.w": 1.0}, rtol=1e-8)
     for name in names:
         np.testing.assert_allclose(point[name], result[name][-1], rtol=1e-6)
+
+
+class Twisted(pt.Component):
+    """A spring between two of three inertias that turn together: two angles merely turn."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+    torque: Torque = Torque()
+    J1: Inertia = Inertia(J=0.5)
+    shaft: SpringDamper = SpringDamper(c=1e3, d=2.0)
+    J2: Inertia = Inertia(J=0.3)
+    clutch: Clutch = Clutch(fn_max=30.0, mue_pos=((0.0, 1.0),))
+    J3: Inertia = Inertia(J=0.2)
+    drag: Damper = Damper(d=0.3)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.torque.tau)
+        yield pt.connect(self.torque.flange, self.J1.flange_a)
+        yield pt.connect(self.J1.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.J2.flange_a)
+        yield pt.connect(self.J2.flange_b, self.clutch.flange_a)
+        yield self.clutch.f_normalized.value == 1.0
+        yield pt.connect(self.clutch.flange_b, self.J3.flange_a)
+        yield pt.connect(self.J3.flange_b, self.drag.flange_a)
+        yield pt.connect(self.drag.flange_b, self.ground.flange)
+
+
+def test_several_angles_that_turn_together() -> None:
+    found = pt.steady(Twisted(), {"tau": [-9.0, 6.0]}, outputs=["J1.w", "J2.w", "J3.w", "shaft.phi_rel"])
+    assert (found.status == OK).all()
+    for name in ("J1.w", "J2.w", "J3.w"):
+        np.testing.assert_allclose(found[name], [-30.0, 20.0], rtol=1e-9)
+    np.testing.assert_allclose(found["shaft.phi_rel"], [9e-3, -6e-3], rtol=1e-9)
 
 
 def test_nothing_balances() -> None:

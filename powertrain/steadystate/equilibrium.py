@@ -76,7 +76,7 @@ def formulate(
 ) -> Equilibrium:
     """The steady problem of a model. ParameterError where the conditions do not determine it."""
     dae = compiled.dae
-    stage = _Stage(compiled, asked, time)
+    stage = _Stage(compiled, asked, time, parameters)
     kept = _influential(dae, stage.everything)
     _refuse_turning(asked, kept, stage)
     turning = _turning_together(compiled, kept, stage, parameters)
@@ -106,8 +106,9 @@ class Unknown:
 class _Stage:
     """Symbols of the grid in the place of held values, inputs and parameters."""
 
-    def __init__(self, compiled: Compiled, asked: Asked, time: float) -> None:
+    def __init__(self, compiled: Compiled, asked: Asked, time: float, parameters: Array) -> None:
         dae = self.dae = compiled.dae
+        self.values = {key(dae.p[i]): float(value) for i, value in enumerate(parameters)}
         self.compiled, self.asked = compiled, asked
         self.axis = {n: Symbol.sym(n) for n in asked.axes}
         self.free = {n: Symbol.sym(n) for n in asked.free}
@@ -231,14 +232,17 @@ def _null_directions(dae: HybridDae, kept: Sequence[int], stage: _Stage, values:
         stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
     _, sizes, basis = np.linalg.svd(np.vstack(stacks))
     null = basis[int((sizes > 1e-9 * max(sizes.max(), 1e-300)).sum()) :]
-    turning: Turning = {}
+    pivots: dict[int, Array] = {}
     for _ in range(len(null)):
-        row, place = np.unravel_index(int(np.abs(null).argmax()), null.shape)
+        row, place = (int(i) for i in np.unravel_index(int(np.abs(null).argmax()), null.shape))
         pivot = null[row] / null[row, place]
         null = np.delete(null - np.outer(null[:, place], pivot), row, axis=0)
-        turning[kept[int(place)]] = {
-            kept[j]: float(pivot[j]) for j in range(len(kept)) if j != place and abs(pivot[j]) > 1e-9
-        }
+        pivots = {other: each - each[place] * pivot for other, each in pivots.items()}
+        pivots[place] = pivot
+    turning: Turning = {}
+    for place, pivot in pivots.items():
+        shares = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j not in pivots and abs(pivot[j]) > 1e-9}
+        turning[kept[place]] = shares
     return turning
 
 
@@ -311,7 +315,8 @@ def _lost(stage: _Stage, cyclic: list[Symbol], turning: Turning) -> list[bool]:
             direction[j] = share
         change = ca.jtimes(column(wanted), x, direction)
         symbols = ca.symvar(change)
-        number = ca.Function("powertrain_lost", [column(symbols)], [change])([generic(s) for s in symbols])
+        point = [stage.values.get(key(s), generic(s)) for s in symbols]  # ratios by which angles turn are those of the parameters
+        number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
         lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > 1e-9))
     return [bool(lost[i]) for i in range(len(wanted))]
 
