@@ -315,7 +315,9 @@ def _lost(stage: _Stage, cyclic: list[Symbol], turning: Turning) -> list[bool]:
             direction[j] = share
         change = ca.jtimes(column(wanted), x, direction)
         symbols = ca.symvar(change)
-        point = [stage.values.get(key(s), generic(s)) for s in symbols]  # ratios by which angles turn are those of the parameters
+        point = [
+            stage.values.get(key(s), generic(s)) for s in symbols
+        ]  # ratios by which angles turn are those of the parameters
         number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
         lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > 1e-9))
     return [bool(lost[i]) for i in range(len(wanted))]

@@ -41,12 +41,12 @@ class Sheet:
         points = self.solver.solve(grid, side)
         values, left = self.solver.values(grid, points)
         status = points.status
+        alike = np.zeros(values.shape, bool)
         resting = np.isin(status, (OK, ONE)) & points.rest.any(axis=0)
         if resting.any():
             where = np.flatnonzero(resting)
             low, high, solved = self._both_ends(grid[:, where], points, where)
             status[where] = np.where(solved, STUCK_POINT, NONE)
-            alike = np.full(values.shape, False)
             alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
             points.blame[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
@@ -58,8 +58,7 @@ class Sheet:
         given = (status == OK) | (status == ONE) | undefined
         given |= (status == STUCK_POINT) & (end is not None)
         given |= (status == SEVERAL) & self.look.first
-        lost = np.broadcast_to(~given, values.shape)
-        values[lost & ~alike if resting.any() else lost] = np.nan
+        values[~given & ~alike] = np.nan
         values[:, undefined] = np.where(np.isfinite(values[:, undefined]), values[:, undefined], np.nan)
         for row, found in zip(self.rows, values, strict=True):
             row[places] = found

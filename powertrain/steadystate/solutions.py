@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from powertrain.engine.buffers import Array
 from powertrain.steadystate.continuation import Continuation, Found
@@ -124,7 +124,7 @@ class Solutions:
         while True:
             while fresh.size:
                 left = np.flatnonzero(~best.done & ~failed & (tries < MOST_SOURCES))
-                fresh = self._spread(best, grid, side, left, fresh[cKDTree(place[fresh]).query(place[left])[1]])
+                fresh = self._spread(best, grid, side, left, fresh[KDTree(place[fresh]).query(place[left])[1]])
                 tries[left] += 1
             left = np.flatnonzero(~best.done & ~failed)
             if not left.size:
