@@ -88,7 +88,7 @@ def _mode(name: str, value: float, friction: bool) -> str:
 def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
     """A law at rest that its torque cannot move."""
     return (
-        f"from t = {t:.9g} s: {_names([law])} is stuck where nothing can move anyway; its torque is not unique: {torque:.6g} {law.unit} is "
+        f"from t = {t:.9g} s: {_names([law])} is stuck where nothing can move anyway; its torque is not unique: {torque + 0.0:.6g} {law.unit} is "
         f"given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
     )
 

@@ -26,8 +26,6 @@ _LINEARIZED = 16
 """How often the complementarity problem is linearised anew where laws are not linear in the torques, or conditions of speeds follow."""
 _MOST_PIECES = 12
 """Conditions of torques in the bounds: with more their combinations are too many to be looked at one by one."""
-_POLISHING = 3
-"""Steps from a solution with compliance to one without: the first is in error by the compliance only."""
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -47,6 +45,7 @@ class Resolver:
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
         self._pieces = set(self.uniqueness.pieces)
+        self._last_shared: Array | None = None
         self._flags = view(memory.flags)
 
     def resolve(self, side: int, start: bool = False) -> None:
@@ -54,51 +53,63 @@ class Resolver:
 
         At a ``start`` no modes are known that would be a good guess.
         """
+        memory = self.memory
         self.extra, self._unsolved = [], None
         if start and self._problem is not None:
-            guess = self.memory.m.copy()
+            guess, fire, jumped = memory.m.copy(), memory.fire.copy(), memory.jumped.copy()
             if self._linearized(side, held=False)[0] is None:
-                self.memory.m[:] = guess
+                memory.m[:], memory.fire[:], memory.jumped[:] = guess, fire, jumped
         for _ in range(_ROUNDS):
-            if self._iterate(side):
+            if self._found(side):
                 return
         names = sorted({name for name, _ in self.extra})
-        raise SimulationError(
-            f"at t = {self.memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}"
-        )
+        raise SimulationError(f"at t = {memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}")
 
-    def _iterate(self, side: int) -> bool:
-        """Semismooth Newton: all laws by their rules from the same torques; False if a reset or an impact happened."""
+    def _found(self, side: int) -> bool:
+        """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
+        happened = self._newton(side)
+        if happened is None:
+            return self._complementary(side)
+        if happened and self._flags[4] > 0.0 and self._problem is not None:
+            return self._shared(side)
+        return happened
+
+    def _newton(self, side: int, slack: float = 0.0) -> bool | None:
+        """Semismooth Newton: all laws by their rules from the same torques.
+
+        True where these modes are consistent, False if a reset or an impact happened, None if the iteration does not end.
+        """
         memory, call, flags = self.memory, self._update[side].call, self._flags
-        m, held = memory.m, memory.held
         seen: set[bytes] = set()
-        for n in range(_PASSES):
+        for _ in range(_PASSES):
             if not self._solvable(side):
-                break
+                return None
+            memory.jumped[1] = slack
             call()
+            memory.jumped[1] = 0.0
             if (flags[1] or flags[2]) and self._discontinuity(side):
                 return False
-            if n == 0:
-                memory.fire.fill(0.0)
-                memory.jumped[0] = 0.0
+            memory.fire.fill(0.0)
+            memory.jumped[0] = 0.0
             if not flags[0]:
-                return True if flags[4] == 0.0 else self._shared(side)
-            key = m.tobytes()
+                return True
+            key = memory.m.tobytes()
             if key in seen:
-                break
+                return None
             seen.add(key)
-            m[:] = held
-        return self._complementary(side)
+            memory.m[:] = memory.held
+        return None
 
     def _shared(self, side: int) -> bool:
         """Some laws are at a limit while others hold them: of all that is consistent take what their compliance says."""
-        if self._problem is None:
-            return True
         modes = self.memory.m.copy()
+        if self._last_shared is not None and np.array_equal(modes, self._last_shared):
+            return True
         found = self._linearized(side, held=False)[0]
         if found is None:
             self.memory.m[:] = modes
             self._solvable(side)
+        self._last_shared = self.memory.m.copy()
         return found is not False
 
     @cached_property
@@ -124,33 +135,10 @@ class Resolver:
                 return found
         self._jam(side, laws, 2 ** len(pieces))
 
-    def _polished(self, side: int) -> bool | None:
-        """A few steps of semismooth Newton from a solution that is exact but for the compliance; None where they do not end."""
-        memory, flags = self.memory, self._flags
-        for _ in range(_POLISHING):
-            if not self._solvable(side):
-                return None
-            memory.jumped[1] = 1.0
-            self._update[side].call()
-            memory.jumped[1] = 0.0
-            if (flags[1] or flags[2]) and self._discontinuity(side):
-                return False
-            if not flags[0]:
-                return True
-            memory.m[:] = memory.held
-        return None
-
-    def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
-        """No modes of these laws, and of those that contradict themselves, are consistent."""
-        if self._unsolved is not None and not laws:
-            raise self._unsolved
-        against = np.flatnonzero(self.memory.m != self.memory.held).tolist()
-        raise SimulationError(jam_message(self.dae, self.memory, side, sorted({*laws, *against}), pieces))
-
-    def _linearized(self, side: int, held: bool = False) -> tuple[bool | None, set[int]]:
+    def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
         """Modes of the laws linearised where the last solution was, until these are consistent.
 
-        True or False as ``_iterate``, or None, and the laws of the ray on which the search ended. Bounds that bend with torques are part of
+        True, False or None as ``_newton``, and the laws of the ray on which the search ended. Bounds that bend with torques are part of
         the first problem, unless ``held``.
         """
         memory, problem = self.memory, self._problem
@@ -168,7 +156,7 @@ class Resolver:
             for index, mode in answer.modes.items():
                 m[index] = mode
             modes = m.copy()
-            happened = self._polished(side)
+            happened = self._newton(side, slack=1.0)  # exact but for the compliance
             if happened is not None:
                 return happened, ray
             m[:] = modes
@@ -180,6 +168,13 @@ class Resolver:
                 break
             m[others] = memory.held[others]
         return None, ray
+
+    def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
+        """No modes of these laws, and of those that contradict themselves, are consistent."""
+        if self._unsolved is not None and not laws:
+            raise self._unsolved
+        against = np.flatnonzero(self.memory.m != self.memory.held).tolist()
+        raise SimulationError(jam_message(self.dae, self.memory, side, sorted({*laws, *against}), pieces))
 
     def _point(self, side: int) -> Point:
         memory, dae = self.memory, self.dae
@@ -200,8 +195,9 @@ class Resolver:
             raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
 
     def forget(self) -> None:
-        """Drop the notes of the last run."""
+        """Drop what the last run left."""
         self.notes.clear()
+        self._last_shared = None
 
     def _solvable(self, side: int) -> bool:
         """Solve the algebraic equations for the present modes; whether they have a solution."""

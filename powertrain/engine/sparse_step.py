@@ -92,7 +92,7 @@ class SparseStep:
         """Error norm, dense output and indicators."""
         memory, n = self._memory, self._n
         scale = memory.tolerance[1] + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
-        self._norm[0] = np.sqrt(np.mean((stages[7] / scale) ** 2))
+        self._norm[0] = np.sum((stages[7] / scale) ** 4) ** 0.25
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)
         dense[:] = y, end - y + first, second - first, third - second, -third

@@ -34,3 +34,11 @@ def on_polynomial(dense: ca.SX, q: ca.SX | float) -> ca.SX:
     for column in (3, 2, 1, 0):
         value = dense[:, column] + q * value
     return value
+
+
+def slope_of_polynomial(dense: ca.SX, q: ca.SX | float) -> ca.SX:
+    """d/dq of the unknowns at the fraction ``q`` of the step."""
+    value = 4 * dense[:, 4]
+    for column in (3, 2, 1):
+        value = column * dense[:, column] + q * value
+    return value

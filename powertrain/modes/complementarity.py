@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.modes.lemke import lemke
+from powertrain.modes.tolerances import ALONE, LEAST_TORQUE
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -246,8 +247,10 @@ class _Problem:
         for k in np.flatnonzero(~self.rest).tolist():
             if k < self.laws.frictions:
                 modes[self.laws.index[k]] = 2.0 if self.free[k] else 1.0 if self.forward[k] else -1.0
-        for j, k in enumerate(self.bend.places):
-            modes[switches[k]] = 1.0 if n + r + t + j in found.basic else 0.0
+        nothing = LEAST_TORQUE + ALONE * scale
+        for j, k in enumerate(self.bend.places, r + t):
+            if z[j] > nothing or w[j] * scale > nothing:  # a condition that is zero keeps its side
+                modes[switches[k]] = 1.0 if z[j] > nothing else 0.0
         return Answer(modes, tau.astype(np.float64), ())
 
     def _matrices(self) -> tuple[Array, Array, float]:

@@ -71,11 +71,11 @@ def test_event_times_converge_with_the_tolerance() -> None:
         np.array(
             [e.time for e in engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, rtol=r, atol=0.01 * r).events]
         )
-        for r in (1e-4, 1e-6, 1e-8, 1e-12)
+        for r in (1e-6, 1e-8, 1e-12)
     ]
     errors = [np.abs(found - times[-1]).max() for found in times[:-1]]
     assert errors[0] > 5 * errors[1]
-    assert errors[2] < 1e-8
+    assert errors[1] < 1e-8
 
 
 def test_stuck_speeds_are_exactly_zero() -> None:
