@@ -15,6 +15,7 @@ from powertrain.components.differentials import FundamentalDifferential
 from powertrain.components.rotational import (
     BearingFriction,
     Brake,
+    Clutch,
     ConstantSpeed,
     ConstantTorque,
     Damper,
@@ -121,7 +122,7 @@ def test_large_maps_through_tables_are_the_small_ones(axes: tuple[str, str]) -> 
 
 
 def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One solution is given and said to be one, in maps that are walked and where unknowns are implicit; exhaustive=True tries the rest."""
+    """In maps that are walked one solution is given and said to be one; exhaustive=True tries the rest."""
     monkeypatch.setattr("powertrain.steadystate.walk._ALTERNATIVES", 0)
     grid = {"r": np.linspace(0.3, 0.5, 40), "load": np.linspace(-2, -1, 60)}
     plants = pt.compile(SplitPathBench()), pt.compile(SplitPathBench())
@@ -130,15 +131,15 @@ def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatc
     assert (tried.status == OK).all()
     assert tried.attrs["problems"] == ""
     np.testing.assert_allclose(walked["efficiency"], tried["efficiency"], rtol=1e-12)
-    monkeypatch.setattr("powertrain.steadystate.search.COMBINATIONS", 1)
-    tau = np.array([-15.0, -5.0, 5.0, 30.0])
-    first, all_ = (pt.steady(Held(), {"tau": tau, "grip": 1.0}, outputs=["J.w"], exhaustive=e) for e in (False, True))
-    assert (first.status == ONE).all()
-    assert "too many combinations" in first.attrs["problems"]
-    assert (all_.status == OK).all()
-    np.testing.assert_allclose(first["J.w"], all_["J.w"], atol=1e-9)
-    monkeypatch.setattr("powertrain.steadystate.search.MOST", 1)
-    assert (pt.steady(Held(), {"tau": tau, "grip": 1.0}, outputs=["J.w"], exhaustive=True).status == ONE).all()
+
+
+def test_few_and_many_combinations_give_the_same_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All combinations of modes tried, and modes solved for."""
+    grid = {"r": np.linspace(-1.9, 2.9, 24), "load": [-20.0, -1.0, 5.0]}
+    tried = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
+    monkeypatch.setattr("powertrain.steadystate.operating.COMBINATIONS", 0)
+    solved = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
+    same(solved, tried)
 
 
 def same(found: xr.Dataset, expected: xr.Dataset) -> None:
@@ -375,6 +376,39 @@ def test_end_of_a_simulation(V: float) -> None:
         np.testing.assert_allclose(point[name], result[name][-1], rtol=1e-6)
 
 
+class Twisted(pt.Component):
+    """A spring between two of three inertias that turn together: two angles merely turn."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+    torque: Torque = Torque()
+    J1: Inertia = Inertia(J=0.5)
+    shaft: SpringDamper = SpringDamper(c=1e3, d=2.0)
+    J2: Inertia = Inertia(J=0.3)
+    clutch: Clutch = Clutch(fn_max=30.0, mue_pos=((0.0, 1.0),))
+    J3: Inertia = Inertia(J=0.2)
+    drag: Damper = Damper(d=0.3)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.torque.tau)
+        yield pt.connect(self.torque.flange, self.J1.flange_a)
+        yield pt.connect(self.J1.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.J2.flange_a)
+        yield pt.connect(self.J2.flange_b, self.clutch.flange_a)
+        yield self.clutch.f_normalized.value == 1.0
+        yield pt.connect(self.clutch.flange_b, self.J3.flange_a)
+        yield pt.connect(self.J3.flange_b, self.drag.flange_a)
+        yield pt.connect(self.drag.flange_b, self.ground.flange)
+
+
+def test_several_angles_that_turn_together() -> None:
+    found = pt.steady(Twisted(), {"tau": [-9.0, 6.0]}, outputs=["J1.w", "J2.w", "J3.w", "shaft.phi_rel"])
+    assert (found.status == OK).all()
+    for name in ("J1.w", "J2.w", "J3.w"):
+        np.testing.assert_allclose(found[name], [-30.0, 20.0], rtol=1e-9)
+    np.testing.assert_allclose(found["shaft.phi_rel"], [9e-3, -6e-3], rtol=1e-9)
+
+
 def test_nothing_balances() -> None:
     class Runaway(pt.Component):
         torque: ConstantTorque = ConstantTorque(tau_constant=1.0)
@@ -419,6 +453,36 @@ def test_parameters_and_arrays_as_axes(bench: pt.Plant[SplitPathBench]) -> None:
     exact = closed_form("bHa", -1.7, 0.95, 0.9, r.values, load.values)
     delivered = np.where(exact.tau >= 0, exact.efficiency, 1 / exact.efficiency)
     np.testing.assert_allclose(found.efficiency[:, 1], delivered, rtol=1e-9)
+
+
+def test_coordinates_of_arrays_stay(bench: pt.Plant[SplitPathBench]) -> None:
+    cases = {"case": ["slow", "fast"], "number": ("case", [7, 9])}
+    r = xr.DataArray([0.3, 0.5], dims="case", coords=cases)
+    found = pt.steady(bench, {"r": r, "load": [-1.0, -2.0]}, outputs=["efficiency"])
+    assert found["case"].values.tolist() == ["slow", "fast"]
+    assert found["number"].values.tolist() == [7, 9]
+    assert found["efficiency"].sel(case="fast", load=-2.0).item() == found["efficiency"].values[1, 1]
+    large = pt.steady(bench, {"r": r, "load": np.linspace(-9, -1, 2000)}, outputs=["efficiency"])
+    assert large["case"].values.tolist() == ["slow", "fast"]
+
+
+def test_values_on_which_both_ends_agree_are_given(bench: pt.Plant[SplitPathBench]) -> None:
+    found = pt.steady(bench, {"r": 1.0, "load": -10.0}, outputs=["V", "efficiency"])
+    assert found.status.item() == STUCK
+    assert found["V"].item() == pytest.approx(1.0)
+    assert np.isnan(found["efficiency"].item())
+
+
+def test_torques_without_limit_are_not_ok() -> None:
+    """On the border of self-locking, R_o = eta, torques are determined by round-off alone."""
+    found = pt.steady(
+        LockedBench(), {"torque": [-5.0, 5.0], "differential.ratio": 1 / 0.95}, outputs=["differential.a.tau"]
+    )
+    assert (found.status != OK).all()
+    other = pt.steady(
+        LockedBench(), {"torque": [-5.0, 5.0], "differential.ratio": 0.95}, outputs=["differential.a.tau"]
+    )
+    assert np.nanmax(np.abs(other["differential.a.tau"])) < 1e3
 
 
 def test_selectors_and_names(bench: pt.Plant[SplitPathBench]) -> None:

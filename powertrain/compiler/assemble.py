@@ -39,7 +39,10 @@ class SignalEntry:
 
 @dataclass
 class Compiled:
-    """The reduced model and everything that names its parts."""
+    """The reduced model and everything that names its parts.
+
+    ``resolve`` gives expressions of the model's variables in (t, x, z, m, p), ``open`` the same for given torques of the laws.
+    """
 
     flat: Flat
     dae: HybridDae
@@ -48,6 +51,7 @@ class Compiled:
     parameters: dict[str, Constant]
     inputs: dict[str, Unknown]
     resolve: Any = field(repr=False)
+    open: Any = field(repr=False)
 
 
 def compile_model(model: Component) -> Compiled:
@@ -177,6 +181,7 @@ def _assemble(
         parameters={c.name: c for c in flat.parameters},
         inputs={u.name: u for u in inputs},
         resolve=resolver.model,
+        open=resolver.model_opened,
     )
 
 

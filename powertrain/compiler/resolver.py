@@ -69,6 +69,11 @@ class Resolver:
             _substituted(found, column(left), ca.densify(column([self._derived(s) for s in left]))) if left else found
         )
 
+    def model_opened(self, expressions: list[Symbol]) -> list[Symbol]:
+        """The same, and of the torques of the laws, which are given."""
+        found = self.opened(self.reduced.rewrite(expressions)) if expressions else []
+        return [self.model([e])[0] if self._not_assigned([o]) else o for e, o in zip(expressions, found, strict=True)]
+
     def _not_assigned(self, expressions: list[Symbol]) -> list[Symbol]:
         """Derivatives that the equations do not contain and that therefore have no assignment."""
         bases = self.reduced.flat.recorder.bases

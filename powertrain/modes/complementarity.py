@@ -16,6 +16,7 @@ chapter 5 (the principle of Gauss with friction).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -68,6 +69,22 @@ class Answer:
     ray: tuple[int, ...]
 
 
+class Opened(Protocol):
+    """Laws as functions of their torques, with their places in m (frictions, then contacts), and those of the conditions."""
+
+    count: int
+    frictions: int
+    index: list[int]
+    switches: list[int]
+    may_free: Mask
+
+    def at(self, point: Point, tau: Array) -> Linear:
+        """The laws near ``tau`` (``-force`` for contacts)."""
+
+    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+        """The laws whose motion is to be found; of the others the speed says it."""
+
+
 class Laws:
     """All friction laws and contacts of a model as functions of their torques."""
 
@@ -77,6 +94,7 @@ class Laws:
         self.dae = dae
         self.count = opened.tau.numel()
         self.index = [f.index for f in dae.frictions] + [c.index for c in dae.contacts]
+        self.switches = [s.index for s in dae.switches]
         self.frictions = len(dae.frictions)
         self.algebraic = np.array([f.algebraic for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self.prescribed = np.array([f.prescribed for f in dae.frictions] + [False] * len(dae.contacts), bool)
@@ -114,6 +132,14 @@ class Laws:
         reach, yields, peak = found[12].ravel(), COMPLIANCE * found[13].ravel(), found[14].ravel()
         return Linear(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
 
+    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+        """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
+        rest: Mask = (np.abs(near.speed) <= zone) | self.algebraic
+        for k, contact in enumerate(self.dae.contacts, self.frictions):
+            rest[k] = point.m[contact.index] > 0.5
+        rest &= ~(self.may_free & (near.upper - near.lower <= 1e-10))
+        return rest
+
 
 @dataclass(frozen=True)
 class _Bends:
@@ -128,9 +154,9 @@ class _Bends:
 class Complementarity:
     """Solves the complementarity problem of one model at any point."""
 
-    def __init__(self, dae: HybridDae) -> None:
-        self.laws, self.dae = Laws(dae), dae
-        self.switches = [s.index for s in dae.switches]
+    def __init__(self, dae: HybridDae, laws: Opened | None = None) -> None:
+        self.laws: Opened = Laws(dae) if laws is None else laws
+        self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
 
     def solve(self, point: Point, tau: Array, zone: float, bends: bool) -> Answer:
@@ -139,25 +165,19 @@ class Complementarity:
         near = laws.at(point, tau)
         if np.isnan([near.speed, near.lower, near.upper]).any():
             return Answer({}, None, ())
-        places = self._bending(near) if bends else []
+        places = self.bending(near) if bends else []
         m = point.m.copy()
         m[[self.switches[k] for k in places]] = 0.0
-        base = laws.at(Point(point.t, point.x, point.z, m, point.p), tau) if places else near
-        bend = self._bends(Point(point.t, point.x, point.z, m, point.p), tau, base, places)
-        rest = self._at_rest(point, base, zone)
+        base = laws.at(replace(point, m=m), tau) if places else near
+        bend = self._bends(replace(point, m=m), tau, base, places)
+        rest = laws.at_rest(point, base, zone)
         holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
         return _Problem(laws, *_widened(base, bend, holds), tau, rest, zone).answer(self.switches)
 
-    def _at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
-        """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
-        rest: Mask = (np.abs(near.speed) <= zone) | self.laws.algebraic
-        for k, contact in enumerate(self.dae.contacts, self.laws.frictions):
-            rest[k] = point.m[contact.index] > 0.5
-        rest &= ~(self.laws.may_free & (near.upper - near.lower <= 1e-10))
-        return rest
-
-    def _bending(self, near: Linear) -> list[int]:
-        return [k for k in np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0) if self.continuous[k]]
+    def bending(self, near: Linear) -> list[int]:
+        """The continuous conditions that depend on torques, by their places among the switches."""
+        moving = np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0)
+        return [int(k) for k in moving if self.continuous[k]]
 
     def _bends(self, point: Point, tau: Array, base: Linear, places: list[int]) -> _Bends:
         """Where a bound bends, its slopes on both sides differ by a multiple of the slope of the condition."""
@@ -165,7 +185,7 @@ class Complementarity:
         for j, k in enumerate(places):
             m = point.m.copy()
             m[self.switches[k]] = 1.0
-            other = self.laws.at(Point(point.t, point.x, point.z, m, point.p), tau)
+            other = self.laws.at(replace(point, m=m), tau)
             along = base.g_slope[k] / (base.g_slope[k] @ base.g_slope[k])
             for column, a, b in zip(
                 found,
@@ -193,7 +213,7 @@ def _widened(near: Linear, bend: _Bends, factor: Array) -> tuple[Linear, _Bends]
 class _Problem:
     """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
 
-    def __init__(self, laws: Laws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+    def __init__(self, laws: Opened, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
         size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
         bend = replace(bend, rate=bend.rate * size, lower=bend.lower * size, upper=bend.upper * size)
         self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import prod
 from reprlib import repr as short
 from typing import Any
@@ -22,11 +22,12 @@ _PIECE = 1 << 20
 
 @dataclass(frozen=True)
 class Axis:
-    """The values of one name, over its own dimensions."""
+    """The values of one name, over its own dimensions; ``coords`` are the coordinates of a DataArray."""
 
     name: str
     dims: tuple[str, ...]
     values: NDArray[np.float64]
+    coords: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
         for d, n in zip(dims, values.shape, strict=True):
             if sizes.setdefault(d, n) != n:
                 raise ParameterError(f"grid: {name} has {n} values along {d}, others have {sizes[d]}")
-        axes.append(Axis(name, dims, values))
+        axes.append(Axis(name, dims, values, {str(n): c.variable for n, c in getattr(value, "coords", {}).items()}))
     return Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
 
 

@@ -124,15 +124,10 @@ def _friction_margin(law: Friction, mode: float) -> Symbol:
     return away
 
 
-def breakaway(law: Friction) -> Symbol:
-    """Positive where a stuck torque is above its upper limit, negative where it is below its lower one."""
-    below, above = torque_margins(law)
-    return ca.if_else(above < 0, Symbol(1), ca.if_else(below < 0, Symbol(-1), Symbol(0)))
-
-
 def bounded(problem: Equilibrium) -> list[Symbol]:
     """Not negative where what was found is finite."""
-    return [margin for e in problem.solved for margin in (INFINITE - e, INFINITE + e)]
+    torques = [law.torque for law in problem.laws if isinstance(law, Friction)]
+    return [margin for e in [*problem.solved, *torques] for margin in (INFINITE - e, INFINITE + e)]
 
 
 def possible(choice: Choice, mode: float, hidden: Sequence[Symbol]) -> Symbol:

@@ -67,7 +67,8 @@ def dataset(
 
     data: dict[str, Any] = {}
     intervals = sheet.intervals or ()
-    coords = {_coordinate(axis): _axis(compiled, axis) for axis in grid.axes}
+    coords: dict[str, Any] = {name: c for axis in grid.axes for name, c in axis.coords.items()}
+    coords |= {_coordinate(axis): _axis(compiled, axis) for axis in grid.axes}
     for k, q in enumerate(quantities):
         if q.name in coords:
             continue

@@ -22,6 +22,7 @@ from powertrain.compiler.index import generic
 from powertrain.compiler.matching import Matching, components
 from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.steadystate.balance import Balance, changed, opened, start_of
 from powertrain.steadystate.fraction import root_of_fraction
 from powertrain.steadystate.lanes import dependence
 from powertrain.symbols import Symbol, column, key
@@ -49,7 +50,7 @@ class Equilibrium:
     ``rows`` are zero at ``u``; ``blocks`` are the numbers of rows and unknowns that belong together, in the order of their solution.
     ``solved`` are the inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
     ``turning`` says which outputs depend on angles that merely turn; ``together`` that some states were left out because they turn
-    together, by ratios that hold for the present parameters.
+    together, by ratios that hold for the present parameters. ``balance`` is the same problem for given torques of the laws.
     """
 
     grid: list[Symbol]
@@ -67,6 +68,7 @@ class Equilibrium:
     guards: list[Guard]
     turning: list[bool]
     together: bool
+    balance: Balance
 
 
 def formulate(
@@ -74,7 +76,7 @@ def formulate(
 ) -> Equilibrium:
     """The steady problem of a model. ParameterError where the conditions do not determine it."""
     dae = compiled.dae
-    stage = _Stage(compiled, asked, time)
+    stage = _Stage(compiled, asked, time, parameters)
     kept = _influential(dae, stage.everything)
     _refuse_turning(asked, kept, stage)
     turning = _turning_together(compiled, kept, stage, parameters)
@@ -83,13 +85,14 @@ def formulate(
     unknowns += [Unknown(stage.free[n], n) for n in asked.free]
     held = {stage.state_of(n) for n in asked.held}
     moving = [i for i in kept if i not in turning and i not in held]
-    rates = stage.put([stage.rate(i, turning) for i in moving])
+    rates = stage.put([stage.rate(i, turning, dae.xdot) for i in moving])
     residuals = stage.put([dae.residual[i] for i in range(dae.z.numel())])
     given = stage.put([compiled.signals[n].expression for n in asked.prescribed])
     conditions = [(r, f"der({dae.state_names[i]}) = 0") for r, i in zip(rates, moving, strict=True)]
     conditions += [(r, f"the equation of {dae.z[i].name()}") for i, r in enumerate(residuals)]
     conditions += [(e - stage.axis[n], f"{n} as the grid says") for e, n in zip(given, asked.prescribed, strict=True)]
-    return _reduce(stage, unknowns, conditions, guesses, turning)
+    balance = _balance(stage, moving, unknowns, turning, guesses)
+    return _reduce(stage, unknowns, conditions, balance, guesses, turning)
 
 
 @dataclass(frozen=True)
@@ -103,8 +106,9 @@ class Unknown:
 class _Stage:
     """Symbols of the grid in the place of held values, inputs and parameters."""
 
-    def __init__(self, compiled: Compiled, asked: Asked, time: float) -> None:
+    def __init__(self, compiled: Compiled, asked: Asked, time: float, parameters: Array) -> None:
         dae = self.dae = compiled.dae
+        self.values = {key(dae.p[i]): float(value) for i, value in enumerate(parameters)}
         self.compiled, self.asked = compiled, asked
         self.axis = {n: Symbol.sym(n) for n in asked.axes}
         self.free = {n: Symbol.sym(n) for n in asked.free}
@@ -147,9 +151,18 @@ class _Stage:
         whole = column(found)
         return self.put(list(ca.vertsplit(ca.densify(whole)))) if whole.numel() else []
 
-    def rate(self, i: int, turning: Turning) -> Symbol:
+    def put_all(self, columns: Sequence[Symbol], tau: Symbol) -> list[Symbol]:
+        """The same for columns that contain the torques of the laws, too."""
+        dae = self.dae
+        z = dae.z if dae.opened is None else dae.z[: dae.opened.residual.numel()]
+        t, x, _, m, p = self.arguments
+        function = ca.Function("powertrain_put", [dae.t, dae.x, z, dae.m, dae.p, tau], list(columns))
+        found: list[Symbol] = function.call([t, x, z, m, p, tau])
+        return [ca.densify(e) for e in found]
+
+    def rate(self, i: int, turning: Turning, xdot: Symbol) -> Symbol:
         """The rate of a state, against those it turns together with."""
-        return self.dae.xdot[i] - sum((row[i] * self.dae.xdot[k] for k, row in turning.items() if i in row), Symbol(0))
+        return xdot[i] - sum((row[i] * xdot[k] for k, row in turning.items() if i in row), Symbol(0))
 
     def state_of(self, name: str) -> int:
         """The state that a variable is, up to its sign; -1 where it is none."""
@@ -219,14 +232,17 @@ def _null_directions(dae: HybridDae, kept: Sequence[int], stage: _Stage, values:
         stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
     _, sizes, basis = np.linalg.svd(np.vstack(stacks))
     null = basis[int((sizes > 1e-9 * max(sizes.max(), 1e-300)).sum()) :]
-    turning: Turning = {}
+    pivots: dict[int, Array] = {}
     for _ in range(len(null)):
-        row, place = np.unravel_index(int(np.abs(null).argmax()), null.shape)
+        row, place = (int(i) for i in np.unravel_index(int(np.abs(null).argmax()), null.shape))
         pivot = null[row] / null[row, place]
         null = np.delete(null - np.outer(null[:, place], pivot), row, axis=0)
-        turning[kept[int(place)]] = {
-            kept[j]: float(pivot[j]) for j in range(len(kept)) if j != place and abs(pivot[j]) > 1e-9
-        }
+        pivots = {other: each - each[place] * pivot for other, each in pivots.items()}
+        pivots[place] = pivot
+    turning: Turning = {}
+    for place, pivot in pivots.items():
+        shares = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j not in pivots and abs(pivot[j]) > 1e-9}
+        turning[kept[place]] = shares
     return turning
 
 
@@ -234,6 +250,7 @@ def _reduce(
     stage: _Stage,
     unknowns: list[Unknown],
     conditions: list[tuple[Symbol, str]],
+    balance: Balance,
     guesses: Mapping[str, float],
     turning: Turning,
 ) -> Equilibrium:
@@ -267,12 +284,11 @@ def _reduce(
 
     laws: list[Law] = [_changed(law, final) for law in stage.laws]
     wanted = {key(s) for s in stage.free.values()}
-    starts = [_start(stage.compiled, unknowns[j].name, guesses) for j in implicit]
     return Equilibrium(
         grid=list(stage.axis.values()),
         u=[symbols[j] for j in implicit],
         u_names=[unknowns[j].name for j in implicit],
-        u_start=np.array(starts, float),
+        u_start=start_of([unknowns[j].name for j in implicit], stage.compiled, guesses),
         modes=[dae.m[law.index] for law in stage.laws],
         common=stage.common,
         rows=implicit_rows,
@@ -284,6 +300,7 @@ def _reduce(
         guards=[_changed(g, final) for g in dae.guards if g.action == "error"],
         turning=_lost(stage, cyclic, turning),
         together=bool(turning),
+        balance=balance,
     )
 
 
@@ -298,7 +315,10 @@ def _lost(stage: _Stage, cyclic: list[Symbol], turning: Turning) -> list[bool]:
             direction[j] = share
         change = ca.jtimes(column(wanted), x, direction)
         symbols = ca.symvar(change)
-        number = ca.Function("powertrain_lost", [column(symbols)], [change])([generic(s) for s in symbols])
+        point = [
+            stage.values.get(key(s), generic(s)) for s in symbols
+        ]  # ratios by which angles turn are those of the parameters
+        number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
         lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > 1e-9))
     return [bool(lost[i]) for i in range(len(wanted))]
 
@@ -310,14 +330,44 @@ def _changed(record: Any, final: Callable[[list[Symbol]], list[Symbol]]) -> Any:
     return replace(record, **dict(zip(names, values, strict=True)))
 
 
-def _start(compiled: Compiled, name: str, guesses: Mapping[str, float]) -> float:
-    if name in guesses:
-        return float(guesses[name])
-    if name in compiled.parameters:
-        return compiled.parameters[name].value
-    known = {u.name: u for u in [*compiled.flat.unknowns.values(), *compiled.flat.inputs]}
-    unknown = known.get(name)
-    return 0.0 if unknown is None else float(unknown.start or unknown.guess or 0.0)
+def _balance(
+    stage: _Stage, moving: Sequence[int], unknowns: Sequence[Unknown], turning: Turning, guesses: Mapping[str, float]
+) -> Balance:
+    """The same conditions for given torques of the laws."""
+    compiled, dae, asked = stage.compiled, stage.dae, stage.asked
+    tau, xdot, residual, given = opened(compiled, asked.prescribed)
+    laws = dae.opened
+    count = residual.numel()
+    implicit = {key(dae.z[i]) for i in range(count, dae.z.numel())}
+    y = [u for u in unknowns if key(u.symbol) not in implicit]
+    place = {key(u.symbol): i for i, u in enumerate(y)}
+    rows = [stage.rate(i, turning, xdot) for i in moving] + list(ca.vertsplit(residual) if count else [])
+    rows += given
+    bounds = [laws.speed, laws.lower, laws.upper, laws.conditions] if laws is not None else []
+    if laws is not None:
+        gaps = [c.gap for c in dae.contacts]
+        bounds[0] = column([*ca.vertsplit(laws.speed)[: len(dae.frictions)], *gaps])
+    else:
+        bounds = [Symbol(0, 1)] * 3 + [column([s.g for s in dae.switches])]
+    known = {key(u.symbol) for u in unknowns}
+    cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in known]
+    expressions = [column(rows), *bounds]
+    put = changed(stage.put_all(expressions, tau), cyclic, [Symbol(0)] * len(cyclic))
+    wanted = [Symbol(0)] * (len(rows) - len(given)) + [stage.axis[n] for n in asked.prescribed]
+    names = tuple(u.name for u in y)
+    return Balance(
+        dae,
+        column(list(stage.axis.values())),
+        column([u.symbol for u in y]),
+        names,
+        start_of(names, compiled, guesses),
+        column([dae.m[law.index] for law in stage.laws]),
+        stage.common,
+        tau,
+        put[0] - column(wanted),
+        np.array([*(place[key(dae.x[i])] for i in moving), *[-1] * (len(rows) - len(moving))], np.intp),
+        *put[1:],
+    )
 
 
 def _blocks(

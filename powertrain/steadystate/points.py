@@ -40,42 +40,30 @@ class Points:
 class Trials:
     """What may become solutions, a column each: the point it belongs to, the values so far, and what is known of it.
 
-    ``values``: the grid's, the unknowns, the modes. ``rest``: laws at rest under a prescribed motion. ``loose``: an unknown is not
-    determined. ``alone``: others were not looked for.
+    ``values``: the grid's and the modes. ``rest``: laws at rest under a prescribed motion.
     """
 
     point: Index
     values: Rows
     rest: Mask
-    loose: Mask
-    alone: Mask
 
     @classmethod
-    def of(cls, grid: Rows, start: NDArray[np.float64], laws: int) -> Trials:
-        """One for every point of ``grid``, with the unknowns at their start and modes that are not known yet."""
+    def of(cls, grid: Rows, laws: int) -> Trials:
+        """One for every point of ``grid``, with modes that are not known yet."""
         count = grid.shape[1]
-        values = np.vstack([grid, np.repeat(start[:, None], count, axis=1), np.zeros((laws, count))])
-        no = np.zeros(count, bool)
-        return cls(np.arange(count), values, np.zeros((laws, count), bool), no, no)
+        return cls(np.arange(count), np.vstack([grid, np.zeros((laws, count))]), np.zeros((laws, count), bool))
 
     def some(self, which: Index | Mask) -> Trials:
         """Copies of some of them."""
-        return Trials(
-            self.point[which], self.values[:, which], self.rest[:, which], self.loose[which], self.alone[which]
-        )
+        return Trials(self.point[which], self.values[:, which], self.rest[:, which])
 
     def per_point(self, count: int) -> Index:
         """How many every point has."""
         return np.bincount(self.point, minlength=count)
 
-    def put(self, where: Index, others: Trials) -> None:
-        """Takes over others in the place of some."""
-        for name in ("point", "values", "rest", "loose", "alone"):
-            getattr(self, name)[..., where] = getattr(others, name)
-
     @classmethod
     def joined(cls, parts: Sequence[Trials]) -> Trials:
         """All together, in the order of their points."""
-        names = ("point", "values", "rest", "loose", "alone")
+        names = ("point", "values", "rest")
         whole = cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
         return whole.some(np.argsort(whole.point, kind="stable"))

@@ -1,4 +1,4 @@
-"""The modes of one group of laws, and the unknowns that depend on them: all combinations that what is known does not rule out."""
+"""The modes of one group of laws: all combinations that what is known does not rule out, where nothing else is unknown."""
 
 from __future__ import annotations
 
@@ -9,42 +9,37 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.compiler.hybrid import Contact, Friction
 from powertrain.engine.buffers import Array
 from powertrain.steadystate.choices import Choice, Group, possible
-from powertrain.steadystate.columns import Columns
 from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.lanes import Rows
-from powertrain.steadystate.newton import DIVERGED as LOST
-from powertrain.steadystate.newton import SINGULAR
-from powertrain.steadystate.points import DIVERGED, NONE, Index, Mask, Trials
-from powertrain.steadystate.stage import Stage
-from powertrain.steadystate.turns import turns
-from powertrain.steadystate.unknowns import Unknowns
+from powertrain.steadystate.lanes import Columns, Rows
+from powertrain.steadystate.points import NONE, Index, Mask, Trials
+from powertrain.symbols import Symbol
 
-COMBINATIONS, MOST = 4096, 1 << 18
-"""How many are tried at a point, and how many if that is asked for."""
 _COLUMNS = 1 << 15
-_SPEEDS, _ALWAYS = (10.0, 100.0, 30.0, 1.0, 300.0), 2
-"""With what speeds of laws that slide Newton's method begins: with the first two always, then as long as nothing was found."""
 _SAME = 1e-9
 
 
-class Search(Stage):
+class Search:
     """All combinations of the modes of a group. Serves one thread."""
 
     def __init__(self, problem: Equilibrium, found: Sequence[Choice], group: Group) -> None:
-        super().__init__(problem, found, group)
-        hidden = [*(problem.u[j] for j in group.unknowns), *(problem.modes[k] for k in group.laws)]
-        varying = [*problem.grid, *problem.u, *problem.modes]
+        first = len(problem.grid)
+        self.group, self.choices = group, [found[k] for k in group.laws]
+        self.places = [first + k for k in group.laws]
+        self.table = _Table(problem, self.choices)
+        hidden = [problem.modes[k] for k in group.laws]
         margins = [possible(c, mode, hidden) for c in self.choices for mode in c.modes]
+        varying = [*problem.grid, *problem.modes]
         self._possible = Columns("steady_possible", varying, problem.common, margins)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
-        super().set_common(values)
+        self.table.set_common(values)
         self._possible.set_common(values)
 
-    def extend(self, trials: Trials, side: Rows, exhaustive: bool) -> tuple[Trials, NDArray[np.int8], Mask]:
+    def extend(self, trials: Trials, side: Rows) -> tuple[Trials, NDArray[np.int8], Mask]:
         """All that the trials may become; why any becomes nothing, and which laws of the group that is about."""
         count = trials.point.size
         status, blame = np.full(count, NONE, np.int8), np.ones((len(self.choices), count), bool)
@@ -56,17 +51,9 @@ class Search(Stage):
         for g, pattern in enumerate(patterns.T):
             some, options = np.flatnonzero(which.ravel() == g), self._options(pattern)
             number = prod(map(len, options))
-            if not number:
-                continue
-            step = max(1, _COLUMNS // number)
-            for low in range(0, some.size, step):
-                here = some[low : low + step]
-                if number > (MOST if exhaustive else COMBINATIONS):
-                    extended, lost = turns(self, trials.some(here), side, options), np.ones(here.size, bool)
-                else:
-                    extended, lost = self._combine(trials.some(here), side, np.array(list(product(*options))).T)
-                status[here[lost]] = DIVERGED
-                found.append(extended)
+            for low in range(0, some.size if number else 0, max(1, _COLUMNS // max(number, 1))):
+                here = some[low : low + max(1, _COLUMNS // number)]
+                found.append(self._combine(trials.some(here), side, np.array(list(product(*options))).T))
         return Trials.joined(found), status, blame
 
     def _options(self, pattern: Mask) -> list[tuple[float, ...]]:
@@ -90,37 +77,13 @@ class Search(Stage):
             trials.values[self.places[i]] = modes
         return blame
 
-    def _combine(self, parents: Trials, side: Rows, modes: Rows) -> tuple[Trials, Mask]:
-        """Tries all columns of ``modes`` with every parent: what is consistent, and for which of them no unknowns were found."""
+    def _combine(self, parents: Trials, side: Rows, modes: Rows) -> Trials:
+        """Tries all columns of ``modes`` with every parent: what is consistent."""
         count, number = parents.point.size, modes.shape[1]
         trials = parents.some(np.repeat(np.arange(count), number))
-        trials.point = np.repeat(np.arange(count), number)
         trials.values[self.places] = np.tile(modes, count)
-        side = side[:, parents.point]
-        if self.unknowns is None:
-            found, lost = trials.some(self._consistent(trials, side)), np.zeros(count, bool)
-        else:
-            found, lost = self._solved(self.unknowns, trials, side, count)
-        found = found.some(self._distinct(found))
-        found.point = parents.point[found.point]
-        return found, lost
-
-    def _solved(self, unknowns: Unknowns, trials: Trials, side: Rows, count: int) -> tuple[Trials, Mask]:
-        """The trials with their unknowns, where these were found and the modes hold; and for which points none were found."""
-        found, lost = trials.some(np.zeros(0, np.intp)), np.ones(count, bool)
-        sides, again = unknowns.sides(trials.values), np.ones(trials.point.size, bool)
-        for k, speed in enumerate(_SPEEDS):
-            where = np.flatnonzero(again & ~np.isin(trials.point, found.point) if k >= _ALWAYS else again)
-            if not where.size:
-                break
-            here = trials.some(where)
-            u, outcome, again[where] = unknowns.solve(here.values, sides[:, where], speed)
-            lost[here.point[outcome != LOST]] = False
-            here.values[unknowns.places] = u
-            here.loose = here.loose | (outcome == SINGULAR)
-            here = here.some(outcome <= SINGULAR)
-            found = Trials.joined([found, here.some(self._consistent(here, side))])
-        return found, lost
+        found = trials.some(self._consistent(trials, side))
+        return found.some(self._distinct(found))
 
     def _consistent(self, trials: Trials, side: Rows) -> Mask:
         """Whether the modes hold. Notes the laws that rest under a prescribed motion."""
@@ -140,8 +103,6 @@ class Search(Stage):
     def _distinct(self, trials: Trials) -> Index:
         """One of all that are the same solution of the same point."""
         marks = self.table.signature(self.table.evaluate(trials.values))
-        if self.unknowns is not None:
-            marks = np.vstack([trials.values[self.unknowns.places], marks])
         kept, left = [], np.arange(trials.point.size)
         while left.size:
             heads = left[np.unique(trials.point[left], return_index=True)[1]]
@@ -150,3 +111,42 @@ class Search(Stage):
             same = np.abs(marks[:, left] - marks[:, head]) <= _SAME * (1.0 + np.abs(marks[:, head]))
             left = left[~same.all(axis=0)]
         return np.sort(np.concatenate([*kept, left]))
+
+
+class _Table:
+    """All margins of some laws and what else tells modes apart, at many points; ``k`` is the number of a law among them."""
+
+    def __init__(self, problem: Equilibrium, found: list[Choice]) -> None:
+        rows: list[Symbol] = []
+        self._first, self._extra = [], []
+        for c in found:
+            self._first.append(len(rows))
+            rows += c.margins
+            self._extra.append(len(rows))
+            rows.append(Symbol(-1) if c.rest is None else c.rest)
+            if isinstance(c.law, Friction):
+                rows.append(c.law.torque)
+            else:
+                rows.append(c.law.force if isinstance(c.law, Contact) else c.law.g)
+        varying = [*problem.grid, *problem.modes]
+        self._columns = Columns("steady_laws", varying, problem.common, rows)
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._columns.set_common(values)
+
+    def evaluate(self, values: Rows) -> Rows:
+        """All of it for the values of grid, unknowns and modes, to be read with the other methods."""
+        return self._columns(values)
+
+    def margins(self, table: Rows, k: int) -> Rows:
+        """One row per mode of a law, not negative where it holds."""
+        return table[self._first[k] : self._extra[k]]
+
+    def rest(self, table: Rows, k: int) -> Array:
+        """Not negative where a law rests under a prescribed motion."""
+        return np.asarray(table[self._extra[k]])
+
+    def signature(self, table: Rows) -> Rows:
+        """The torques of friction laws, the forces of contacts, the conditions of switches."""
+        return table[[extra + 1 for extra in self._extra]]

@@ -14,6 +14,8 @@ from powertrain.steadystate.lanes import Rows
 from powertrain.steadystate.operating import Solver
 from powertrain.steadystate.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
 
+ALIKE = 1e-9
+"""Values at both ends of an interval that differ by less, relative to the larger, are one value."""
 MOST_LAWS = 62
 """Laws that have a bit of their own in the results."""
 
@@ -36,14 +38,16 @@ class Sheet:
         """Solves some points and writes them."""
         end = self.look.side
         side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
-        points = self.solver.solve(grid, side, self.look.exhaustive)
+        points = self.solver.solve(grid, side)
         values, left = self.solver.values(grid, points)
         status = points.status
+        alike = np.zeros(values.shape, bool)
         resting = np.isin(status, (OK, ONE)) & points.rest.any(axis=0)
         if resting.any():
             where = np.flatnonzero(resting)
             low, high, solved = self._both_ends(grid[:, where], points, where)
             status[where] = np.where(solved, STUCK_POINT, NONE)
+            alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
             points.blame[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
             self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
@@ -54,7 +58,7 @@ class Sheet:
         given = (status == OK) | (status == ONE) | undefined
         given |= (status == STUCK_POINT) & (end is not None)
         given |= (status == SEVERAL) & self.look.first
-        values[:, ~given] = np.nan
+        values[~given & ~alike] = np.nan
         values[:, undefined] = np.where(np.isfinite(values[:, undefined]), values[:, undefined], np.nan)
         for row, found in zip(self.rows, values, strict=True):
             row[places] = found
@@ -71,7 +75,7 @@ class Sheet:
         for ends in product((1.0, -1.0), repeat=min(len(laws), 8)):
             side = np.ones((points.modes.shape[0], where.size))
             side[laws[:8]] = np.array(ends)[:, None]
-            end = self.solver.solve(grid, side, self.look.exhaustive)
+            end = self.solver.solve(grid, side)
             values, _ = self.solver.values(grid, end)
             solved &= np.isin(end.status, (OK, ONE))
             low, high = np.minimum(low, values), np.maximum(high, values)

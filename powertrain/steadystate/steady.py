@@ -56,15 +56,14 @@ def steady(
     signals wanted, or a mapping of new names to them; by default all that have a steady value. ``parameters``, ``inputs``: other values
     that hold everywhere. ``free``: inputs or parameters to be found, one for each prescribed variable; by default the inputs without a
     value where there are as many. A prescribed state for which nothing is found is *held*: its own balance is left open, and
-    ``der(name)`` says how it would change. ``guesses``: where the search for unknowns begins. ``exhaustive``: try more combinations
-    of modes, see below. ``first``: where several solutions exist, give one; laws at rest come before laws that slide.
+    ``der(name)`` says how it would change. ``guesses``: where the search for unknowns begins. ``exhaustive``: look
+    at every point for itself, see below. ``first``: where several solutions exist, give one; laws at rest come before laws that slide.
     ``side``: see below. ``progress``: a bar; by default for work that takes more than two seconds.
 
-    At every point all combinations of modes are tried that what is given does not rule out. Unknowns that stay implicit are found by
-    Newton's method, which begins in every combination with laws that slide slowly and fast; a solution that none of these
-    beginnings leads to is not seen. Where laws that depend on each other have more than 4096 combinations, the search ends with the
-    first solution and the status is ``one_solution_found``: its values are given, and others may exist. With ``exhaustive`` they may have
-    262,144, at some seconds a point.
+    Where only modes are unknown, all combinations that what is given does not rule out are tried. Where speeds, inputs or parameters
+    are implicit, modes and unknowns are solved for together: from where the model says, and with the laws sliding forward and backward;
+    a solution that none of these beginnings leads to is not seen. In large maps of explicit models that have very many combinations the
+    status is ``one_solution_found`` where others were not looked for; ``exhaustive`` looks at every point for itself.
 
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. Where the status is ``stuck``, friction
     rests under a prescribed motion, whose torque equilibrium does not determine: ``<name>_low`` and ``<name>_high`` are then the values
