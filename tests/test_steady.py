@@ -135,7 +135,7 @@ def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatc
 
 def test_few_and_many_combinations_give_the_same_points(monkeypatch: pytest.MonkeyPatch) -> None:
     """All combinations of modes tried, and modes solved for."""
-    grid = {"r": np.linspace(-1.9, 2.9, 24), "load": [-20.0, -1.0, 5.0]}
+    grid: dict[str, Any] = {"r": np.linspace(-1.9, 2.9, 24), "load": [-20.0, -1.0, 5.0]}
     tried = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
     monkeypatch.setattr("powertrain.steadystate.operating.COMBINATIONS", 0)
     solved = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
@@ -160,7 +160,7 @@ def test_block_is_stuck_with_an_interval(bench: pt.Plant[SplitPathBench]) -> Non
         assert np.isnan(found[name].values[1])
         np.testing.assert_allclose([found[f"{name}_low"][1], found[f"{name}_high"][1]], sides, rtol=1e-6)
         np.testing.assert_array_equal(found[f"{name}_low"].values[[0, 2]], found[name].values[[0, 2]])
-    assert found.status_laws.attrs["flag_meanings"].split()[0] == "transmission.differential.mode"
+    assert "transmission.differential.mode" in found.status_laws.attrs["flag_meanings"].split()
     assert "transmission.differential.mode" in found.attrs["problems"]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -102,9 +103,8 @@ def test_eight_speed_under_its_own_load() -> None:
     """Speeds are found, in a map of all gears and torques; the mirrored torque gives the mirrored motion."""
     plant = pt.compile(eight_speed(ETA))
     gears = {f"p{e}": xr.DataArray([float(e in EIGHT[g]) for g in EIGHT], dims="gear") for e in "ABCDE"}
-    found = pt.steady(
-        plant, {"tau_in": [-100.0, 30.0, 100.0]} | gears, outputs=["turbine.w", "output.w", "load.flange.tau"]
-    )
+    grid: dict[str, Any] = {"tau_in": [-100.0, 30.0, 100.0], **gears}
+    found = pt.steady(plant, grid, outputs=["turbine.w", "output.w", "load.flange.tau"])
     assert (found.status == 0).all(), found.attrs["problems"]
     for k, gear in enumerate(EIGHT):
         here = found.isel(gear=k)

@@ -169,8 +169,9 @@ class Resolver:
 
     def _open_law(self, t: Torque, own: Symbol) -> Torque:
         law = _mapped(t, self.opened)
-        name = "torque" if isinstance(t.law, FrictionLaw) else "force"
-        return replace(law, law=replace(law.law, **{name: own}))
+        if isinstance(law.law, FrictionLaw):
+            return replace(law, law=replace(law.law, torque=own))
+        return replace(law, law=replace(law.law, force=own))
 
 
 def _torque_symbols(torques: list[Torque]) -> tuple[Symbol, list[Symbol], Symbol]:

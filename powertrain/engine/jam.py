@@ -47,7 +47,8 @@ def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], 
 
 def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], laws: Sequence[int]) -> str:
     """Several modes of these laws (indices in m) are consistent, with different torques."""
-    names = {law.index: law.name for law in [*dae.frictions, *dae.switches, *dae.contacts]}
+    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
+    names = {law.index: law.name for law in known}
     sliding = {law.index for law in dae.frictions}
     options = " or ".join("(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in laws) + ")" for m in modes[:3])
     return "\n".join(
@@ -62,7 +63,8 @@ def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[A
 
 def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> str:
     """Modes were sought in vain, and nothing proves that there are none."""
-    parts = ", ".join(law.name for law in [*dae.frictions, *dae.switches, *dae.contacts] if law.index in laws)
+    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
+    parts = ", ".join(law.name for law in known if law.index in laws)
     return "\n".join(
         [
             f"at t = {memory.time[0]:.9g} s consistent modes are not found, though there may be some. Involved: {parts}",

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.modes.lemke import lemke
+from powertrain.modes.lemke import Long, lemke
 from powertrain.modes.tolerances import ALONE, LEAST_TORQUE
 
 Array = NDArray[np.float64]
@@ -273,7 +273,7 @@ class _Problem:
                 modes[switches[k]] = 1.0 if z[j] > nothing else 0.0
         return Answer(modes, tau.astype(np.float64), ())
 
-    def _matrices(self) -> tuple[Array, Array, float]:
+    def _matrices(self) -> tuple[Long, Long, float]:
         """The problem in (q, v+ of laws with two limits, g+), with rates as torques, and the scale of its vector."""
         R, T, s = self.places, self.two, len(self.bend.places)
         r, t = R.size, T.size
@@ -301,10 +301,11 @@ class _Problem:
         return M, q, max(1e-9, float(np.abs(q).max(initial=0.0)))
 
 
-def _inverse(matrix: Array) -> Array:
+def _inverse(matrix: Array) -> Long:
     """The inverse in extended precision, by one step of Newton's method from that in double precision."""
     found = np.linalg.inv(matrix).astype(np.longdouble)
-    return found @ (2 * np.eye(len(matrix)) - matrix @ found)
+    better: Long = found @ (2 * np.eye(len(matrix)) - matrix @ found)
+    return better
 
 
 def _finite(bounds: Array) -> Array:

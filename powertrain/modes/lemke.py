@@ -37,18 +37,18 @@ class Solution:
     ``M`` a ray proves that there is none. ``ray`` is empty where round-off ended the search.
     """
 
-    z: Array | None
-    w: Array | None
+    z: Long | None
+    w: Long | None
     basic: frozenset[int]
     ray: tuple[int, ...]
     pivots: int
 
 
-def lemke(M: Array, q: Array) -> Solution:
+def lemke(M: Array | Long, q: Array | Long) -> Solution:
     """A solution of the problem with the matrix ``M`` (n, n) and the vector ``q`` (n), whose entries are of the order of one."""
     n = q.size
     if not (q < 0.0).any():
-        return Solution(np.zeros(n), q, frozenset(range(n)), (), 0)
+        return Solution(np.zeros(n, np.longdouble), q.astype(np.longdouble), frozenset(range(n)), (), 0)
     tableau: Long = np.hstack([np.eye(n), -M, -np.ones((n, 1)), q[:, None]]).astype(np.longdouble)
     basis, artificial = list(range(n)), 2 * n
     row = int(n - 1 - np.argmin(q[::-1]))  # of equal ones the last: its perturbation is the smallest

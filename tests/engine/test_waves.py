@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -38,7 +40,7 @@ class Bearing(pt.Component):
         yield pt.connect(self.moved.flange, self.bearing.flange_a)
 
 
-def events(plant: pt.Plant[Shaken], case: dict[str, float], **options: float) -> list[tuple[str, float, float, float]]:
+def events(plant: pt.Plant[Shaken], case: dict[str, float], **options: Any) -> list[tuple[str, float, float, float]]:
     found = plant.simulate(2.0, parameters=case, rtol=1e-8, atol=1e-10, **options).events
     return [(e.name, e.old, e.new, e.time) for e in found]
 

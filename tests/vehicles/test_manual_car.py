@@ -13,6 +13,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.trials import CycleRun, drive_cycle
+from powertrain.vehicles.trials.anatomy import anatomy
 from powertrain.vehicles.trials.cycle import _standing
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
@@ -88,7 +89,7 @@ class TurnedBack(dict[str, Any]):
 def test_an_engine_that_is_turned_backwards_is_told() -> None:
     w, zero = np.where(TurnedBack.time < 4, 85.0, 20.0 * (4.0 - TurnedBack.time)), np.zeros(11)
     signals = {"engine.w": w, "engine.on": zero, "body.s": TurnedBack.time}
-    message = _standing(TOWN, TurnedBack(signals))  # type: ignore[arg-type]
+    message = _standing(TOWN, TurnedBack(signals), anatomy(ManualCar()))  # type: ignore[arg-type]
     assert message.startswith("its engine is turned backwards from t = 5 s on, down to -120 rad/s")
 
 
