@@ -227,7 +227,7 @@ def test_a_load_that_is_there_at_the_start() -> None:
     """The torques' implicit equations have a solution for the right modes only, which the start has to find with them."""
     plant = pt.compile(Moving(transmission=SplitPathTransmission(layout="aHb", coupling="output")))
     V = only(solutions("aHb", -1.7, 0.03, 0.95, 0.9, "output")).V
-    result = plant.simulate(stop=0.1, inputs={"V": V, "load": -10.0}, starts={"J1.w": 100.0}, rtol=1e-7)
+    result = plant.simulate(stop=0.1, inputs={"V": V, "load": -10.0}, starts={"J1.w": 100.0}, rtol=1e-8, atol=1e-11)
     assert result["J1.w"][0] == pytest.approx(100.0)
     assert pt.energy_audit(result).closure < 1e-6
 

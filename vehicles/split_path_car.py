@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, connect, signal_input
+from powertrain import Component, Equations, Input, Output, connect, signal_input
 from powertrain.components.body import Body, DrivenAxle, RoadProfile, VehicleBody
 from powertrain.components.control import Driver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
 from powertrain.components.engines import Engine, WillansEngine
-from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
+from powertrain.components.rotational import Clutch, Flange, Inertia, SpeedSensor
 from powertrain.components.transmissions import (
     Layout,
     RatioOfUnit,
@@ -33,7 +33,7 @@ SHARE = 0.85
 
 
 class SplitPathDrive(Component):
-    """Partial: driver, engine, start clutch and split-path CVT of a car, its undriven rear axle, body and road.
+    """Partial: driver, engine, start clutch and split-path CVT of a car.
 
     The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a unit of 90 % whose ratio V
     passes zero, as that of a hydrostatic or electric one does: with V from -0.27 to 2.59 the ratio r goes from 0.2 to 2. Above r = 0.37 the
@@ -54,22 +54,18 @@ class SplitPathDrive(Component):
     actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=-0.27)
     transmission: VariableTransmission = TRANSMISSION
     output: SpeedSensor = SpeedSensor()
-    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
-    rear: Wheel = RigidWheel(J=2.0)
-    body: Body = VehicleBody(m=1300, A=2.1)
-    road: RoadProfile = RoadProfile()
 
-    def _drive(self) -> Equations:
+    def _drive(self, pinion: Flange) -> Equations:
         yield connect(self.engine.crank, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.transmission.flange_a)
-        yield connect(self.transmission.flange_b, self.output.flange)
+        yield connect(self.transmission.flange_b, pinion, self.output.flange)
 
-    def _signals(self) -> Equations:
+    def _signals(self, v: Output, *brakes: Input) -> Equations:
         yield connect(self.cycle.v_ref, self.driver.v_ref)
         yield connect(self.cycle.a_ref, self.driver.a_ref)
-        yield connect(self.body.v, self.driver.v, self.control.v)
-        yield connect(self.driver.brake, self.rear_brake.demand)
+        yield connect(v, self.driver.v, self.control.v)
+        yield connect(self.driver.brake, *brakes)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.engine.speed, self.control.w)
         yield connect(self.output.w, self.control.w_out)
@@ -98,15 +94,17 @@ class SplitPathCar(SplitPathDrive):
 
     crown: CrownGear = CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97)
     front_brake: WheelBrake = WheelBrake(tau_max=3000)
+    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
     front: Wheel = RigidWheel(J=2.0)
+    rear: Wheel = RigidWheel(J=2.0)
+    body: Body = VehicleBody(m=1300, A=2.1)
+    road: RoadProfile = RoadProfile()
 
     def equations(self) -> Equations:
         """Engine to road."""
-        yield from self._drive()
-        yield connect(self.transmission.flange_b, self.crown.flange_a)
+        yield from self._drive(self.crown.flange_a)
         yield from to_the_road(self, self.crown.flange_b)
-        yield from self._signals()
-        yield connect(self.driver.brake, self.front_brake.demand)
+        yield from self._signals(self.body.v, self.front_brake.demand, self.rear_brake.demand)
 
 
 class SplitPathAxleCar(SplitPathDrive):
@@ -120,12 +118,15 @@ class SplitPathAxleCar(SplitPathDrive):
         left_brake=WheelBrake(tau_max=1500),
         right_brake=WheelBrake(tau_max=1500),
     )
+    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
+    rear: Wheel = RigidWheel(J=2.0)
+    body: Body = VehicleBody(m=1300, A=2.1)
+    road: RoadProfile = RoadProfile()
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """Engine to road."""
-        yield from self._drive()
-        yield connect(self.transmission.flange_b, self.axle.pinion)
+        yield from self._drive(self.axle.pinion)
         yield connect(self.axle.axle, self.body.front)
         yield connect(self.body.front_load, self.axle.load)
         yield connect(self.rear_brake.flange_b, self.rear.hub)
@@ -134,5 +135,4 @@ class SplitPathAxleCar(SplitPathDrive):
         yield connect(self.body.s, self.road.s)
         yield connect(self.road.grade, self.body.grade)
         yield connect(self.curvature, self.axle.curvature)
-        yield from self._signals()
-        yield connect(self.driver.brake, self.axle.brake)
+        yield from self._signals(self.body.v, self.axle.brake, self.rear_brake.demand)

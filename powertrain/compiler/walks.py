@@ -156,6 +156,7 @@ class _Walk:
         hidden = [j for j, o in enumerate(self.operations) if o.side is not None and j not in seen]
         return self._hidden(line, place, hidden) if hidden else None
 
+    @np.errstate(invalid="ignore")  # infinite values, whose differences are none
     def _between(self, line: NDArray[np.intp], place: Array) -> tuple[Jump | None, set[int]]:
         """A jump between neighbouring places, and the operations that changed somewhere."""
         code = self.codes(line.ravel(), place.ravel()).reshape(len(self.operations), *place.shape)

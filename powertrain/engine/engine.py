@@ -276,7 +276,7 @@ class Engine:
     def _resolve_start(self) -> None:
         m, y = self.memory.m.copy(), self.memory.y[0].copy()
         try:
-            self.resolver.resolve(0, start=True)
+            self.resolver.resolve(0)
         except SimulationError:
             self.memory.m[:], self.memory.y[0][:] = m, y
             self.admissible.check_speeds(0)

@@ -51,17 +51,10 @@ class Resolver:
         self._last_shared: Array | None = None
         self._flags = view(memory.flags)
 
-    def resolve(self, side: int, start: bool = False) -> None:
-        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared.
-
-        At a ``start`` no modes are known that would be a good guess.
-        """
+    def resolve(self, side: int) -> None:
+        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
         memory = self.memory
         self.extra, self._unsolved = [], None
-        if start and self._problem is not None:
-            guess, fire, jumped = memory.m.copy(), memory.fire.copy(), memory.jumped.copy()
-            if self._linearized(side, held=False)[0] is None:
-                memory.m[:], memory.fire[:], memory.jumped[:] = guess, fire, jumped
         for _ in range(_ROUNDS):
             if self._found(side):
                 return

@@ -67,6 +67,8 @@ class SelfLocking:
 
 
 _LARGE = 1e6
+_CLEARLY = 100.0
+"""Limits that cross by less than so many times what their torques are known to have crossed by round-off."""
 _ADVICE = "Let it start at rest, or put a stiffness into the way of the force that presses it, whose change takes time."
 
 
@@ -77,7 +79,7 @@ def _said(law: Friction) -> str:
 def _inverted(dae: HybridDae, law: Friction) -> ca.SX:
     """Above zero where it slides with its limits the wrong way round."""
     slides = ca.logic_and(dae.m[law.index] != 0, ca.fabs(law.w) > ZONE)
-    return ca.if_else(slides, law.lower - law.upper - law.known, -1.0)
+    return ca.if_else(slides, law.lower - law.upper - _CLEARLY * law.known, -1.0)
 
 
 def _slope(dae: HybridDae, law: Friction) -> ca.SX:

@@ -70,9 +70,9 @@ def test_corners_are_passed_at_once_unless_a_law_has_to_change(monkeypatch: pyte
     resolved: list[float] = []
     resolve = Resolver.resolve
 
-    def count(resolver: Resolver, side: int, start: bool = False) -> None:
+    def count(resolver: Resolver, side: int) -> None:
         resolved.append(float(resolver.memory.time[0]))
-        resolve(resolver, side, start)
+        resolve(resolver, side)
 
     monkeypatch.setattr(Resolver, "resolve", count)
     run = Engine(on_a_moving_ground()).run([0.0], [], stop=5.0)

@@ -70,7 +70,8 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
     v = result[f"{body}.v"] * KM_H
     above.plot(result.time, v, color="C0")
     above.set(ylabel="Speed [km/h]", title=f"{name} with a full accelerator: {v.max():.0f} km/h")
-    below.plot(result.time, np.gradient(v / KM_H, result.time), color="C1")
+    once = np.diff(result.time, append=np.inf) > 0.0  # an event stands twice
+    below.plot(result.time[once], np.gradient(v[once] / KM_H, result.time[once]), color="C1")
     settled = result.time[np.argmax(v >= SETTLED * v.max())]
     below.set(ylabel="Acceleration [m/s²]", xlabel="Time [s]", xlim=(0, 1.1 * settled))
     for ax in (above, below):

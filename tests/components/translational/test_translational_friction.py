@@ -125,7 +125,7 @@ def test_a_mass_stays_at_its_stop_until_it_is_pulled_back(sign: int, rub: float)
     assert set(result[f"parts[1].{ahead}"][there & (t < 4 - rub / 5 - 1e-6)]) == {1}
     if rub:
         changes = [event.time for event in result.events if event.name == "parts[1].mode" and event.time < 5]
-        assert changes[-1] == pytest.approx(departure, abs=1e-8)
+        assert changes[-1] == pytest.approx(departure, abs=3e-7)  # 1e-7 of the 13 N that meet, at 5 N/s
     assert s[-1] == pytest.approx(-0.9, abs=1e-8)
     assert result[f"parts[1].{behind}"][-1] == 1
     assert s.max() < 0.9 + 1e-8
