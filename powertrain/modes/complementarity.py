@@ -80,9 +80,11 @@ class Opened(Protocol):
 
     def at(self, point: Point, tau: Array) -> Linear:
         """The laws near ``tau`` (``-force`` for contacts)."""
+        ...
 
     def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
         """The laws whose motion is to be found; of the others the speed says it."""
+        ...
 
 
 class Laws:
@@ -117,6 +119,7 @@ class Laws:
         residual, speed, rate, lower, upper, g = (v.ravel() for v in found[:6])
         n = self._model_unknowns
         slopes = []
+        step, moved = np.zeros(n), np.zeros((n, self.count))
         if n:
             r_z, r_tau = found[6][:, :n], found[6][:, n:] * sign
             try:
@@ -124,11 +127,8 @@ class Laws:
             except np.linalg.LinAlgError:
                 step, moved = np.full(n, np.nan), np.full((n, self.count), np.nan)
         for value, slope in zip((speed, rate, lower, upper, g), found[7:12], strict=True):
-            along = slope[:, n:] * sign
-            if n:
-                value += slope[:, :n] @ step
-                along = along + slope[:, :n] @ moved
-            slopes.append(along)
+            value += slope[:, :n] @ step
+            slopes.append(slope[:, n:] * sign + slope[:, :n] @ moved)
         reach, yields, peak = found[12].ravel(), COMPLIANCE * found[13].ravel(), found[14].ravel()
         return Linear(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
 
@@ -222,8 +222,8 @@ class _Problem:
         self.forward = (near.speed > zone) & ~rest
         self.free = laws.may_free & (near.upper - near.lower <= 1e-10) & ~rest
         slope_l, slope_u = np.nan_to_num(near.lower_slope), np.nan_to_num(near.upper_slope)
-        tau = tau.astype(np.longdouble)  # what bounds add cancels again, and a compliance must be left
-        l0, u0 = lower - slope_l @ tau, upper - slope_u @ tau
+        near_tau: Long = tau.astype(np.longdouble)  # what bounds add cancels again, and a compliance must be left
+        l0, u0 = lower - slope_l @ near_tau, upper - slope_u @ near_tau
         # tau = base + own q + added g+: laws at rest lower + q, those that slide at their bound
         bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
         added = np.where(self.forward[:, None], bend.upper, bend.lower)
@@ -237,10 +237,10 @@ class _Problem:
         own[self.places, np.arange(self.places.size)] = np.where(self.hangs[self.places], -1.0, 1.0)
         self.tau_0, self.tau_q, self.tau_g = inverse @ bound, inverse @ own, inverse @ added
         self.two = self.places[np.isfinite(near.lower[self.places]) & np.isfinite(near.upper[self.places])]
-        self.rate_0, self.width_0 = near.rate - near.rate_slope @ tau, u0 - l0
+        self.rate_0, self.width_0 = near.rate - near.rate_slope @ near_tau, u0 - l0
         self.width_slope = slope_u - slope_l
         self.g_slope = near.g_slope[bend.places] / size[:, None]
-        self.g_0 = near.g[bend.places] / size - self.g_slope @ tau
+        self.g_0 = near.g[bend.places] / size - self.g_slope @ near_tau
 
     def answer(self, switches: list[int]) -> Answer:
         """The modes of the laws at rest, of those that slide, and of the bending conditions."""
