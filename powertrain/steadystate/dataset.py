@@ -34,7 +34,7 @@ _PROBLEMS = {
     NONE: "no consistent combination of modes; the laws lock themselves, or nothing balances what is prescribed",
     IMMOVABLE: "cannot move: a speed or ratio is infinite",
     OUTSIDE: "a quantity is outside its range",
-    DIVERGED: "the search for the unknowns did not converge; give guesses, or look whether an equilibrium exists",
+    DIVERGED: "no operating point was found, which proves nothing; give guesses, or look whether an equilibrium exists",
     UNDEFINED: "a signal has no value there, such as an efficiency at zero power",
     ONE: "one solution; the laws have too many combinations of modes to look for others (exhaustive=True tries more)",
 }

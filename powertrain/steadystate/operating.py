@@ -17,7 +17,7 @@ from powertrain.engine.indicators import guard_margin
 from powertrain.steadystate.choices import INFINITE, choices, order
 from powertrain.steadystate.equilibrium import Equilibrium
 from powertrain.steadystate.lanes import Columns, Rows
-from powertrain.steadystate.points import IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
+from powertrain.steadystate.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
 from powertrain.steadystate.search import Search
 from powertrain.steadystate.solutions import Solutions
 from powertrain.steadystate.steady_laws import SteadyLaws
@@ -100,7 +100,7 @@ class Solver:
         names = {n: found.y[:, i] for i, n in enumerate(balance.names)}
         names |= {s.name(): found.tau[:, i] for i, s in enumerate(balance.tau_symbols)}
         u = np.array([names[n] for n in self.problem.u_names]).reshape(len(self.problem.u_names), count)
-        status = np.select([best.number == 0, best.number > 1], [NONE, SEVERAL], OK).astype(np.int8)
+        status = np.select([best.number == 0, best.number > 1], [DIVERGED, SEVERAL], OK).astype(np.int8)
         rest, blame = np.zeros((len(self.choices), count), bool), best.differing.T.copy()
         rest[moving] = best.rest.T
         nameless = (status != OK) & ~blame.any(axis=0)
