@@ -118,6 +118,7 @@ class Resolver:
             return self._jam(side, set(), 1)
         start, pieces = self.memory.m.copy(), self.uniqueness.pieces
         found, laws = self._linearized(side, held=False)
+        against: set[int] = set()
         if found is not None:
             return found
         if len(pieces) > _MOST_PIECES:
@@ -127,15 +128,17 @@ class Resolver:
             self.memory.m[pieces] = piece
             found, ray = self._linearized(side, held=True)
             laws |= ray
+            against |= set(np.flatnonzero(self.memory.m != self.memory.held).tolist()) - self._pieces
             if found is not None:
                 return found
-        return self._tried(side, start, laws)
+        return self._tried(side, start, laws, against)
 
-    def _tried(self, side: int, start: Array, laws: set[int]) -> bool:
-        """All modes of these laws in all pieces of the bounds: a ray alone is no proof where bounds follow torques."""
+    def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
+        """All modes of the laws on a ray and of those ``against`` it, in all pieces: a ray is no proof where bounds follow torques."""
         m, pieces = self.memory.m, self.uniqueness.pieces
-        rubbing = [i for i in sorted(laws) if any(i == f.index for f in self.dae.frictions)]
-        touching = sorted(laws - set(rubbing))
+        varied = laws | (against & {law.index for law in [*self.dae.frictions, *self.dae.contacts]})
+        rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
+        touching = sorted(varied - set(rubbing))
         options = [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * (len(touching) + len(pieces))
         if math.prod(map(len, options)) > _MOST_COMBINATIONS:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
