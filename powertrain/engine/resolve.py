@@ -136,7 +136,8 @@ class Resolver:
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
         """All modes of the laws on a ray and of those ``against`` it, in all pieces: a ray is no proof where bounds follow torques."""
         m, pieces = self.memory.m, self.uniqueness.pieces
-        varied = laws | (against & {law.index for law in [*self.dae.frictions, *self.dae.contacts]})
+        places = {f.index for f in self.dae.frictions} | {c.index for c in self.dae.contacts}
+        varied = laws | (against & places)
         rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
         touching = sorted(varied - set(rubbing))
         options = [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * (len(touching) + len(pieces))
