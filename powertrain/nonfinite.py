@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.tape import CallsFunction, operations
 from powertrain.recorder import reading
 from powertrain.signals import signals_of
 from powertrain.symbols import Symbol, column, free_symbols, key
@@ -71,26 +72,14 @@ def _origin(expression: Symbol, known: dict[int, float]) -> str | None:
     symbols = free_symbols(expression)
     if not symbols:
         return None
-    tape = ca.Function("powertrain_origin", [column(symbols)], [ca.densify(expression)])
-    given = [known[key(s)] for s in symbols]
-    nodes: dict[int, Symbol] = {}
-    for k in range(tape.n_instructions()):
-        operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
-        if operation == ca.OP_OUTPUT or operation == ca.OP_CALL:
-            return None
-        if operation == ca.OP_CONST:
-            nodes[outputs[0]] = Symbol(tape.instruction_constant(k))
-        elif operation == ca.OP_INPUT:
-            nodes[outputs[0]] = Symbol(given[inputs[1]])
-        else:
-            arguments = [nodes[i] for i in inputs]
-            unary = len(arguments) == 1
-            result = ca.SX.unary(operation, arguments[0]) if unary else ca.SX.binary(operation, *arguments)
-            numbers = [float(a) for a in arguments]
-            if not np.isfinite(float(result)) and np.isfinite(numbers).all():
-                name = _NAMES.get(operation, "operation")
-                return f"{name} of {' and '.join(f'{v:.6g}' for v in numbers)}"
-            nodes[outputs[0]] = result
+    given = [Symbol(known[key(s)]) for s in symbols]
+    try:
+        for line in operations(expression, [column(symbols)], [given]):
+            numbers = [float(operand) for operand in line.operands]
+            if numbers and not np.isfinite(float(line.value)) and np.isfinite(numbers).all():
+                return f"{_NAMES.get(line.code, 'operation')} of {' and '.join(f'{v:.6g}' for v in numbers)}"
+    except CallsFunction:
+        pass
     return None
 
 

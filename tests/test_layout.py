@@ -30,7 +30,7 @@ ORDER = [
     "map",
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
-    "compiler: matching linear calls cancellation",
+    "compiler: tape matching linear calls cancellation",
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
     "modes: complementarity",
     "engine: sparse_lu buffers compiled pivots indicators waves modes",

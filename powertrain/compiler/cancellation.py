@@ -2,39 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import casadi as ca
 
+from powertrain.compiler.tape import CallsFunction, operations
 from powertrain.symbols import Symbol, column, free_symbols
 
 
 def terms(expression: Symbol) -> Symbol:
     """The sum of the sizes of a scalar's terms; its own size where it calls a function."""
     symbols = free_symbols(expression)
-    tape = ca.Function("powertrain_terms", [column(symbols)], [ca.densify(expression)])
-    values: dict[int, Symbol] = {}
     sizes: dict[int, Symbol] = {}
     result = Symbol(0)
-    for k in range(tape.n_instructions()):
-        operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
-        if operation == ca.OP_CALL:
-            return ca.fabs(expression)
-        if operation == ca.OP_OUTPUT:
-            result = sizes[inputs[0]]
-            continue
-        if operation == ca.OP_CONST:
-            value = Symbol(tape.instruction_constant(k))
-        elif operation == ca.OP_INPUT:
-            value = symbols[inputs[1]]
-        elif len(inputs) == 1:
-            value = ca.SX.unary(operation, values[inputs[0]])
-        else:
-            value = ca.SX.binary(operation, values[inputs[0]], values[inputs[1]])
-        size = _size(operation, [sizes.get(i, Symbol(0)) for i in inputs], [values.get(i, Symbol(0)) for i in inputs])
-        values[outputs[0]], sizes[outputs[0]] = value, ca.fabs(value) if size is None else size
+    try:
+        for line in operations(expression, [column(symbols)], [symbols]):
+            if line.code == ca.OP_OUTPUT:
+                result = sizes[line.sources[0]]
+                continue
+            inner = [sizes[i] for i in line.sources] if line.operands else []
+            size = _size(line.code, inner, line.operands)
+            sizes[line.target] = ca.fabs(line.value) if size is None else size
+    except CallsFunction:
+        return ca.fabs(expression)
     return result
 
 
-def _size(operation: int, sizes: list[Symbol], values: list[Symbol]) -> Symbol | None:
+def _size(operation: int, sizes: Sequence[Symbol], values: Sequence[Symbol]) -> Symbol | None:
     """The size of an operation's result, None where that is the result's own."""
     if operation in (ca.OP_ADD, ca.OP_SUB):
         return sizes[0] + sizes[1]

@@ -13,7 +13,7 @@ from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
 from powertrain.compiler.torques import Torque, cancels, compliance, mobility, shares, solve_torques
 from powertrain.laws import FrictionLaw
-from powertrain.modes.tolerances import alone_tolerance, torque_tolerance
+from powertrain.modes.tolerances import alone_tolerance, rounding_tolerance, torque_tolerance
 from powertrain.symbols import Symbol, column, free_symbols, key, time
 
 
@@ -138,9 +138,19 @@ class Resolver:
 
     def known(self, k: int) -> Symbol:
         """How well the torque of a law is known: to round-off, unless others take part in its motion."""
+        rounding = rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
         if not self.shares(k):
-            return alone_tolerance(self.largest)
-        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest)
+            return alone_tolerance(self.largest) + rounding
+        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest) + rounding
+
+    def _from_positions(self, opened: Symbol) -> Symbol:
+        """The sizes of what positions add to an opened expression, sum_j |d/dx_j x_j|: they grow with the way, and their differences do not."""
+        known = self.reduced.flat.unknowns
+        positions = ca.vertsplit(self.x)
+        slopes = ca.jacobian(opened, column(positions))
+        places = slopes.sparsity().get_col()
+        parts = [ca.fabs(slopes.nz[k] * positions[j]) for k, j in enumerate(places)]
+        return self.close([sum(parts, Symbol(0))])[0]
 
     def shares(self, k: int) -> bool:
         """Whether the torques of other laws take part in the motion of this one."""

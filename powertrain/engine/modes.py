@@ -101,7 +101,7 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
         least = slack * friction.reach * friction.known + (EPS if friction.algebraic else 0)
-        nothing = ca.fabs(friction.upper - friction.lower) <= friction.known
+        nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.known)
         forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
         loose = ca.if_else(
             mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)

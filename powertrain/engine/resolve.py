@@ -75,14 +75,12 @@ class Resolver:
 
         True where these modes are consistent, False if a reset or an impact happened, None if the iteration does not end.
         """
-        memory, call, flags = self.memory, self._update[side].call, self._flags
+        memory, flags = self.memory, self._flags
         seen: set[bytes] = set()
         for _ in range(_PASSES):
             if not self._solvable(side):
                 return None
-            memory.jumped[1] = slack
-            call()
-            memory.jumped[1] = 0.0
+            self._apply_rules(side, slack)
             if (flags[1] or flags[2]) and self._discontinuity(side):
                 return False
             memory.fire.fill(0.0)
@@ -116,9 +114,8 @@ class Resolver:
         """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
         if self._problem is None:
             return self._jam(side, set(), 1)
-        start, pieces = self.memory.m.copy(), self.uniqueness.pieces
+        start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
         found, laws = self._linearized(side, held=False)
-        against: set[int] = set()
         if found is not None:
             return found
         if len(pieces) > _MOST_PIECES:
@@ -146,7 +143,7 @@ class Resolver:
         for modes in product(*options):
             m[:] = start
             m[[*rubbing, *touching, *pieces]] = modes
-            if self._try(side) is not None:
+            if self._consistent(side):
                 return True
         return self._jam(side, laws, 2 ** len(pieces))
 
@@ -158,10 +155,10 @@ class Resolver:
         """
         memory, problem = self.memory, self._problem
         assert problem is not None
-        m, ray = memory.m, set[int]()
+        m, ray, known = memory.m, set[int](), problem.known(self._point(side))
         tau = np.zeros(problem.laws.count)
         for n in range(_LINEARIZED):
-            answer = problem.solve(self._point(side), tau, ZONE, bends=n == 0 and not held)
+            answer = problem.solve(self._point(side), tau, ZONE, bends=n == 0 and not held, known=known)
             if answer.tau is None:
                 ray |= {problem.laws.index[k] for k in answer.ray}
                 if n or held:
@@ -177,7 +174,7 @@ class Resolver:
             m[:] = modes
             if not self._solvable(side):
                 continue
-            self._update[side].call()
+            self._apply_rules(side)
             others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
             if held and not self._pieces.isdisjoint(others):
                 break
@@ -201,10 +198,9 @@ class Resolver:
 
     def check_unique(self, side: int) -> None:
         """Refuse modes beside which others are possible with other torques."""
-        others = self.uniqueness.others(side, lambda: self._try(side))
-        if self.uniqueness.pieces:
-            self._solve(side)
-            self._update[side].call()
+        others = self.uniqueness.others(side, lambda: self._consistent(side))
+        if self.uniqueness.pieces and self._solvable(side):
+            self._apply_rules(side)
         if others:
             modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
             raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
@@ -219,32 +215,27 @@ class Resolver:
         if self.algebra is None:
             return True
         try:
-            self._solve(side)
+            self.algebra.solve(side)
         except NotConsistent as error:
             self._unsolved = error
             return False
         return True
 
-    def _try(self, side: int) -> Array | None:
-        """The rates with the present modes, or None if these are not consistent."""
-        memory = self.memory
-        if not self._solvable(side):
-            return None
-        rates = self._rates(side)
-        if not np.isfinite(rates).all():
-            return None
-        memory.jumped[1] = 1.0
+    def _apply_rules(self, side: int, slack: float = 0.0) -> None:
+        """One pass of the mode rules; with ``slack`` 1 a law at rest may slide with a rate below zero, within what is known of it."""
+        self.memory.jumped[1] = slack
         self._update[side].call()
-        memory.jumped[1] = 0.0
-        return None if memory.flags[0] else rates
+        self.memory.jumped[1] = 0.0
 
-    def _rates(self, side: int) -> Array:
+    def _consistent(self, side: int) -> bool:
+        """Whether the present modes are consistent, with rates that are finite."""
+        if not self._solvable(side):
+            return False
         self._fresh[side].call()
-        return self.memory.slope[1 - side][: self.n].copy()
-
-    def _solve(self, side: int) -> None:
-        if self.algebra is not None:
-            self.algebra.solve(side)
+        if not np.isfinite(self.memory.slope[1 - side][: self.n]).all():
+            return False
+        self._apply_rules(side, slack=1.0)
+        return not self._flags[0]
 
     def _discontinuity(self, side: int) -> bool:
         """Apply the resets of all rising edges, else one impact of all closing contacts."""

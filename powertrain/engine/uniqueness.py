@@ -10,6 +10,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.engine.buffers import Array, Memory
+from powertrain.engine.jam import law_values
 
 _MOST = 6
 _SAME = 1e-6
@@ -23,10 +24,9 @@ class Uniqueness:
         self.dae, self.memory = dae, memory
         laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
         self.pieces = [s.index for s in dae.switches if s.time is None and dae.frictions and ca.depends_on(s.g, laws)]
-        self._torques: ca.Function | None = None
 
-    def others(self, side: int, attempt: Callable[[], Array | None]) -> list[Array]:
-        """Consistent modes with other torques than the present ones; ``memory`` is left as it was but for what ``attempt`` computes."""
+    def others(self, side: int, consistent: Callable[[], bool]) -> list[Array]:
+        """Consistent modes with other torques than the present ones; ``memory`` is left as it was but for what ``consistent`` computes."""
         if not 0 < len(self.pieces) <= _MOST:
             return []
         m = self.memory.m
@@ -34,7 +34,7 @@ class Uniqueness:
         found, modes = [self._values(side)], []
         for combination in product((0.0, 1.0), repeat=len(self.pieces)):
             m[self.pieces] = combination
-            if np.array_equal(m, start) or attempt() is None:
+            if np.array_equal(m, start) or not consistent():
                 continue
             values = self._values(side)
             if np.isfinite(values).all() and all(
@@ -46,12 +46,4 @@ class Uniqueness:
         return modes
 
     def _values(self, side: int) -> Array:
-        dae, memory = self.dae, self.memory
-        if self._torques is None:
-            torques = ca.densify(ca.vertcat(*[friction.torque for friction in dae.frictions]))
-            self._torques = ca.Function("powertrain_torques", [dae.t, dae.x, dae.z, dae.m, dae.p], [torques])
-        n, nz, y = dae.x.numel(), dae.z.numel(), memory.y[side]
-        found = self._torques(
-            memory.time[0], y[:n], y[n : n + nz], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
-        )
-        return np.array(found, float).ravel()
+        return law_values(self.dae, self.memory, side)[:, 1]

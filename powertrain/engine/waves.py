@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae
+from powertrain.compiler.tape import CallsFunction, operations
 from powertrain.engine.buffers import Array
 from powertrain.engine.indicators import Indicator
 
@@ -46,23 +48,12 @@ def _follows(law: object, m: Array) -> bool:
 def _speeds(dae: HybridDae, expression: ca.SX) -> list[ca.SX]:
     """The rates (rad/s) of the angles whose sine or cosine is taken, where these are functions of time alone."""
     inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-    tape = ca.Function("powertrain_tape", inputs, [expression])
-    values: dict[int, ca.SX] = {}
     found: dict[int, ca.SX] = {}
-    for k in range(tape.n_instructions()):
-        operation, taken, given = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
-        if operation == ca.OP_CALL:
-            return list(found.values())
-        if operation == ca.OP_CONST:
-            values[given[0]] = ca.SX(tape.instruction_constant(k))
-        elif operation == ca.OP_INPUT:
-            values[given[0]] = inputs[taken[0]][taken[1]]
-        elif operation != ca.OP_OUTPUT:
-            unary = len(taken) == 1
-            arguments = [values[i] for i in taken]
-            values[given[0]] = ca.SX.unary(operation, *arguments) if unary else ca.SX.binary(operation, *arguments)
-            if operation in (ca.OP_SIN, ca.OP_COS):
-                speed = ca.jacobian(arguments[0], dae.t)
-                if not speed.is_zero() and not ca.depends_on(arguments[0], ca.vertcat(dae.x, dae.z)):
+    with suppress(CallsFunction):
+        for line in operations(expression, inputs, [ca.vertsplit(symbols) for symbols in inputs]):
+            if line.code in (ca.OP_SIN, ca.OP_COS):
+                (angle,) = line.operands
+                speed = ca.jacobian(angle, dae.t)
+                if not speed.is_zero() and not ca.depends_on(angle, ca.vertcat(dae.x, dae.z)):
                     found[speed.element_hash()] = speed
     return list(found.values())

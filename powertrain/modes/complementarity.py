@@ -158,9 +158,20 @@ class Complementarity:
         self.laws: Opened = Laws(dae) if laws is None else laws
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
+        known = ca.vertcat(*[f.known for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
+        self._known = ca.Function("powertrain_known", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(known)])
 
-    def solve(self, point: Point, tau: Array, zone: float, bends: bool) -> Answer:
-        """The modes for laws that are linear near ``tau``; ``bends``: conditions of torques are part of the problem, else held."""
+    def known(self, point: Point) -> Array:
+        """How well the torques of all laws are known with the present modes [N.m, N]."""
+        found = self._known(point.t, point.x, point.z, point.m, point.p)
+        return np.array(found, float).ravel()
+
+    def solve(self, point: Point, tau: Array, zone: float, bends: bool, known: Array | float = 0.0) -> Answer:
+        """The modes for laws that are linear near ``tau``.
+
+        ``bends``: conditions of torques are part of the problem, else held. ``known``: how far beyond its bounds a law at rest may be held,
+        the hysteresis of the mode rules.
+        """
         laws = self.laws
         near = laws.at(point, tau)
         if np.isnan([near.speed, near.lower, near.upper]).any():
@@ -172,7 +183,7 @@ class Complementarity:
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
         holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
-        return _Problem(laws, *_widened(base, bend, holds), tau, rest, zone).answer(self.switches)
+        return _Problem(laws, *_widened(base, bend, holds, rest * known), tau, rest, zone).answer(self.switches)
 
     def bending(self, near: Linear) -> list[int]:
         """The continuous conditions that depend on torques, by their places among the switches."""
@@ -197,13 +208,13 @@ class Complementarity:
         return _Bends(places, *found)
 
 
-def _widened(near: Linear, bend: _Bends, factor: Array) -> tuple[Linear, _Bends]:
-    """The same with all bounds multiplied by ``factor``."""
+def _widened(near: Linear, bend: _Bends, factor: Array, added: Array) -> tuple[Linear, _Bends]:
+    """The same with all bounds multiplied by ``factor``, and farther apart by ``added`` on both sides."""
     rows = factor[:, None]
     wide = replace(
         near,
-        lower=factor * near.lower,
-        upper=factor * near.upper,
+        lower=factor * near.lower - added,
+        upper=factor * near.upper + added,
         lower_slope=rows * near.lower_slope,
         upper_slope=rows * near.upper_slope,
     )

@@ -16,8 +16,14 @@ SHARED = 1e-7
 """How well a torque is known that laws on one motion share by their compliance, relative to those that meet there: round-off over eps."""
 ALONE = 1e-10
 """How well a torque is known that no other law's torque meets, relative to the largest: where Newton's and Lemke's methods end."""
-SLACK = 1e-9
-"""How far below zero the rate of a law may lie that begins to slide, relative to what the torques that meet in it accelerate."""
+
+ROUND_OFF = 1e-15
+"""How well a torque is known that is the difference of large ones, relative to these: some units in the last place of the states."""
+
+
+def rounding_tolerance(terms: ca.SX) -> ca.SX:
+    """How well a torque is known to which the states add ``terms``, as the angles at the ends of a shaft do after many turns."""
+    return ROUND_OFF * terms
 
 
 def torque_tolerance(meeting: ca.SX, largest: ca.SX) -> ca.SX:

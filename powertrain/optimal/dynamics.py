@@ -21,7 +21,6 @@ from powertrain.symbols import Symbol, column
 
 Selector = str | Callable[[Any], Any]
 Modes = Mapping[str, float] | tuple[Result[Any], float]
-FRICTION = {"forward": 1.0, "stuck": 0.0, "backward": -1.0, "free": 2.0}
 
 
 @dataclass(frozen=True)

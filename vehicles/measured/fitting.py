@@ -86,12 +86,6 @@ class Sensitivities:
         return np.array([found[car][i] for i, car in enumerate(self.cars)])
 
 
-def technology_of(names: Collection[str], z: Array) -> Technology:
-    """The technology of shared numbers in standard deviations."""
-    known = priors()
-    return Technology(**{name: known[name][0] + known[name][1] * float(x) for name, x in zip(names, z, strict=True)})
-
-
 def _places(names: Collection[str]) -> Array:
     given = {f.name: f.default for f in fields(Technology)}
     return np.array([(float(given[name]) - priors()[name][0]) / priors()[name][1] for name in names])  # type: ignore[arg-type]
