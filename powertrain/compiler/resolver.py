@@ -144,12 +144,11 @@ class Resolver:
         return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest) + rounding
 
     def _from_positions(self, opened: Symbol) -> Symbol:
-        """The sizes of what positions add to an opened expression, sum_j |d/dx_j x_j|: they grow with the way, and their differences do not."""
-        known = self.reduced.flat.unknowns
-        positions = ca.vertsplit(self.x)
+        """The sizes of what angles and positions add to an opened expression, sum_j |d/dx_j x_j|; they grow with the way."""
+        unknowns = self.reduced.flat.unknowns
+        positions = [s for s in ca.vertsplit(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")]
         slopes = ca.jacobian(opened, column(positions))
-        places = slopes.sparsity().get_col()
-        parts = [ca.fabs(slopes.nz[k] * positions[j]) for k, j in enumerate(places)]
+        parts = [ca.fabs(slopes.nz[k] * positions[j]) for k, j in enumerate(slopes.sparsity().get_col())]
         return self.close([sum(parts, Symbol(0))])[0]
 
     def shares(self, k: int) -> bool:
