@@ -113,7 +113,8 @@ class _Stage:
         self.axis = {n: Symbol.sym(n) for n in asked.axes}
         self.free = {n: Symbol.sym(n) for n in asked.free}
         known = self.axis | self.free
-        self.laws: list[Law] = [*dae.frictions, *dae.switches, *dae.contacts]
+        frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # where angles stand makes no difference
+        self.laws: list[Law] = [*frictions, *dae.switches, *dae.contacts]
         self.inputs = {n: Symbol.sym(n) for n in compiled.inputs}
         m = [Symbol(v) for v in dae.held_start.tolist()]
         for law in self.laws:

@@ -158,7 +158,7 @@ class Complementarity:
         self.laws: Opened = Laws(dae) if laws is None else laws
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
-        known = ca.vertcat(*[f.known for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
+        known = ca.vertcat(*[f.hysteresis for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
         self._known = ca.Function("powertrain_known", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(known)])
 
     def known(self, point: Point) -> Array:

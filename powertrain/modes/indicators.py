@@ -59,8 +59,7 @@ def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
     """
     high = friction.peak * ca.fmax(friction.upper, friction.lower)
     low = friction.peak * ca.fmin(friction.upper, friction.lower)
-    hysteresis = friction.known
-    return friction.torque - low + hysteresis, high - friction.torque + hysteresis
+    return friction.torque - low + friction.hysteresis, high - friction.torque + friction.hysteresis
 
 
 def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
@@ -70,7 +69,7 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
     stuck = 2 * EPS - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
     loose = mode * friction.w + EPS
     if friction.algebraic:  # between bounds that no torque can tell apart the way it slides makes no difference
-        loose = ca.fmax(loose, friction.known - ca.fabs(friction.upper - friction.lower))
+        loose = ca.fmax(loose, friction.hysteresis - ca.fabs(friction.upper - friction.lower))
     if friction.may_free:
         loose = ca.if_else(mode == 2, 1.0, loose)
     return ca.if_else(mode == 0, stuck, loose)

@@ -84,8 +84,8 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
 def idles(dae: HybridDae, friction: Friction) -> ca.SX:
     """Whether a law at a limit of its torque is at rest all the same, held by others: how they share the torque is open then."""
     mode, width = dae.m[friction.index], friction.upper - friction.lower
-    still = ca.logic_and(ca.fabs(friction.w) <= ZONE, ca.fabs(friction.rate) <= friction.reach * friction.known)
-    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), width > friction.known)
+    still = ca.logic_and(ca.fabs(friction.w) <= ZONE, ca.fabs(friction.rate) <= friction.reach * friction.hysteresis)
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), width > friction.hysteresis)
 
 
 def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
@@ -100,8 +100,8 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
-        least = slack * friction.reach * friction.known + (EPS if friction.algebraic else 0)
-        nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.known)
+        least = slack * friction.reach * friction.hysteresis + (EPS if friction.algebraic else 0)
+        nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.hysteresis)
         forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
         loose = ca.if_else(
             mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)

@@ -78,7 +78,7 @@ def _said(law: Friction) -> str:
 def _inverted(dae: HybridDae, law: Friction) -> ca.SX:
     """Above zero where it slides with its limits the wrong way round."""
     slides = ca.logic_and(dae.m[law.index] != 0, ca.fabs(law.w) > ZONE)
-    return ca.if_else(slides, law.lower - law.upper - _CLEARLY * law.known, -1.0)
+    return ca.if_else(slides, law.lower - law.upper - _CLEARLY * law.hysteresis, -1.0)
 
 
 def _slope(dae: HybridDae, law: Friction) -> ca.SX:
