@@ -27,8 +27,8 @@ class FourWheelDriveCar(Component):
     wind: Input = signal_input("m/s", "Speed of the wind along the road, positive with the car", default=0.0)
 
     body: VehicleBody = VehicleBody(m=1700, front_share=0.52, h=0.65, A=2.6, Cd=0.35)
-    front_axle: DrivenAxle = DrivenAxle(left_brake=WheelBrake(tau_max=1500), right_brake=WheelBrake(tau_max=1500))
-    rear_axle: DrivenAxle = DrivenAxle()
+    front_axle: DrivenAxle = DrivenAxle()
+    rear_axle: DrivenAxle = DrivenAxle(left_brake=WheelBrake(tau_max=1000), right_brake=WheelBrake(tau_max=1000))
     front_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
     rear_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
     centre: Differential = BevelDifferential(eta=0.97)

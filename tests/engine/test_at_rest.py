@@ -38,8 +38,9 @@ def test_two_gears_without_loss_in_a_row_roll_back() -> None:
 
 def test_crown_gear_without_loss_and_wheels_with_slip_in_the_split_path_car() -> None:
     """Both cars start at 11 s; the loss of the crown gear and the slip change little of their speed."""
-    lossless = pt.simulate(pt.replace(SplitPathCar(), crown=CrownGear(ratio=4.5)), 16.0)
-    slipping = pt.simulate(pt.replace(SplitPathCar(), front=SlipWheel(J=2.0), rear=SlipWheel(J=2.0)), 16.0)
+    lossless = pt.simulate(pt.replace(SplitPathCar(), {"front.final_drive": CrownGear(ratio=4.5)}), 16.0)
+    wheels = {"front.wheels": SlipWheel(J=2.0), "rear.wheels": SlipWheel(J=2.0)}
+    slipping = pt.simulate(pt.replace(SplitPathCar(), wheels), 16.0)
     usual = pt.simulate(SplitPathCar(), 16.0)
     for result in (lossless, slipping):
         assert np.abs(result["body.v"][result.time < 11.0]).max() < 1e-9

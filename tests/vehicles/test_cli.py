@@ -129,7 +129,7 @@ def test_info_has_parameters_slots_ports_equations_and_source() -> None:
 def test_info_of_a_vehicle_lists_what_can_be_set() -> None:
     text = done("info", "split-path-car")
     assert "transmission.differential.ratio" in text
-    assert "crown.mesh.ratio" not in text  # the crown gear determines it
+    assert "front.final_drive.mesh.ratio" not in text  # the crown gear determines it
     assert "WillansEngine MappedEngine, WillansEngine" in " ".join(text.split())
 
 
@@ -271,7 +271,7 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=MappedEngine", "must be given"),
         ("engine=2", "engine is a part: give the name of a component"),
         ("transmission.layout=aHc", "is none of bHa"),
-        ("crown.mesh.ratio=3", "is not free: crown determines it"),
+        ("front.final_drive.mesh.ratio=3", "is not free: front.final_drive determines it"),
         ("cycle.cycle=wltc", "cannot be set from text"),
     ],
 )
@@ -331,10 +331,10 @@ def test_toml_has_units_and_ranges(tmp_path: Path) -> None:
 
 def test_toml_with_dotted_keys_and_a_part_that_needs_values(tmp_path: Path) -> None:
     path = tmp_path / "car.toml"
-    path.write_text('body.m = 999\ncrown.ratio = 4\n[transmission.cvu]\nclass = "CVU"\neta_ab = 0.7\n')
+    path.write_text('body.m = 999\nfront.final_drive.ratio = 4\n[transmission.cvu]\nclass = "CVU"\neta_ab = 0.7\n')
     car, paths = applied(SplitPathCar(), read(path))
     assert car.body._values["m"] == 999
-    assert paths == ["body.m", "crown.ratio", "transmission.cvu.eta_ab"]
+    assert paths == ["body.m", "front.final_drive.ratio", "transmission.cvu.eta_ab"]
     path.write_text(
         '[transmission.differential]\nclass = "FundamentalDifferential"\n[clutch]\nclass = "Clutch"\nfn_max = 5\n'
     )
@@ -445,7 +445,7 @@ def test_performance_is_that_of_the_signals(tmp_path: Path) -> None:
 def test_performance_of_what_cannot_be_measured() -> None:
     assert "has no driver who could press the accelerator; these have one:" in refused("performance", "RearDriveCar")
     assert "did you mean body.m" in refused("performance", "ManualCar", "--set", "body.mm=3")
-    assert "is not free" in refused("performance", "ManualCar", "--set", "final_drive.mesh.ratio=3")
+    assert "is not free" in refused("performance", "ManualCar", "--set", "front.final_drive.mesh.ratio=3")
 
 
 @pytest.mark.slow

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import powertrain as pt
-from powertrain.component import children
 from powertrain.components.control import Pedals
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.vehicles.cli.options import progress
@@ -41,7 +40,7 @@ def mapped(
 
     Over the map lie the operating points of a ``run``, or of a ``cycle`` that is driven for that.
     """
-    if not isinstance(dict(children(model)).get("driver"), Pedals):
+    if not any(parts_of(model, Pedals)):
         raise click.UsageError(
             f"{type(model).__name__} has no driver whose pedals could be set; name a vehicle that `powertrain run` takes"
         )

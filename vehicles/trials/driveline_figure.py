@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from powertrain.components.wheels import Wheel
 from powertrain.vehicles.trials.cycle import RATE, CycleRun
+from powertrain.vehicles.trials.figures import parts_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,7 +64,8 @@ def _hatch(ax: Axes, found: xr.Dataset, speed: Any, force: Any) -> list[Any]:
 
 
 def _points(ax: Axes, run: CycleRun) -> None:
-    v, pull = run.result["body.v"][::RATE] * 3.6, (run.result["front.f"] + run.result["rear.f"])[::RATE]
+    wheels = list(parts_of(run.plant.model, Wheel))
+    v, pull = run.speed[::RATE] * 3.6, np.sum([run.result[f"{wheel}.f"][::RATE] for wheel in wheels], axis=0)
     driven = pull > 0
     name = run.cycle.name.upper() if len(run.cycle.name) < 6 else run.cycle.name
     ax.plot(v[driven], pull[driven], ".", ms=3, color="C3", alpha=0.5, label=f"{name}, every second")
