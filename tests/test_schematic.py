@@ -67,7 +67,7 @@ def test_a_chain_is_a_straight_line_from_the_engine() -> None:
 
 
 def test_sides_of_a_differential_stand_above_each_other() -> None:
-    places = boxes(pt.schematic(RearDriveCar()))
+    places = boxes(pt.schematic(RearDriveCar().rear))
     assert places["left"][0] == places["right"][0]
     middle = (places["left"][1] + places["right"][1]) / 2
     assert abs(middle - places["differential"][1]) < 1e-9

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Self
+
 from powertrain import Component, Equations, Input, connect, signal_input
 from powertrain.components.body import (
     Axle,
@@ -13,14 +15,26 @@ from powertrain.components.body import (
     TransferCase,
     VehicleBody,
 )
-from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, GearSchedule, Pedals, Shifting
+from powertrain.components.control import (
+    AlwaysOn,
+    Driver,
+    EngineSwitch,
+    FixedGear,
+    GearSchedule,
+    OpenPedals,
+    Pedals,
+    Shifting,
+)
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear
 from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
-from powertrain.components.rotational import Clutch
-from powertrain.components.transmissions import ManualGearbox, Shiftable
+from powertrain.components.rotational import Clutch, IdealGear
+from powertrain.components.transmissions import ManualGearbox, Shiftable, SingleGear
 from powertrain.vehicles.driving import by_schedule
 from powertrain.vehicles.road import to_the_road
+
+W_OPEN, W_CLOSED = 90.0, 120.0
+"""Speeds of the engine [rad/s] between which the clutch closes in a car with one gear."""
 
 
 class ManualCar(Component):
@@ -46,6 +60,16 @@ class ManualCar(Component):
     body: Body = VehicleBody(m=1300, A=2.1)
     road: RoadProfile = RoadProfile()
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
+
+    @classmethod
+    def in_one_gear(cls, ratio: float = 3.5, **parts: Any) -> Self:
+        """The car with one gear that is always in and ``OpenPedals``: for measurements of its axles. ``parts`` are its other fields."""
+        bench = {
+            "driver": OpenPedals(),
+            "schedule": FixedGear(w_open=W_OPEN, w_closed=W_CLOSED),
+            "gearbox": SingleGear(gear=IdealGear(ratio=ratio)),
+        }
+        return cls(**(bench | parts))
 
     def equations(self) -> Equations:
         """Engine to road."""

@@ -99,4 +99,3 @@ class SplitPathCar(Component):
     def initial(self) -> Equations:
         """At rest, with the engine idling."""
         yield self.engine.w == self.engine.w_idle
-        yield self.shaft.w == 0

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, connect, port, signal_input
+from powertrain import Component, Equations, Input, Symbol, connect, port, signal_input
 from powertrain.components.body.path import AxlePath
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
 from powertrain.components.rotational import Flange as Shaft
 from powertrain.components.rotational import Inertia, SpringDamper, TwoFlanges
 from powertrain.components.translational import Flange
 from powertrain.components.wheels import MagicFormulaWheel, RigidWheel, Wheel, WheelBrake
+
+
+def _rolls(wheel: Wheel) -> Symbol:
+    """At the start the road turns the wheel."""
+    return wheel.radius * wheel.w == wheel.v
 
 
 class Axle(Component):
@@ -39,6 +44,10 @@ class RollingAxle(Axle):
         yield connect(self.load, self.wheels.load)
         yield connect(self.brake, self.brakes.demand)
 
+    def initial(self) -> Equations:
+        """The wheels roll."""
+        yield _rolls(self.wheels)
+
 
 class LumpedAxle(PoweredAxle):
     """A driven axle whose two wheels are one, with the inertia of both.
@@ -62,6 +71,10 @@ class LumpedAxle(PoweredAxle):
         yield connect(self.load, self.wheels.load)
         yield connect(self.brake, self.brakes.demand)
 
+    def initial(self) -> Equations:
+        """The wheels roll."""
+        yield _rolls(self.wheels)
+
 
 class DrivenAxle(PoweredAxle):
     """Final drive, differential, half shafts that twist, brakes and two wheels, each on its own path and with its own load.
@@ -81,7 +94,7 @@ class DrivenAxle(PoweredAxle):
     final_drive: TwoFlanges = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
 
     def equations(self) -> Equations:
-        """Both sides alike. The parts stand from the road up: at the start the road turns the wheels, and they the rest."""
+        """Both sides alike."""
         yield connect(self.pinion, self.final_drive.flange_a)
         yield connect(self.final_drive.flange_b, self.cage.flange_a)
         yield connect(self.cage.flange_b, self.differential.crown)
@@ -100,7 +113,9 @@ class DrivenAxle(PoweredAxle):
         yield connect(self.brake, self.left_brake.demand, self.right_brake.demand)
 
     def initial(self) -> Equations:
-        """The cage turns with the wheels, and the half shafts are not twisted."""
+        """The wheels roll, the cage turns with them, and the half shafts are not twisted."""
+        yield _rolls(self.left)
+        yield _rolls(self.right)
         yield self.cage.w == (self.left.w + self.right.w) / 2
         yield self.left_shaft.phi_rel == 0
         yield self.right_shaft.phi_rel == 0

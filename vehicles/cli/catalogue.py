@@ -61,14 +61,8 @@ def is_vehicle(kind: type[pt.Component]) -> bool:
     """It has a slot for a body."""
     from powertrain.components.body import Body
 
-    return _takes(kind, Body)
-
-
-def drives_cycles(kind: type[pt.Component]) -> bool:
-    """It has a slot for a cycle."""
-    from powertrain.components.cycles import CycleSpeed
-
-    return _takes(kind, CycleSpeed)
+    types = (kind._slot_types().get(slot) for slot in kind._fields)
+    return any(isinstance(given, type) and issubclass(given, Body) for given in types)
 
 
 def fitting(kind: object) -> list[Entry]:
@@ -97,12 +91,6 @@ def find(name: str, among: Iterable[Entry], what: str) -> Entry:
 
 def _plain(name: str) -> str:
     return name.lower().replace("-", "").replace("_", "")
-
-
-def _takes(kind: type[pt.Component], part: type[pt.Component]) -> bool:
-    """Whether one of its slots is for such a part."""
-    types = (kind._slot_types().get(slot) for slot in kind._fields)
-    return any(isinstance(given, type) and issubclass(given, part) for given in types)
 
 
 def _entries(package: ModuleType) -> Iterator[Entry]:

@@ -19,7 +19,6 @@ from powertrain.vehicles.cli.options import (
     Vehicle,
     of_the_command_line,
     settings,
-    with_driver,
 )
 from powertrain.vehicles.cli.text import columns, number, title
 
@@ -118,7 +117,6 @@ def command(
     from powertrain.vehicles.trials import drive_cycle, on_rolling_road
     from powertrain.vehicles.trials.gears import is_geared
 
-    with_driver(vehicle, "who follows a cycle")
     model, paths = configured(vehicle, params, texts)
     driven: DriveCycle = cycle or model.cycle.cycle  # type: ignore[attr-defined]
     if span is not None:
