@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, Symbol, connect, port, signal_input
+from powertrain import Component, Equations, Input, ParameterError, Symbol, connect, port, signal_input
 from powertrain.components.body.path import AxlePath
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
 from powertrain.components.rotational import Flange as Shaft
@@ -16,6 +16,23 @@ def _rolls(wheel: Wheel) -> Symbol:
     return wheel.radius * wheel.w == wheel.v
 
 
+def _as_one(*wheels: Wheel) -> RigidWheel:
+    """One wheel in the place of all, which bears what they bear and does not slip."""
+    radii = {float(wheel.radius) for wheel in wheels}
+    if len(radii) > 1:
+        raise ParameterError(
+            f"wheels of {' and '.join(f'{r:g}' for r in sorted(radii))} m on one axle do not turn as one"
+        )
+    n = len(wheels)
+    return RigidWheel(
+        radius=radii.pop(),
+        J=sum(float(wheel.J) for wheel in wheels),
+        Cr=sum(float(wheel.Cr) for wheel in wheels) / n,
+        Cr_2=sum(wheel.Cr_2 for wheel in wheels) / n,
+        load_nominal=sum(float(wheel.load_nominal) for wheel in wheels),
+    )
+
+
 class Axle(Component):
     """Partial: an axle under a body. ``axle`` pushes the body; ``load`` is what the body sends."""
 
@@ -23,6 +40,10 @@ class Axle(Component):
     load: Input = signal_input("N", "Load on the axle")
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
     brake: Input = signal_input("1", "Brake demand, 0 to 1", default=0.0)
+
+    def lumped(self) -> Axle:
+        """The axle as it is on a straight road without slip: its wheels as one that does not slip."""
+        raise NotImplementedError(type(self).__name__)
 
 
 class PoweredAxle(Axle):
@@ -47,6 +68,10 @@ class RollingAxle(Axle):
     def initial(self) -> Equations:
         """The wheels roll."""
         yield _rolls(self.wheels)
+
+    def lumped(self) -> RollingAxle:
+        """The axle with wheels that do not slip."""
+        return RollingAxle(brakes=self.brakes, wheels=_as_one(self.wheels))
 
 
 class LumpedAxle(PoweredAxle):
@@ -74,6 +99,10 @@ class LumpedAxle(PoweredAxle):
     def initial(self) -> Equations:
         """The wheels roll."""
         yield _rolls(self.wheels)
+
+    def lumped(self) -> LumpedAxle:
+        """The axle with wheels that do not slip."""
+        return LumpedAxle(final_drive=self.final_drive, brakes=self.brakes, wheels=_as_one(self.wheels))
 
 
 class DrivenAxle(PoweredAxle):
@@ -119,3 +148,8 @@ class DrivenAxle(PoweredAxle):
         yield self.cage.w == (self.left.w + self.right.w) / 2
         yield self.left_shaft.phi_rel == 0
         yield self.right_shaft.phi_rel == 0
+
+    def lumped(self) -> LumpedAxle:
+        """Its two wheels as one that does not slip. Errors: ParameterError for wheels of different radii."""
+        brakes = WheelBrake(tau_max=float(self.left_brake.tau_max) + float(self.right_brake.tau_max))
+        return LumpedAxle(final_drive=self.final_drive, brakes=brakes, wheels=_as_one(self.left, self.right))

@@ -420,7 +420,7 @@ def test_run_calculates_backward(short: str) -> None:
     assert "has no map of operating points: control" in refused(
         "run", "PowerSplitHybrid", "--cycle", short, "--backward"
     )
-    assert "has no map of operating points: schedule" in refused("map", "ManualCar", code=1)
+    assert "has no map of operating points: control" in refused("map", "PowerSplitHybrid", code=1)
 
 
 def test_performance_is_that_of_the_signals(tmp_path: Path) -> None:

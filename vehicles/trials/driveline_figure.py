@@ -22,7 +22,7 @@ FAINT = (1, 1, 1, 0.35)
 
 
 def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Axes | None = None) -> Axes:
-    """Efficiency from the tank to the road over speed and tractive force, up to what the vehicle can pull.
+    """Efficiency from the tank or the battery to the road over speed and tractive force, up to what the vehicle can pull.
 
     ``found`` is what ``driveline_map`` gives. Shown are the speeds at which all its points are steady states; where it knows the cases of a
     power flow these are hatched. The points are where a cycle was driven, one for every second with a pulling force.
@@ -40,7 +40,8 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     lines = ax.contour(speed, force, efficiency, levels=drawn, colors="k", linewidths=0.4)
     ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)
-    bar.set_label("efficiency from the tank to the road  [1]")
+    told = str(found["efficiency"].attrs["long_name"])
+    bar.set_label(f"{told[0].lower()}{told[1:]}  [1]")
     ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
     handles = _hatch(ax, found, speed, force) if "case" in found else []
     if run is not None:
