@@ -36,7 +36,7 @@ ORDER = [
     "engine: sparse_lu buffers compiled pivots indicators waves modes",
     "engine: survey verdict step dopri5 rodas5p steps book",
     "engine: jam selflocking chatter schedules trajectory location projection consistent special",
-    "engine: uniqueness resolve admissible",
+    "engine: uniqueness resting resolve admissible",
     "engine: continuity zeno sparse_step failure loop engine",
     "signals nonfinite events export conditions initial result plant running",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",

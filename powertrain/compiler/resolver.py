@@ -144,8 +144,7 @@ class Resolver:
         return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest) + rounding
 
     def _from_positions(self, opened: Symbol) -> Symbol:
-        """The sizes of what positions add to an opened expression, sum_j |d/dx_j x_j|: they grow with the way, and their differences do not."""
-        known = self.reduced.flat.unknowns
+        """The sizes of what positions add to an opened expression, sum_j |d/dx_j x_j|: they grow with the way, their differences do not."""
         positions = ca.vertsplit(self.x)
         slopes = ca.jacobian(opened, column(positions))
         places = slopes.sparsity().get_col()

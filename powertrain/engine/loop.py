@@ -54,7 +54,7 @@ class Run:
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
         self.book = engine.book
-        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.book.kinds)
+        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.book.kinds, self.book.rests)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.book.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0

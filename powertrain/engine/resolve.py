@@ -15,6 +15,7 @@ from powertrain.compiler.hybrid import Contact, HybridDae, When
 from powertrain.engine.buffers import Array, Bound, Memory, view
 from powertrain.engine.consistent import Algebra, NotConsistent
 from powertrain.engine.jam import jam_message, not_found_message, several_message
+from powertrain.engine.resting import resting
 from powertrain.engine.steps import PREFIX
 from powertrain.engine.uniqueness import Uniqueness
 from powertrain.errors import SimulationError
@@ -48,6 +49,7 @@ class Resolver:
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
         self._pieces = set(self.uniqueness.pieces)
+        self._rests = [f.rests for f in dae.frictions if f.rests is not None]
         self._last_shared: Array | None = None
         self._flags = view(memory.flags)
 
@@ -55,11 +57,18 @@ class Resolver:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
         memory = self.memory
         self.extra, self._unsolved = [], None
+        memory.m[self._rests] = 0.0
         for _ in range(_ROUNDS):
             if self._found(side):
-                return
+                return self._note_rest(side)
         names = sorted({name for name, _ in self.extra})
         raise SimulationError(f"at t = {memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}")
+
+    def _note_rest(self, side: int) -> None:
+        """Mark the laws at a limit that others hold."""
+        if self._flags[4] > 0.0 and self._problem is not None:
+            for k in resting(self.dae, self._problem, self._point(side)):
+                self.memory.m[self.dae.frictions[k].rests] = 1.0
 
     def _found(self, side: int) -> bool:
         """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
