@@ -163,6 +163,7 @@ class Run:
             if counting and any(outside):
                 self.outside += outside
             if watch is not None:
+                self.t, self.side = t, side  # it may end the run
                 watch(t)
             if auto and (info[4] > _STIFF or self.stiff > 0) and self._too_stiff(info[4]):
                 steps, auto = self._implicit(), False
