@@ -261,7 +261,7 @@ CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
         options(start=values, parameters=mappings, starts=mappings, guesses=mappings, inputs=mappings, rtol=values, method=values),
         lambda o: PLANT.start(**o),
     ),
-    "step": (st.tuples(values, mappings), lambda v: PLANT.start().step(v[0], **_texts(v[1]))),
+    "step": (st.tuples(values.filter(lambda v: not (isinstance(v, float) and 1 < v < math.inf)), mappings), lambda v: PLANT.start().step(v[0], **_texts(v[1]))),
     "state of a run": (values, lambda v: setattr(PLANT.start(), "state", v)),
     "signal of a run": (st.sampled_from(NAMES) | values, lambda v: PLANT.start()[v]),
     "power_outputs": (values, pt.power_outputs),

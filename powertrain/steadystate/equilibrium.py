@@ -124,9 +124,9 @@ class _Stage:
             m[s.index : s.index + 3] = [Symbol(time), value, Symbol(0)]
         p = [known.get(n, dae.p[i]) for i, n in enumerate(compiled.parameters)]
         self.arguments = [Symbol(time), dae.x, dae.z, column(m), column(p)]
-        shared = [law for law in dae.frictions if law.rests is not None]
-        for law, w in zip(shared, self.put([law.w for law in shared]), strict=True):
-            m[law.rests] = ca.if_else(ca.fabs(w) <= ZONE, 1.0, 0.0)  # nothing accelerates
+        shared = [(law.rests, law.w) for law in dae.frictions if law.rests is not None]
+        for (index, _), w in zip(shared, self.put([w for _, w in shared]), strict=True):
+            m[index] = ca.if_else(ca.fabs(w) <= ZONE, 1.0, 0.0)  # nothing accelerates
         self.arguments[3] = column(m)
         self.common = (
             column([*ca.vertsplit(dae.p), *self.inputs.values()])
