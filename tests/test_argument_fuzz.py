@@ -211,7 +211,10 @@ CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
         lambda o: pt.sensitivity(RESULT, **{"signals": "J1.w", "wrt": "J1.J", **o}),
     ),
     "sensitivity of anything": (st.tuples(values, values, values), lambda v: pt.sensitivity(*v)),
-    "floquet": (options(start=values, period=values), lambda o: pt.floquet(RESULT, **{"start": 0.0, "period": 0.1, **o})),
+    "floquet": (
+        options(start=values, period=values),
+        lambda o: pt.floquet(RESULT, **{"start": 0.0, "period": 0.1, **o}),
+    ),
     "floquet of anything": (values, lambda v: pt.floquet(v, 0.0, 0.1)),
     "objective": (
         st.tuples(st.sampled_from([pt.final, pt.integral, pt.maximum, pt.minimum]), values, values),
@@ -239,7 +242,9 @@ CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
             ends=mappings,
             stop=values,
             smooth=values,
-            intervals=values.filter(lambda v: not isinstance(v, float | np.floating) and not isinstance(v, int) or v < 9),
+            intervals=values.filter(
+                lambda v: (not isinstance(v, float | np.floating) and not isinstance(v, int)) or v < 9
+            ),
         ),
         lambda o: pt.optimal_control(
             PLANT,
@@ -258,10 +263,21 @@ CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
         lambda o: PLANT.function(**o),
     ),
     "start": (
-        options(start=values, parameters=mappings, starts=mappings, guesses=mappings, inputs=mappings, rtol=values, method=values),
+        options(
+            start=values,
+            parameters=mappings,
+            starts=mappings,
+            guesses=mappings,
+            inputs=mappings,
+            rtol=values,
+            method=values,
+        ),
         lambda o: PLANT.start(**o),
     ),
-    "step": (st.tuples(values.filter(lambda v: not (isinstance(v, float) and 1 < v < math.inf)), mappings), lambda v: PLANT.start().step(v[0], **_texts(v[1]))),
+    "step": (
+        st.tuples(values.filter(lambda v: not (isinstance(v, float) and 1 < v < math.inf)), mappings),
+        lambda v: PLANT.start().step(v[0], **_texts(v[1])),
+    ),
     "state of a run": (values, lambda v: setattr(PLANT.start(), "state", v)),
     "signal of a run": (st.sampled_from(NAMES) | values, lambda v: PLANT.start()[v]),
     "power_outputs": (values, pt.power_outputs),

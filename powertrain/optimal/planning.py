@@ -141,7 +141,9 @@ class _Problem:
     def limit(self, limits: dict[Any, Any], ends: dict[str, Any], stop: Any, smooth: float) -> None:
         """Builds the phases with all that is asked of them."""
         self.limits = [(s, bounded(f"limits: {s}", r)) for s, r in limits.items()]
-        self.ends = [(s, bounded(f"ends: {s}", r if isinstance(r, tuple) else (r, r), closed=True)) for s, r in ends.items()]
+        self.ends = [
+            (s, bounded(f"ends: {s}", r if isinstance(r, tuple) else (r, r), closed=True)) for s, r in ends.items()
+        ]
         self.stop = (self.run.trajectory.end,) * 2 if stop is None else bounded("stop", stop, closed=True)
         self.smooth = smooth
         signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
