@@ -155,7 +155,9 @@ def test_a_two_mode_transmission_at_its_synchronous_point() -> None:
     w = np.array([199.0, 199.9999, 200.0, 200.0001, 201.0])
     for pressed in ({"b": 1.0, "c": 0.0}, {"b": 0.0, "c": 1.0}):
         # the first sun turns with w - 200: at 200 rad/s of the engine the second ring and the first sun both stand
-        wanted: dict[str, Any] = {"engine.w": w, "two.w": 400.0 / 3} | pressed | {"engine_torque": 100.0, "tau_load": -150.0}
+        wanted: dict[str, Any] = (
+            {"engine.w": w, "two.w": 400.0 / 3} | pressed | {"engine_torque": 100.0, "tau_load": -150.0}
+        )
         found = pt.steady(TwoMode(), wanted, free=["tau_1", "tau_2"], outputs=["output.w", "one.w"])
         assert found.status.values.tolist() == [OK] * 5
         np.testing.assert_allclose(found["one.w"], 3 * 400 / 3 - 2 * w, atol=1e-9)
