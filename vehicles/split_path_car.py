@@ -13,7 +13,7 @@ from powertrain.components.body import (
     TransferCase,
     VehicleBody,
 )
-from powertrain.components.control import Driver, OperatingLineControl, Pedals
+from powertrain.components.control import LaggingDriver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
@@ -55,7 +55,7 @@ class SplitPathCar(Component):
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
-    driver: Pedals = Driver(k_a=1300 / 6000)
+    driver: Pedals = LaggingDriver(k_a=1300 / 6000)
     control: OperatingLineControl = OperatingLineControl(ratio_min=0.2)
     engine: Engine = WillansEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))

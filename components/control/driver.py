@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Variable, der, parameter, signal_input, switch, variable
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, switch, variable
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.limited import limited
 
@@ -15,17 +15,17 @@ BEYOND = 0.1
 """Demand beyond the stop of a pedal over which the integral comes to a halt."""
 
 
-class Driver(Pedals):
-    """Follows a speed with the pedals: a proportional-integral controller that knows the acceleration to come.
+class SpeedFollower(Pedals):
+    """Partial: a proportional-integral controller of the speed that knows the acceleration to come, between the stops of two pedals.
 
-    u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) share,  held = u within [-1, 1]
+    u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) share,  held = the foot's demand within [-1, 1]
     v < v_ref: share = (1.1 - u)/0.1 within 0..1;  v > v_ref: share = (1.1 + u)/0.1 within 0..1
     accelerator = max(pedal, 0),  brake = max(-pedal, 0),  pedal = held, but min(-|held|, -hold) while v_ref and a_ref are below 0.05
 
     While a pedal is at its stop the integral x waits (anti-windup by conditional integration), so that the foot lifts when the speed is
-    nearly there, and not before. k_a is the part of the pedal that the
-    vehicle needs for 1 m/s2, so about mass over greatest force. Where the cycle stands, the foot is on the brake, and presses it harder
-    if the vehicle rolls, forward or backward. ``v_ref`` and ``a_ref`` are what ``CycleSpeed`` gives.
+    nearly there, and not before. k_a is the part of the pedal that the vehicle needs for 1 m/s2, so about mass over greatest force. Where
+    the cycle stands, the foot is on the brake, and presses it harder if the vehicle rolls, forward or backward. ``v_ref`` and ``a_ref``
+    are what ``CycleSpeed`` gives.
     """
 
     k_p: Parameter = parameter("s/m", "Pedal for a speed that is 1 m/s too low", default=0.5, min=0)
@@ -36,20 +36,51 @@ class Driver(Pedals):
     u: Variable = variable("1", "Demand before the stops of the pedals")
     x: Variable = variable("1", "Integral part of the demand")
 
-    def equations(self) -> Equations:
-        """A controller between two stops."""
+    def _demand(self) -> Equations:
         yield self.error == self.v_ref.value - self.v.value
         yield self.u == self.k_a * self.a_ref.value + self.k_p * self.error + self.x
-        low = switch(self.u < -1, -1.0, self.u, continuous=True)
-        held = switch(self.u > 1, 1.0, low, continuous=True)
         slow, fast = ca.fmax(self.error, 0), ca.fmin(self.error, 0)
         room = [limited((1 + BEYOND + sign * self.u) / BEYOND) for sign in (-1, 1)]
         yield der(self.x) == self.k_i * (slow * room[0] + fast * room[1])
+
+    def _press(self, foot: Symbol) -> Equations:
+        low = switch(foot < -1, -1.0, foot, continuous=True)
+        held = switch(foot > 1, 1.0, low, continuous=True)
         standing = ca.logic_and(self.v_ref.value < STILL, self.a_ref.value < STILL)
         pedal = switch(standing, ca.fmin(-ca.fabs(held), -self.hold), held)
         driving = pedal > 0
         yield self.accelerator.value == switch(driving, pedal, 0.0, continuous=True)
         yield self.brake.value == switch(driving, 0.0, -pedal, continuous=True)
+
+
+class Driver(SpeedFollower):
+    """Follows a speed with the pedals; the foot follows the demand at once.
+
+    The equations are those of ``SpeedFollower`` with the demand u at the pedals.
+    """
+
+    def equations(self) -> Equations:
+        """A controller between two stops."""
+        yield from self._demand()
+        yield from self._press(self.u)
+
+
+class LaggingDriver(SpeedFollower):
+    """Follows a speed with a foot that lags behind, as a human one does: T der(foot) = u - foot, with foot at the pedals.
+
+    A foot without lag answers the shuffle of a car on its half shafts (2 to 8 Hz) in a phase that keeps it up.
+    Source of the order of T: D. T. McRuer, H. R. Jex, A review of quasi-linear pilot models, IEEE Trans. Human Factors in Electronics
+    HFE-8 (1967) 231: neuromuscular lag and delay of 0.1 to 0.3 s.
+    """
+
+    T: Parameter = parameter("s", "Lag of the foot", default=0.2, above=0)
+    foot: Variable = variable("1", "Demand that has reached the foot", start=0.0)
+
+    def equations(self) -> Equations:
+        """A controller, a lag, two stops."""
+        yield from self._demand()
+        yield self.T * der(self.foot) == self.u - self.foot
+        yield from self._press(self.foot)
 
 
 class SetPedals(Pedals):

@@ -35,6 +35,15 @@ def closes(run: CycleRun, share: float) -> None:
     assert abs(run.audit.residual) < share * work
 
 
+@pytest.mark.parametrize("v", [0.8, 2.0, 3.0])
+def test_no_shuffle_while_creeping(v: float) -> None:
+    """Where the engine is heavy on the half shafts the driver does not keep their vibration up."""
+    creep = DriveCycle("creep", ((0.0, 0.0), (1.0, 0.0), (1.0 + 2 * v, v), (20.0, v)))
+    run = drive_cycle(car("bevel", "linear"), creep, rtol=1e-5)
+    torque = run.result.at(np.linspace(15.0, 20.0, 1001), "front.left_shaft.tau")
+    assert np.ptp(torque) < 5.0  # N.m; some 700 with a foot without lag
+
+
 @pytest.mark.parametrize("tyre", TYRES)
 @pytest.mark.parametrize("differential", KINDS)
 def test_starts_and_halts(differential: str, tyre: str) -> None:
