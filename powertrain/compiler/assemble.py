@@ -220,6 +220,7 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int], res
         ),
         may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False)),
         known=resolver.known(k),
+        rounding=resolver.rounding(k),
         reach=resolver.reach(k),
         rests=layout[key(rests[key(t.mode)])] if key(t.mode) in rests else None,
     )  # fmt: skip

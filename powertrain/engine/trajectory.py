@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.engine.buffers import Array, Memory
+from powertrain.numerics.buffers import Array, Memory
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class Trajectory:
     """The accepted steps of one run.
 
     Step i starts at ``times[i]`` with ``dense[i]`` (5 columns of y = (x, z) in powers of (t - times[i]) / sizes[i]) and lasts until the
-    next one starts; ``held[mode_of_step[i]]`` are its held values. ``rests``: see ``powertrain.engine.book``. ``notes`` says what is not
-    unique in the result.
+    next one starts; ``held[mode_of_step[i]]`` are its held values. ``rests``: see ``powertrain.engine.catalogue``. ``notes`` says
+    what is not unique in the result.
     """
 
     times: Array

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from powertrain.arguments import by_name, number, row
 from powertrain.arguments import path as argument_path
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 
 if TYPE_CHECKING:
     import pandas as pd
