@@ -118,7 +118,8 @@ def friction(
 
     The bounds may depend on states, on time and, piecewise linearly, on unknown torques; a bound may be infinite (one-way clutch).
     ``torque`` opposes ``w`` where lower <= 0 <= upper: the power torque*w is dissipated. Where lower = upper the law is free.
-    The mode is a signal of the component called ``name``: 1 forward, 0 stuck, -1 backward, 2 free.
+    The mode is a signal of the component called ``name``: 1 forward, 0 stuck, -1 backward, 2 free. A law at its
+    limit is stuck, too, where others hold it at rest.
     """
     w, torque, lower, upper, peak = (_expression("friction", value) for value in (w, torque, lower, upper, peak))
     return FrictionLaw(w, torque, lower, upper, peak, name)

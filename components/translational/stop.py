@@ -36,7 +36,8 @@ class MassWithStopAndFriction(Rigid, Lossy):
 
     A mass that hits a stop at speed v leaves it at restitution v, in no time. The energy it loses there is not in
     lossPower, which has no value at that instant. The signals stop_min and stop_max are 1 while the mass is pressed
-    against a stop. How much of the pressing force friction takes then is not determined; no motion depends on it.
+    against a stop. Friction is stuck then (mode 0); it and the stop share the pressing force equally, until friction is at its limit and
+    the stop takes the rest. No motion depends on that.
     """
 
     m: Parameter = parameter("kg", "Mass", min=0)
