@@ -146,6 +146,40 @@ def test_inputs_of_the_model() -> None:
     assert plant.simulate(1.0)["J1.w"][-1] == pytest.approx(0.5)
 
 
+class Knob(pt.Component):
+    """A part with an input of the whole model."""
+
+    turned: pt.Input = pt.signal_input("1", "Knob", default=0.5, outside=True)
+    x: pt.Variable = pt.variable("1", "Integral of it", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.turned.value
+
+
+class Knobs(pt.Component):
+    free: Knob = Knob()
+    joined: Knob = Knob()
+    given: Knob = Knob()
+    one: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.one.y, self.joined.turned)
+        yield self.given.turned.value == 2.0
+
+
+def test_inputs_from_outside_in_a_part() -> None:
+    """Where nothing is connected and no equation of the whole gives it, the signal is an input of the model."""
+    plant = pt.compile(Knobs())
+    assert list(plant.compiled.inputs) == ["free.turned"]
+    ends = [
+        [plant.simulate(1.0, inputs=inputs)[f"{name}.x"][-1] for name in ("free", "joined", "given")]
+        for inputs in ({}, {"free.turned": 3.0})
+    ]
+    np.testing.assert_allclose(ends, [[0.5, 1.0, 2.0], [3.0, 1.0, 2.0]])
+    with pytest.raises(pt.ParameterError, match=r"no input joined\.turned"):
+        plant.simulate(1.0, inputs={"joined.turned": 3.0})
+
+
 def test_one_value_in_two_places() -> None:
     shaft = rot.Inertia(J=2.0)
 

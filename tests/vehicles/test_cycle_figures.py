@@ -14,6 +14,7 @@ import powertrain as pt
 from powertrain.components.cvu import VariableUnit
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.wheels import WheelBrake
+from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.trials import CycleRun, drive_cycle
 from powertrain.vehicles.trials import figures as draw
@@ -88,3 +89,12 @@ def test_whole_page() -> None:
     figure = draw.cycle_figure(run())
     assert len(figure.axes) >= 5
     assert isinstance(run().result, pt.Result)
+
+
+def test_whole_page_of_an_electric_car() -> None:
+    """Its prime mover is a machine: speeds, powers, and its own map."""
+    short = drive_cycle(ElectricCar(), DriveCycle("short", ((0.0, 0.0), (1.0, 0.0), (5.0, 5.0), (8.0, 0.0))))
+    figure = draw.cycle_figure(short)
+    labels = {str(text.get_text()) for ax in figure.axes if (legend := ax.get_legend()) for text in legend.get_texts()}
+    assert {"speed of machine", "machine", "area: energy through the shaft there"} <= labels
+    assert "W.h/km" in str(figure.get_suptitle())

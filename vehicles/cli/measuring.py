@@ -43,8 +43,8 @@ def command(vehicle: Entry, texts: tuple[str, ...], params: Path | None, out: Pa
     """Press the accelerator of a vehicle fully and print how it accelerates, its top speed, and the steepest slope it moves off on.
 
     It starts from rest, as the vehicle stands ready: the engine idles, stores hold what they hold at the start. Top speed is the highest
-    that it reaches; a battery or a flywheel may help to it. Gradeability is to half a per cent. Rigid wheels do not slip: exchange
-    `front` and `rear` for tyres (MagicFormulaWheel) where the ground limits.
+    that it reaches; a battery or a flywheel may help to it. Gradeability is to half a per cent. Rigid wheels do not slip: where
+    the ground limits, set `front=DrivenAxle`, which has tyres.
     """
     import powertrain as pt
     from powertrain.vehicles.cli.settings import free_or_error

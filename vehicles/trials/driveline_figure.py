@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from powertrain.components.wheels import Wheel
-from powertrain.vehicles.trials.cycle import RATE, CycleRun
+from powertrain.vehicles.trials.cycle import CycleRun
 from powertrain.vehicles.trials.figures import parts_of
 
 if TYPE_CHECKING:
@@ -66,7 +66,9 @@ def _hatch(ax: Axes, found: xr.Dataset, speed: Any, force: Any) -> list[Any]:
 
 def _points(ax: Axes, run: CycleRun) -> None:
     wheels = list(parts_of(run.plant.model, Wheel))
-    v, pull = run.speed[::RATE] * 3.6, np.sum([run.result[f"{wheel}.f"][::RATE] for wheel in wheels], axis=0)
+    time = run.result.time
+    seconds = np.searchsorted(time, np.arange(time[0], time[-1]))  # an event has samples of its own
+    v, pull = run.speed[seconds] * 3.6, np.sum([run.result[f"{wheel}.f"][seconds] for wheel in wheels], axis=0)
     driven = pull > 0
     name = run.cycle.name.upper() if len(run.cycle.name) < 6 else run.cycle.name
     ax.plot(v[driven], pull[driven], ".", ms=3, color="C3", alpha=0.5, label=f"{name}, every second")
