@@ -103,18 +103,19 @@ class Fit:
         import matplotlib.pyplot as plt
 
         data, run, left = self.experiments[experiment], self.results[experiment], self.residuals(experiment)
+        times = np.union1d(run.time, np.linspace(run.time[0], run.time[-1], 500))  # long steps are curved
         fig, axes = plt.subplots(len(data.values), 2, figsize=(10, 2.6 * len(data.values)), squeeze=False, sharex=True)
         for (name, values), (ax, other) in zip(data.values.items(), axes, strict=True):
             ax.plot(data.grid, values, ".", markersize=3, label="measured")
-            ax.plot(run.time, run[name], label="simulated")
-            ax.set_ylabel(f"{name} in {run.units[name]}")
+            ax.plot(times, run.at(times, name), label="simulated")
+            ax.set_ylabel(f"{name} [{run.units[name]}]")
             other.plot(data.grid, left[name], ".", markersize=3)
             other.axhline(0.0, color="black", linewidth=0.8)
         axes[0, 0].legend()
         axes[0, 0].set_title("Signals")
         axes[0, 1].set_title("Residuals")
         for ax in axes[-1]:
-            ax.set_xlabel("time in s")
+            ax.set_xlabel("Time [s]")
         fig.tight_layout()
         return fig
 

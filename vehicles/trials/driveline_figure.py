@@ -38,12 +38,12 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     lines = ax.contour(speed, force, efficiency, levels=drawn, colors="k", linewidths=0.4)
     ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)
-    bar.set_label("efficiency from the tank to the road  [1]")
+    bar.set_label("Efficiency from tank to road [1]")
     ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
     handles = _hatch(ax, found, speed, force) if "case" in found else []
     if run is not None:
         _points(ax, run)
-    ax.set(xlabel="speed  [km/h]", ylabel="tractive force  [N]", ylim=(0, 1.05 * np.nanmax(force)), xlim=(0, None))
+    ax.set(xlabel="Speed [km/h]", ylabel="Tractive force [N]", ylim=(0, 1.05 * np.nanmax(force)), xlim=(0, None))
     ax.legend(handles=[*ax.get_legend_handles_labels()[0], *handles], loc="upper right", fontsize=8)
     return ax
 
