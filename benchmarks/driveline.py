@@ -21,9 +21,9 @@ from powertrain.components.blocks import Sine
 from powertrain.components.rotational import Flange as Shaft
 from powertrain.components.rotational import IdealGear, Inertia, SpringDamper
 from powertrain.components.translational import Flange, Mass
-from powertrain.engine import rodas5p
-from powertrain.engine.buffers import Bound
+from powertrain.integration import rodas5p
 from powertrain.map import Axis
+from powertrain.numerics.buffers import Bound
 
 Array = NDArray[np.float64]
 NAME = "driveline"

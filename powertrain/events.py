@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Event
 from powertrain.errors import ParameterError, suggestion
+from powertrain.numerics.buffers import Array
 from powertrain.signals import fits_pattern
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from powertrain.arguments import path as argument_path
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.events import MODES, EventTable, change
+from powertrain.numerics.buffers import Array
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -27,9 +27,9 @@ from powertrain.conditions import (
     signal_condition,
     unsettled,
 )
-from powertrain.engine.buffers import Bound, zeros
 from powertrain.engine.engine import Engine
 from powertrain.errors import InitializationError, ParameterError, suggestion
+from powertrain.numerics.buffers import Bound, zeros
 from powertrain.symbols import Symbol, column, free_symbols, key
 
 Array = NDArray[np.float64]

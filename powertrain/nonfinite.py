@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.tape import CallsFunction, operations
+from powertrain.numerics.tape import CallsFunction, operations
 from powertrain.recorder import reading
 from powertrain.signals import signals_of
 from powertrain.symbols import Symbol, column, free_symbols, key

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from powertrain.component import Component
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
 from powertrain.events import MODES
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result, What
 
 if TYPE_CHECKING:

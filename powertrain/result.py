@@ -18,10 +18,10 @@ from powertrain.arguments import array
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.component import Component
 from powertrain.connectors import Signal
-from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
+from powertrain.numerics.buffers import Array
 from powertrain.quantities import converted
 from powertrain.signals import Picked, Samples, signals_of
 from powertrain.symbols import Symbol

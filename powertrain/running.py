@@ -11,10 +11,10 @@ import numpy as np
 from powertrain.arguments import by_name, number
 from powertrain.compiler.hybrid import Schedule
 from powertrain.component import Component
-from powertrain.engine.buffers import Array
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples, signals_of
 

@@ -18,8 +18,8 @@ from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.flatten import Flat, flatten
 from powertrain.component import Component
 from powertrain.connectors import Signal
-from powertrain.engine.buffers import Array, Bound, zeros
 from powertrain.errors import ParameterError, PowertrainError, suggestion
+from powertrain.numerics.buffers import Array, Bound, zeros
 from powertrain.recorder import reading
 from powertrain.replacing import replace as changed
 from powertrain.symbols import Symbol, column, free_symbols, key

@@ -123,7 +123,7 @@ def test_large_maps_through_tables_are_the_small_ones(axes: tuple[str, str]) -> 
 
 def test_combinations_that_are_not_tried_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """In maps that are walked one solution is given and said to be one; exhaustive=True tries the rest."""
-    monkeypatch.setattr("powertrain.steadystate.walk._ALTERNATIVES", 0)
+    monkeypatch.setattr("powertrain.steadystate.neighbours._ALTERNATIVES", 0)
     grid = {"r": np.linspace(0.3, 0.5, 40), "load": np.linspace(-2, -1, 60)}
     plants = pt.compile(SplitPathBench()), pt.compile(SplitPathBench())
     walked, tried = (pt.steady(p, grid, outputs=OUTPUTS, exhaustive=i > 0) for i, p in enumerate(plants))
@@ -137,7 +137,7 @@ def test_few_and_many_combinations_give_the_same_points(monkeypatch: pytest.Monk
     """All combinations of modes tried, and modes solved for."""
     grid: dict[str, Any] = {"r": np.linspace(-1.9, 2.9, 24), "load": [-20.0, -1.0, 5.0]}
     tried = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
-    monkeypatch.setattr("powertrain.steadystate.operating.COMBINATIONS", 0)
+    monkeypatch.setattr("powertrain.equilibrium.operating.COMBINATIONS", 0)
     solved = pt.steady(pt.compile(SplitPathBench()), grid, outputs=OUTPUTS)
     same(solved, tried)
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import EnergyTerms, Values
 from powertrain.analysis.quadrature import NODES, Pieces
-from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
 

@@ -16,8 +16,8 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.texts import guarded
 from powertrain.component import Component
 from powertrain.connectors import Connector, Signal
-from powertrain.engine.buffers import Array
 from powertrain.errors import ModelError, ParameterError
+from powertrain.numerics.buffers import Array
 from powertrain.recorder import Recorder, reading
 from powertrain.signals import Lanes, Samples, Signals, signals_of
 from powertrain.symbols import Symbol, column

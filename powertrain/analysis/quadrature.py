@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Trajectory
+from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)

@@ -215,6 +215,7 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> 
         ),
         may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False)),
         known=resolver.known(k),
+        rounding=resolver.rounding(k),
         reach=resolver.reach(k),
         shared=resolver.shares(k),
     )  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from powertrain.compiler.tape import CallsFunction, operations
+from powertrain.numerics.tape import CallsFunction, operations
 from powertrain.symbols import Symbol, column, free_symbols
 
 

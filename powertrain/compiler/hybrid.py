@@ -25,8 +25,8 @@ class Friction:
 
     ``prescribed``: no torque of this law ever moves it; ``acts``: yet other motions follow that torque.
     ``limitless``: modes in which its own torque has no limit, so that it cannot move that way.
-    ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``reach``: G_ii.
-    ``shared``: torques of other laws take part in its motion.
+    ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``rounding``: what the rounding of angles and positions
+    adds to that; ``reach``: G_ii. ``shared``: torques of other laws take part in its motion.
     """
 
     name: str
@@ -45,8 +45,14 @@ class Friction:
     limitless: tuple[float, ...] = ()
     may_free: bool = True
     known: ca.SX = field(default_factory=lambda: ca.SX(LEAST_TORQUE))
+    rounding: ca.SX = field(default_factory=lambda: ca.SX(0))
     reach: ca.SX = field(default_factory=lambda: ca.SX(1))
     shared: bool = False
+
+    @property
+    def hysteresis(self) -> ca.SX:
+        """How well its torque is known at the present states."""
+        return self.known + self.rounding
 
 
 @dataclass(frozen=True)

@@ -138,18 +138,20 @@ class Resolver:
 
     def known(self, k: int) -> Symbol:
         """How well the torque of a law is known: to round-off, unless others take part in its motion."""
-        rounding = rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
         if not self.shares(k):
-            return alone_tolerance(self.largest) + rounding
-        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest) + rounding
+            return alone_tolerance(self.largest)
+        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest)
+
+    def rounding(self, k: int) -> Symbol:
+        """How well the torque of a law is known for the digits that angles and positions have."""
+        return rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
 
     def _from_positions(self, opened: Symbol) -> Symbol:
-        """The sizes of what positions add to an opened expression, sum_j |d/dx_j x_j|: they grow with the way, and their differences do not."""
-        known = self.reduced.flat.unknowns
-        positions = ca.vertsplit(self.x)
+        """The sizes of what angles and positions add to an opened expression, sum_j |d/dx_j x_j|; they grow with the way."""
+        unknowns = self.reduced.flat.unknowns
+        positions = [s for s in ca.vertsplit(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")]
         slopes = ca.jacobian(opened, column(positions))
-        places = slopes.sparsity().get_col()
-        parts = [ca.fabs(slopes.nz[k] * positions[j]) for k, j in enumerate(places)]
+        parts = [ca.fabs(slopes.nz[k] * positions[j]) for k, j in enumerate(slopes.sparsity().get_col())]
         return self.close([sum(parts, Symbol(0))])[0]
 
     def shares(self, k: int) -> bool:

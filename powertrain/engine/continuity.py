@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
-from powertrain.engine.buffers import Array, Memory
 from powertrain.errors import SimulationError
+from powertrain.numerics.buffers import Array, Memory
 from powertrain.symbols import key
 
 _SAME = 1e-7

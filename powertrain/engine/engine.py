@@ -10,27 +10,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.hybrid import Guard, HybridDae, Switch
-from powertrain.engine import steps
-from powertrain.engine.admissible import Admissible
-from powertrain.engine.book import book
-from powertrain.engine.buffers import Array, Bound, Memory
-from powertrain.engine.compiled import compile_functions
-from powertrain.engine.consistent import Algebra, NotConsistent
+from powertrain.engine.catalogue import book
 from powertrain.engine.continuity import Continuity
-from powertrain.engine.indicators import Indicator, indicators
 from powertrain.engine.location import Locator
 from powertrain.engine.loop import Run
-from powertrain.engine.modes import timed
-from powertrain.engine.pivots import match_rows
-from powertrain.engine.projection import project
-from powertrain.engine.resolve import Resolver
 from powertrain.engine.schedules import Schedules
-from powertrain.engine.special import Calls, SpecialSteps
 from powertrain.engine.trajectory import Trajectory
 from powertrain.engine.waves import Waves
 from powertrain.engine.zeno import Zeno, resetting
 from powertrain.errors import InitializationError, ParameterError, SimulationError
+from powertrain.integration import fused as steps
+from powertrain.integration.specialized import Calls, SpecialSteps
+from powertrain.modes.admissible import Admissible
+from powertrain.modes.algebra import Algebra, NotConsistent
+from powertrain.modes.indicators import Indicator, indicators
+from powertrain.modes.projection import project
+from powertrain.modes.resolve import Resolver
+from powertrain.modes.rules import timed
 from powertrain.modes.tolerances import ZONE
+from powertrain.numerics.buffers import Array, Bound, Memory
+from powertrain.numerics.compiled import compile_functions
+from powertrain.numerics.pivots import match_rows
 
 Method = Literal["auto", "dopri5", "rodas5p"]
 _METHODS = ("auto", "dopri5", "rodas5p")
@@ -161,7 +161,7 @@ class Engine:
         if name not in self._steps:
             model = self._shared()
             if name == "sparse":
-                from powertrain.engine.sparse_step import SparseStep
+                from powertrain.integration.sparse_step import SparseStep
 
                 large = [SparseStep(model, self.memory, side) for side in (0, 1)]
                 self._steps[name] = (large[0].call, large[1].call)

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Guard, HybridDae
-from powertrain.engine.buffers import Array, Memory
+from powertrain.numerics.buffers import Array, Memory
 from powertrain.units import with_unit
 
 if TYPE_CHECKING:

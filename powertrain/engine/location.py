@@ -6,7 +6,7 @@ bisects.
 
 from __future__ import annotations
 
-from powertrain.engine.buffers import CHECKS, INFO, Bound, Memory, view
+from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
 _AIM = 1e-11
 """A located indicator is below zero by this much, a tenth of the hysteresis, or at most by twice as much."""

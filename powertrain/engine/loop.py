@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from powertrain.compiler.hybrid import Guard
-from powertrain.engine.buffers import view
 from powertrain.engine.chatter import Chatter
-from powertrain.engine.consistent import NotConsistent
 from powertrain.engine.failure import guard_message, guard_violation, not_finite, underflow
-from powertrain.engine.projection import project
-from powertrain.engine.special import Calls
 from powertrain.engine.trajectory import Instant, Recorder, Trajectory
 from powertrain.errors import SimulationError
+from powertrain.integration.specialized import Calls
+from powertrain.modes.algebra import NotConsistent
+from powertrain.modes.projection import project
+from powertrain.numerics.buffers import view
 
 if TYPE_CHECKING:
     from powertrain.engine.engine import Engine

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from powertrain.compiler.hybrid import Schedule
-from powertrain.engine.buffers import Array
+from powertrain.numerics.buffers import Array
 
 
 class Schedules:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.engine.buffers import Array, Memory
+from powertrain.numerics.buffers import Array, Memory
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae
-from powertrain.compiler.tape import CallsFunction, operations
-from powertrain.engine.buffers import Array
-from powertrain.engine.indicators import Indicator
+from powertrain.modes.indicators import Indicator
+from powertrain.numerics.buffers import Array
+from powertrain.numerics.tape import CallsFunction, operations
 
 PART = 1 / 8
 """Part of a period that a step may take: a parabola through a sine's samples at quarters of it is right to 1e-5 of its amplitude."""

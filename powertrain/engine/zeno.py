@@ -13,11 +13,11 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae, When
-from powertrain.engine.buffers import Array, Memory
 from powertrain.engine.chatter import STOP
 from powertrain.engine.trajectory import Instant
 from powertrain.errors import SimulationError
 from powertrain.modes.tolerances import EPS
+from powertrain.numerics.buffers import Array, Memory
 
 _RESOLVED = 10 * EPS
 """How far below zero a condition has to swing for its next event to be found."""

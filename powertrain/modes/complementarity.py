@@ -158,7 +158,7 @@ class Complementarity:
         self.laws: Opened = Laws(dae) if laws is None else laws
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
-        known = ca.vertcat(*[f.known for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
+        known = ca.vertcat(*[f.hysteresis for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
         self._known = ca.Function("powertrain_known", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(known)])
 
     def known(self, point: Point) -> Array:
@@ -183,7 +183,7 @@ class Complementarity:
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
         holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
-        return _Problem(laws, *_widened(base, bend, holds, rest * known), tau, rest, zone).answer(self.switches)
+        return _Problem(laws, *_widened(base, bend, holds, np.where(rest, known, 0.0)), tau, rest, zone).answer(self.switches)
 
     def bending(self, near: Linear) -> list[int]:
         """The continuous conditions that depend on torques, by their places among the switches."""

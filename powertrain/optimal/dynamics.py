@@ -12,8 +12,8 @@ import numpy as np
 
 from powertrain.arguments import listed, number
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Schedule
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError, suggestion
+from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.result import Result
 from powertrain.signals import signals_of

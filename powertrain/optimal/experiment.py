@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.arguments import number, row
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 
 if TYPE_CHECKING:
     import pandas as pd

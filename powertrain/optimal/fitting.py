@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from powertrain.arguments import by_name, listed, number
 from powertrain.arguments import names as argument_names
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.numerics.buffers import Array
 from powertrain.optimal.experiment import Experiment
 from powertrain.plant import Plant
 from powertrain.result import Result

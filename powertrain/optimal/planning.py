@@ -11,8 +11,8 @@ import casadi as ca
 import numpy as np
 
 from powertrain.arguments import by_name, count, number
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Phase, guess
 from powertrain.plant import Plant

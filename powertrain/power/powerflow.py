@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from powertrain.arguments import by_name, names, text
 from powertrain.compiler.assemble import Compiled
 from powertrain.component import Component
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.plant import compile as compile_plant
 from powertrain.power.circulation import Strand

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 from powertrain.plot import unit_text
 from powertrain.power.powerflow import PowerFlow
 from powertrain.power.variator import VARIATOR_CASES

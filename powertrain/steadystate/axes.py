@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
-from powertrain.steadystate.lanes import Rows
+from powertrain.numerics.batch import Rows
+from powertrain.numerics.buffers import Array
 
 PAD = 4096
 """Points that may be written beyond the end of a piece."""

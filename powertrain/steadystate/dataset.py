@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
+from powertrain.equilibrium.system import Equilibrium
 from powertrain.steadystate.axes import Axis, Grid
-from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.points import DIVERGED, IMMOVABLE, NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
-from powertrain.steadystate.sheet import MOST_LAWS, Sheet
+from powertrain.steadystate.results import MOST_LAWS, Sheet
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,14 +17,14 @@ from numpy.typing import ArrayLike
 
 from powertrain.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.component import Component
-from powertrain.engine.buffers import Array
+from powertrain.equilibrium.points import Look
+from powertrain.equilibrium.system import Asked, formulate, state_of
 from powertrain.errors import ParameterError, suggestion
+from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
 from powertrain.steadystate.dataset import Quantity, dataset, rate_unit
-from powertrain.steadystate.equilibrium import Asked, formulate, state_of
-from powertrain.steadystate.points import Look
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.engine.buffers import Array
+from powertrain.equilibrium.operating import Solver
+from powertrain.equilibrium.points import OK, ONE, Look
+from powertrain.equilibrium.system import Equilibrium
+from powertrain.numerics.batch import Rows
+from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD, Grid
 from powertrain.steadystate.dataset import Quantity
-from powertrain.steadystate.equilibrium import Equilibrium
-from powertrain.steadystate.lanes import Rows
-from powertrain.steadystate.operating import Solver
-from powertrain.steadystate.points import OK, ONE, Look
+from powertrain.steadystate.neighbours import Walker
 from powertrain.steadystate.progress import Bar
-from powertrain.steadystate.rows import Plan, RowMap, make_plan
-from powertrain.steadystate.sheet import Sheet, block
-from powertrain.steadystate.walk import Walker
+from powertrain.steadystate.results import Sheet, block
+from powertrain.steadystate.rowwise import Plan, RowMap, make_plan
 
 _FAST = 2048
 _SLOW_BLOCK = 8192

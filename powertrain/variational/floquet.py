@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.arguments import number
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
 from powertrain.variational.partials import System

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Picked, Samples, signals_of
 from powertrain.symbols import Symbol, column

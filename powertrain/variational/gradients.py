@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.arguments import listed, row
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Picked, Samples, Signals, signals_of
 from powertrain.symbols import column

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import When
-from powertrain.engine.buffers import Array
-from powertrain.engine.resolve import REST_SPEED
+from powertrain.modes.resolve import REST_SPEED
+from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
 from powertrain.symbols import column
 from powertrain.variational.partials import Partials, Slopes, System

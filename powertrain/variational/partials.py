@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import HybridDae
-from powertrain.engine.buffers import Array
+from powertrain.numerics.buffers import Array
 from powertrain.signals import Lanes, Samples
 from powertrain.symbols import Symbol
 

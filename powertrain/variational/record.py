@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import roots_jacobi
 
-from powertrain.engine.buffers import Array
 from powertrain.engine.trajectory import Trajectory
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples, signals_of
 

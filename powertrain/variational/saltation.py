@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, Guard, Switch, When
-from powertrain.engine.buffers import Array
-from powertrain.engine.indicators import Indicator, indicators
 from powertrain.errors import SimulationError
+from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.tolerances import EPS
+from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples, signals_of
 from powertrain.symbols import column
 from powertrain.variational.mapping import Mapping

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.engine.buffers import Array
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
 from powertrain.variational.begin import Start

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
-from powertrain.engine.buffers import Array
+from powertrain.numerics.buffers import Array
 from powertrain.signals import Lanes, Samples
 from powertrain.symbols import Symbol
 from powertrain.variational.partials import Block, Partials, Slopes, System

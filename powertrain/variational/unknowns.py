@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from powertrain.arguments import names as argument_names
 from powertrain.compiler.assemble import Compiled
-from powertrain.engine.buffers import Array
 from powertrain.errors import ParameterError, suggestion
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import fits_pattern
 

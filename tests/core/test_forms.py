@@ -3,7 +3,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from powertrain.steadystate.forms import row_forms
+from powertrain.numerics.replay import row_forms
 from powertrain.symbols import Symbol
 
 

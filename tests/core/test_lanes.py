@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.steadystate.lanes import Tape
+from powertrain.numerics.batch import Tape
 
 
 @pytest.mark.parametrize("seed", range(5))

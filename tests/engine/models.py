@@ -14,7 +14,7 @@ from powertrain.modes.tolerances import alone_tolerance, torque_tolerance
 
 def solve_linear(matrix: ca.SX, right: ca.SX) -> ca.SX:
     """Gaussian elimination along the sparsity."""
-    from powertrain.engine.sparse_lu import factorize
+    from powertrain.numerics.sparse_lu import factorize
 
     return factorize(ca.sparsify(matrix))(right)
 

@@ -10,8 +10,8 @@ import pytest
 from models import dae
 from scipy.optimize import brentq
 
-from powertrain.engine.buffers import Memory
-from powertrain.engine.consistent import Algebra, NotConsistent
+from powertrain.modes.algebra import Algebra, NotConsistent
+from powertrain.numerics.buffers import Memory
 
 Matrix = np.ndarray[Any, Any]
 

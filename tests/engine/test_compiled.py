@@ -13,9 +13,9 @@ from pathlib import Path
 import casadi as ca
 import pytest
 
-from powertrain.engine import compiled
-from powertrain.engine.compiled import compile_functions
 from powertrain.errors import PowertrainError
+from powertrain.numerics import compiled
+from powertrain.numerics.compiled import compile_functions
 
 pytestmark = pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
 
@@ -38,7 +38,7 @@ def libraries(cache: Path) -> list[Path]:
 # A damaged library may end the interpreter, so that it is loaded in another one.
 LOAD = """
 import casadi as ca
-from powertrain.engine.compiled import compile_functions
+from powertrain.numerics.compiled import compile_functions
 x = ca.SX.sym("x")
 print(float(compile_functions({"f": ca.Function("powertrain_doubled", [x], [2 * x + ca.sin(x)])})["f"](0.0)))
 """

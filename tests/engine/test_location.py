@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from powertrain.engine.buffers import CHECKS, INFO
 from powertrain.engine.location import Locator
+from powertrain.numerics.buffers import CHECKS, INFO
 
 Curve = Callable[[float], float]
 AIM = 1e-11
@@ -31,7 +31,7 @@ class Step:
         )
 
     def call(self) -> None:
-        """As ``powertrain.engine.steps.locate``."""
+        """As ``powertrain.integration.fused.locate``."""
         self.calls += 1
         memory, q = self.memory, float(self.memory.fraction[0])
         memory.g[:] = [curve(q) for curve in self.curves]

@@ -10,9 +10,9 @@ import pytest
 from models import dae
 
 from powertrain.compiler.hybrid import HybridDae
-from powertrain.engine import steps
 from powertrain.engine.engine import Engine
 from powertrain.errors import ParameterError
+from powertrain.integration import fused as steps
 
 
 def nonlinear() -> HybridDae:

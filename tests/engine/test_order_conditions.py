@@ -15,8 +15,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.engine import dopri5, rodas5p
-from powertrain.engine.step import Step, combined, on_polynomial
+from powertrain.integration import dopri5, rodas5p
+from powertrain.integration.step import Step, combined, on_polynomial
 
 Matrix = np.ndarray[Any, Any]
 Tree = tuple[Any, ...]

@@ -11,9 +11,9 @@ import pytest
 from models import dae
 
 from powertrain.compiler.hybrid import Friction, HybridDae
-from powertrain.engine.buffers import Memory
-from powertrain.engine.modes import snapped
-from powertrain.engine.projection import project
+from powertrain.modes.projection import project
+from powertrain.modes.rules import snapped
+from powertrain.numerics.buffers import Memory
 
 Matrix = np.ndarray[Any, Any]
 

@@ -13,9 +13,9 @@ from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Schedule
-from powertrain.engine import steps
 from powertrain.engine.engine import Engine
-from powertrain.engine.resolve import Resolver
+from powertrain.integration import fused as steps
+from powertrain.modes.resolve import Resolver
 
 COMPILER = pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
 

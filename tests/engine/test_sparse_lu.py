@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.engine.pivots import match_rows
-from powertrain.engine.sparse_lu import _eliminate, _entries, _minimum_degree, factorize
+from powertrain.numerics.pivots import match_rows
+from powertrain.numerics.sparse_lu import _eliminate, _entries, _minimum_degree, factorize
 
 Matrix = np.ndarray[Any, Any]
 

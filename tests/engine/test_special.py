@@ -6,7 +6,7 @@ import pytest
 import powertrain as pt
 from powertrain.components.blocks import Sine
 from powertrain.components.rotational import Clutch, Inertia, SpringDamper, Torque
-from powertrain.engine import special
+from powertrain.integration import specialized as special
 
 
 class Shuffle(pt.Component):

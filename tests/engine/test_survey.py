@@ -4,8 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.engine.buffers import CHECKS
-from powertrain.engine.survey import survey
+from powertrain.integration.samples import survey
+from powertrain.numerics.buffers import CHECKS
 
 PLACES = np.array([*CHECKS, 1.0])
 

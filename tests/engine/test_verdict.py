@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.engine.survey import ROUGH, least
-from powertrain.engine.verdict import GROWTH, growth, verdict
+from powertrain.integration.samples import ROUGH, least
+from powertrain.integration.step_control import GROWTH, growth, verdict
 
 Matrix = np.ndarray[Any, Any]
 

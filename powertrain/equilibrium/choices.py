@@ -1,0 +1,171 @@
+"""What the laws allow at a steady state: for every law its modes, and for every mode a margin that is not negative where it holds.
+
+Modes follow the rules of the simulation, with one difference: at a steady state nothing accelerates, so a law at rest is stuck as long as
+its torque lies within the bounds. Where the motion is prescribed that torque is not determined: the law is at rest, and any torque
+between the bounds will do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import Contact, Friction, Switch
+from powertrain.compiler.matching import components
+from powertrain.equilibrium.system import Equilibrium, Law
+from powertrain.modes.indicators import relation, torque_margins
+from powertrain.modes.tolerances import EPS, ZONE
+from powertrain.numerics.batch import dependence
+from powertrain.symbols import Symbol
+
+FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
+_SLACK = 1e-9
+INFINITE = 1e12
+"""An input or parameter that would have to be larger counts as infinite."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A law with the modes it may take; ``rest`` is not negative where no mode holds because the law rests under a prescribed motion."""
+
+    law: Law
+    modes: tuple[float, ...]
+    margins: tuple[Symbol, ...]
+    rest: Symbol | None = None
+
+    def margin(self, mode: float) -> Symbol:
+        """Not negative where ``mode`` holds."""
+        return self.margins[self.modes.index(mode)]
+
+
+def choices(problem: Equilibrium) -> list[Choice]:
+    """The choice of every law of a steady problem."""
+    return [_choice(law, moved) for law, moved in zip(problem.laws, _moved_by_unknowns(problem), strict=True)]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Laws and unknowns that depend on each other and on those of earlier groups; laws that are not ``coupled`` on earlier ones only."""
+
+    laws: list[int]
+    unknowns: list[int]
+    rows: list[int]
+    coupled: bool
+
+
+def order(problem: Equilibrium, found: Sequence[Choice]) -> list[Group]:
+    """All laws and unknowns in groups, in the order in which they can be resolved."""
+    laws = range(len(found))
+    wanted = [[*c.margins, *([] if c.rest is None else [c.rest])] for c in found]
+    wanted += [[problem.rows[i] for i in rows] for rows, _ in problem.blocks]
+    owner = [*laws, *(0 for _ in problem.u)]
+    for b, (_, block) in enumerate(problem.blocks, len(found)):
+        for j in block:
+            owner[len(found) + j] = b
+    symbols = [*problem.modes, *problem.u]
+    graph = [sorted({owner[j] for j in np.flatnonzero(dependence(e, symbols).any(axis=0))}) for e in wanted]
+    groups: list[Group] = []
+    for nodes in components(graph):
+        blocks = [problem.blocks[n - len(found)] for n in sorted(nodes) if n >= len(found)]
+        members = sorted(n for n in nodes if n in laws)
+        unknowns, rows = [j for _, block in blocks for j in block], [i for rows, _ in blocks for i in rows]
+        coupled = bool(blocks) or len(members) > 1 or members[0] in graph[members[0]]
+        last = groups[-1] if groups else None
+        if last is not None and not coupled and not last.coupled and not set(last.laws) & set(graph[members[0]]):
+            groups[-1] = Group([*last.laws, *members], [], [], False)
+        else:
+            groups.append(Group(members, unknowns, rows, coupled))
+    return groups
+
+
+def _moved_by_unknowns(problem: Equilibrium) -> list[bool]:
+    speeds = [
+        law.w if isinstance(law, Friction) else law.gap if isinstance(law, Contact) else Symbol(0)
+        for law in problem.laws
+    ]
+    return [bool(row.any()) for row in dependence(speeds, problem.u)] if problem.u else [False] * len(speeds)
+
+
+def _choice(law: Law, moved: bool) -> Choice:
+    if isinstance(law, Switch):
+        return Choice(law, (1.0, 0.0), (relation(Symbol(1), law.g), relation(Symbol(0), law.g)))
+    if isinstance(law, Contact):
+        closed = law.force + EPS if moved else ca.fmin(law.force + EPS, ZONE - ca.fabs(law.gap))
+        return Choice(law, (1.0, 0.0), (closed, law.gap + EPS))
+    modes = (FORWARD, BACKWARD) if law.prescribed else (STUCK, FORWARD, BACKWARD)
+    if law.may_free:
+        modes = (*modes, FREE)
+    margins = tuple(_friction_margin(law, mode) for mode in modes)
+    rests = ca.if_else(ca.fabs(law.w) <= ZONE, law.upper - law.lower - EPS, -1)
+    return Choice(law, modes, margins, rests if law.prescribed else None)
+
+
+def _friction_margin(law: Friction, mode: float) -> Symbol:
+    rests = ZONE - ca.fabs(law.w)
+    if mode == FREE:
+        return EPS - (law.upper - law.lower)
+    if mode == STUCK:
+        held = ca.fmin(*torque_margins(law))
+        return held if law.algebraic else ca.fmin(held, rests)
+    bound = law.upper if mode == FORWARD else law.lower
+    if bound.is_constant() and not math.isfinite(float(bound)):
+        return Symbol(-1)
+    away = mode * law.w - ZONE
+    if law.algebraic:
+        away = mode * law.w + EPS
+    elif law.prescribed:  # at rest all modes give the same torque where the bounds leave one only
+        away = ca.if_else(ca.fabs(law.w) <= ZONE, EPS - (law.upper - law.lower), away)
+    else:
+        away = ca.fmax(away, ca.fmin(rests, mode * law.rate + _SLACK))
+    return away
+
+
+def bounded(problem: Equilibrium) -> list[Symbol]:
+    """Not negative where what was found is finite."""
+    torques = [law.torque for law in problem.laws if isinstance(law, Friction)]
+    return [margin for e in [*problem.solved, *torques] for margin in (INFINITE - e, INFINITE + e)]
+
+
+def possible(choice: Choice, mode: float, hidden: Sequence[Symbol]) -> Symbol:
+    """Negative where a mode is out of the question by what is given alone; ``hidden`` has to be found.
+
+    Where it is not known yet whether a law is free, nor whether it slides, that need not be tried: between bounds of zero it slides
+    without torque all the same.
+    """
+    law, found = choice.law, [] if choice.rest is not None else [choice.margin(mode)]
+    if mode == FREE and isinstance(law, Friction):
+        if choice.rest is None and dependence([*found, law.w], hidden).any(axis=1).all():
+            return Symbol(-1)
+    elif isinstance(law, Friction):
+        if not law.algebraic:
+            found.append(ZONE - ca.fabs(law.w) if mode == STUCK else mode * law.w + ZONE)
+        if law.may_free:
+            found.append(law.upper - law.lower - EPS)
+    known = [margin for margin in found if not dependence([margin], hidden).any()]
+    return ca.mmin(ca.vertcat(Symbol(0), *known))
+
+
+def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
+    """What is zero while a law is stuck or a contact is closed: its number, and its speed or gap."""
+    rows = []
+    for k, (law, moved) in enumerate(zip(problem.laws, _moved_by_unknowns(problem), strict=True)):
+        if moved and isinstance(law, Friction) and not law.prescribed and not law.algebraic:
+            rows.append((k, law.w))
+        elif moved and isinstance(law, Contact):
+            rows.append((k, law.gap))
+    return rows
+
+
+def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:
+    """Expressions with some modes given, so that what they decide is decided."""
+    symbols = ca.symvar(ca.vertcat(*expressions)) if expressions else []
+    function = ca.Function(
+        "powertrain_given", [ca.vertcat(*symbols)] if symbols else [Symbol(0, 1)], [ca.densify(e) for e in expressions]
+    )
+    given = {modes[k].element_hash(): Symbol(v) for k, v in values.items()}
+    column = ca.vertcat(*[given.get(s.element_hash(), s) for s in symbols]) if symbols else Symbol(0, 1)
+    return list(function.call([column]))

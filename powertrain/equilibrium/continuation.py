@@ -1,0 +1,226 @@
+"""One operating point: implicit Euler steps of growing length, each of which is one complementarity problem of all laws.
+
+A steady state is where a simulation comes to rest. A step of length h from y,
+
+    (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U,
+
+linearised at y, is the problem of ``powertrain.modes.complementarity`` with speeds in the place of rates. Steps grow until they are
+Newton's; motions that nothing holds are kept by 1/h. Torques that grow with others (lossy meshes) come last: without them all modes
+follow from a convex problem, and its speeds tell the directions of what slides.
+
+C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from powertrain.compiler.torques import COMPLIANCE
+from powertrain.equilibrium.corrector import CHANGES, Near, corrected, solved
+from powertrain.equilibrium.laws import FORWARD, NO_WIDTH, REST, STUCK, Points, SteadyLaws
+from powertrain.modes.complementarity import Answer, Complementarity, Linear, Mask, Point
+from powertrain.numerics.buffers import Array
+
+FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
+"""Lengths of steps in seconds: some that follow the motion, then Newton's."""
+SHORT_STEP = 0.1
+"""The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
+ROUNDS = 20
+FAR = 1e10
+"""Unknowns beyond this run away."""
+GIVEN = 1e-11
+"""A law's own torque moves it where its speed changes by more than this share of the terms."""
+MOST_PIECES = 8
+
+
+@dataclass(frozen=True)
+class _Trial(Point):
+    """The last iterate: x are the unknowns y, p the values of the grid, m the modes.
+
+    ``step`` is h; ``lossless``: torques that follow others are left out; ``open``: laws whose direction is to be found.
+    """
+
+    step: float
+    lossless: bool
+    open: Mask
+
+
+@dataclass(frozen=True)
+class _Step(Linear):
+    """The laws after a step, and the step itself: y' = y + move + along (tau' - tau)."""
+
+    move: Array
+    along: Array
+    given: Mask
+    zone: Array
+
+
+@dataclass(frozen=True)
+class Found:
+    """An operating point, and what it tells its neighbours."""
+
+    y: Array
+    modes: Array
+    tau: Array
+    given: Mask
+    yields: Array
+
+
+class _StepLaws:
+    """The laws after an implicit Euler step as functions of their torques."""
+
+    def __init__(self, laws: SteadyLaws) -> None:
+        self.laws, self.count, self.frictions = laws, laws.count, laws.frictions
+        self.index, self.switches = laws.law_modes.tolist(), laws.switch_modes.tolist()
+        self.may_free = laws.may_free
+
+    def at(self, point: Point, tau: Array) -> _Step:
+        """The laws near ``tau``; nan where an equation has no value there."""
+        assert isinstance(point, _Trial)
+        laws, n = self.laws, point.x.size
+        one = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        many = laws.values(one, point.lossless)
+        zone = laws.zone(many, one)[0]
+        v = type(many)(*(getattr(many, name)[0] for name in many.__dataclass_fields__))
+        matrix = v.rows_[:, :n].copy()
+        matrix[laws.rates, laws.rate_of[laws.rates]] -= 1.0 / point.step
+        right = -np.column_stack([v.rows, v.rows_[:, n:]])
+        response = solved(np.repeat(matrix[None], right.shape[1], 0), right.T).T
+        move, along = response[:, 0], response[:, 1:]
+
+        def after(value: Array, slope: Array) -> tuple[Array, Array]:
+            return value + slope[:, :n] @ move, slope[:, n:] + slope[:, :n] @ along
+
+        terms = np.abs(v.speed_[:, n:]) + np.abs(v.speed_[:, :n]) @ np.abs(along)
+        (rate, rate_slope), (lower, lower_slope) = after(v.speed, v.speed_), after(v.lower, v.lower_)
+        (upper, upper_slope), (g, g_slope) = after(v.upper, v.upper_), after(v.g, v.g_)
+        own = np.abs(np.diagonal(rate_slope))
+        given = own <= GIVEN * np.diagonal(terms)
+        reach = np.where(given, 1.0, own)
+        yields = COMPLIANCE * reach
+        rate = np.where(given & (np.abs(rate) <= zone), 0.0, rate)
+        slopes = rate_slope, lower_slope, upper_slope, g_slope
+        peak = np.ones(laws.count)  # where a law breaks loose is no operating point
+        return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, zone)
+
+    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+        """The laws whose direction is to be found."""
+        assert isinstance(point, _Trial)
+        assert isinstance(near, _Step)
+        rest: Mask = point.open | (np.abs(near.speed) <= near.zone)
+        rest &= ~(near.given & (np.abs(near.rate) > near.zone))
+        free = self.may_free | (self.laws.tied & point.lossless)
+        return rest & ~(free & (near.upper - near.lower <= NO_WIDTH))
+
+
+class Continuation:
+    """Finds operating points of one steady problem, one by one."""
+
+    def __init__(self, laws: SteadyLaws) -> None:
+        self.laws, self._steps = laws, _StepLaws(laws)
+        self.problem = Complementarity(laws.balance.dae, self._steps)
+
+    def solve(self, grid: Array, start: Array, side: Array) -> Found | None:
+        """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``."""
+        laws, every = self.laws, np.ones(self.laws.count, bool)
+        modes = np.zeros(laws.balance.modes.numel())
+        first = _Trial(0.0, start, np.zeros(0), modes, grid, FIRST_STEP, True, every)
+        for attempt in self._held, self._settled:
+            found = attempt(first, np.zeros(laws.count), side)
+            if found is not None and laws.tied.any():
+                again = replace(first, x=found.y, m=found.modes, lossless=False, open=~every, step=LONGEST_STEP)
+                found = self._corrected(again, found.tau, side) or self._settled(again, found.tau, side)
+            if found is not None:
+                return found
+        return None
+
+    def near(self, grid: Array) -> Near:
+        """Which laws their own torque does not move, and how much the others yield, at the start of the unknowns."""
+        step = self._first(grid)
+        return Near(step.given, step.yields)
+
+    def sliding(self, grid: Array) -> Array | None:
+        """The motion that torques change most, as a change of the unknowns by which laws slide at one unit of speed; None without."""
+        step = self._first(grid)
+        movable = np.flatnonzero(~step.given & ~self.laws.contact)
+        slopes = step.rate_slope[np.ix_(movable, movable)]
+        if not movable.size or not np.isfinite(slopes).all():
+            return None
+        size = np.sqrt(step.reach[movable])
+        torques = np.linalg.svd(slopes / np.outer(size, size))[2][0] / size
+        return np.asarray(step.along[:, movable] @ torques / np.abs(slopes @ torques).max())
+
+    def _first(self, grid: Array) -> _Step:
+        laws = self.laws
+        modes, every = np.zeros(laws.balance.modes.numel()), np.ones(laws.count, bool)
+        start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, SHORT_STEP, True, every)
+        return self._steps.at(start, np.zeros(laws.count))
+
+    def _held(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+        """The solution that semismooth Newton's method finds with all laws held at first."""
+        near = self.near(point.p)
+        here = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        value = self.laws.values(here, point.lossless)
+        modes = self.laws.next_modes(here, value, near.given[None], side[None], None)[0]
+        modes[self.laws.tied_modes] = FORWARD
+        return self._corrected(replace(point, m=modes), tau, side)
+
+    def _corrected(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+        """The solution to which semismooth Newton's method leads from the modes of ``point``."""
+        near = self.near(point.p)
+        here = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        some = Near(near.given[None], near.yields[None])
+        end, fine = corrected(self.laws, here, some, side[None], point.lossless, CHANGES, True)
+        return Found(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
+
+    def _settled(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+        """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
+        laws, near = self.laws, self.near(point.p)
+        for _ in range(ROUNDS):
+            answer = self._answer(point, tau)
+            if answer is None or answer.tau is None:
+                return None
+            m = point.m.copy()
+            m[list(answer.modes)] = list(answer.modes.values())
+            step = self._steps.at(replace(point, m=m), tau)
+            y = point.x + step.move + step.along @ (answer.tau - tau)
+            if not (np.abs(y) <= FAR).all():
+                return None
+            here = Points(point.p[None], y[None], m[None], answer.tau[None])
+            end, fine = corrected(laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless)
+            if fine[0]:
+                return Found(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
+            value = laws.values(here, point.lossless)
+            m[laws.switch_modes] = value.g[0] > 0.0
+            turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0
+            stuck = np.where(laws.contact, m[laws.law_modes] == 1.0, m[laws.law_modes] == STUCK)
+            wide = point.open if point.lossless else turned | stuck
+            point = replace(point, m=m, x=y, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
+            tau = answer.tau
+        return None
+
+    def _answer(self, point: _Trial, tau: Array) -> Answer | None:
+        """The problem with bounds that bend; else one for each combination of their pieces."""
+        answer = self.problem.solve(point, tau, 0.0, bends=True)
+        if answer.tau is not None:
+            return answer
+        bending = self.problem.bending(self._steps.at(point, tau))
+        if len(bending) > MOST_PIECES:
+            return None
+        places = [self._steps.switches[k] for k in bending]
+        for piece in product((0.0, 1.0), repeat=len(bending)):
+            m = point.m.copy()
+            m[places] = piece
+            held = replace(point, m=m)
+            answer = self.problem.solve(held, tau, 0.0, bends=False)
+            if answer.tau is None:
+                continue
+            at = self._steps.at(held, tau)
+            g = at.g + at.g_slope @ (answer.tau - tau)
+            size = REST * (1.0 + np.abs(at.g_slope) @ np.abs(answer.tau))
+            if all((2.0 * v - 1.0) * g[k] >= -size[k] for k, v in zip(bending, piece, strict=True)):
+                return replace(answer, modes={**answer.modes, **dict(zip(places, piece, strict=True))})
+        return None

@@ -1,0 +1,156 @@
+"""Rows, laws and conditions of a steady problem at many points, with their derivatives, and the modes that their values say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.equilibrium.balance import Balance
+from powertrain.numerics.batch import Columns
+from powertrain.numerics.buffers import Array
+
+Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
+REST = 1e-9
+"""A relative speed counts as rest, a condition as zero, below this share of the terms that it is the sum of."""
+KNOWN = 1e-8
+"""How well torques are known, relative to the largest."""
+NO_WIDTH = 1e-10
+"""Limits that are nearer to each other (N.m, N) are one."""
+BALANCED = 1e-7
+"""How well rows are zero, relative to their terms."""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Iterates, a row each: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
+
+    grid: Array
+    y: Array
+    modes: Array
+    tau: Array
+
+    def some(self, which: Index | Mask) -> Points:
+        """Some of them."""
+        return Points(self.grid[which], self.y[which], self.modes[which], self.tau[which])
+
+
+@dataclass(frozen=True)
+class Values:
+    """Rows, speeds, limits and conditions (point, quantity), and their derivatives by (y, tau) (point, quantity, unknown)."""
+
+    rows: Array
+    speed: Array
+    lower: Array
+    upper: Array
+    g: Array
+    rows_: Array
+    speed_: Array
+    lower_: Array
+    upper_: Array
+    g_: Array
+
+
+class SteadyLaws:
+    """The laws of one steady problem. Serves one thread."""
+
+    def __init__(self, balance: Balance) -> None:
+        dae, b = balance.dae, balance
+        self.balance, self.count, self.unknowns = b, b.tau.numel(), b.y.numel()
+        self.frictions, switches = len(dae.frictions), len(dae.switches)
+        laws = np.arange(self.count)
+        self.contact = laws >= self.frictions
+        self.may_free = np.array([f.may_free for f in dae.frictions] + [False] * len(dae.contacts), bool)
+        self.tied = ~self.may_free & ~self.contact
+        # places among all modes: frictions, switches, contacts
+        self.law_modes = np.where(self.contact, laws + switches, laws)
+        self.tied_modes = self.law_modes[self.tied]
+        self.switch_modes = self.frictions + np.arange(switches)
+        self.rate_of, self.rates = b.rate_of, np.flatnonzero(b.rate_of >= 0)
+        self._sign = np.where(self.contact, -1.0, 1.0)
+        moved = ca.vertcat(b.y, b.tau)
+        self._shapes: list[tuple[int, int]] = []
+        self._entries: list[tuple[Index, Index, int]] = []
+        outputs: list[ca.SX] = []
+        for e in (b.rows, b.speed, b.lower, b.upper, b.conditions):
+            self._add(e, outputs)
+        for e in (b.rows, b.speed, b.lower, b.upper, b.conditions):
+            self._add(ca.jacobian(e, moved), outputs)
+        scalars = [s for e in (b.grid, b.y, b.modes, b.tau) for s in (ca.vertsplit(e) if e.numel() else [])]
+        self._columns = Columns("steady_balance", scalars, b.common, outputs)
+
+    def _add(self, expression: ca.SX, outputs: list[ca.SX]) -> None:
+        pattern = expression.sparsity()
+        first = len(outputs)
+        outputs += [expression.nz[k] for k in range(expression.nnz())]
+        self._shapes.append(expression.shape)
+        self._entries.append((np.array(pattern.row(), np.intp), np.array(pattern.get_col(), np.intp), first))
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._columns.set_common(values)
+
+    def values(self, at: Points, lossless: bool = False) -> Values:
+        """Everything at the points; ``lossless``: torques that follow others are left out."""
+        with np.errstate(all="ignore"):
+            found = self._columns(np.hstack([at.grid, at.y, at.modes, self._sign * at.tau]).T)
+        parts = []
+        for k, ((rows, columns), (i, j, first)) in enumerate(zip(self._shapes, self._entries, strict=True)):
+            part = np.zeros((len(at.y), rows, columns))
+            part[:, i, j] = found[first : first + i.size].T
+            parts.append(part[:, :, 0] if k < 5 else part)
+        for slope in parts[5:]:
+            slope[:, :, self.unknowns :] *= self._sign
+        value = Values(*parts)
+        if lossless:
+            for each in (value.lower, value.upper, value.lower_, value.upper_):
+                each[:, self.tied] = 0.0
+        return value
+
+    def zone(self, value: Values, at: Points) -> Array:
+        """Speeds below this are rest."""
+        return REST * (1.0 + _times(np.abs(value.speed_[:, :, : self.unknowns]), np.abs(at.y)))
+
+    def next_modes(self, at: Points, value: Values, given: Mask, side: Array, drive: Array | None) -> Array:
+        """The modes that the values say; the same as those of ``at`` where these hold.
+
+        ``given`` are laws whose own torque does not move them; ``side`` the direction from which these are looked at where they rest.
+        A law that slides at rest is held by others; it is stuck where ``drive``, its rate against its own compliance, does not drive it.
+        """
+        modes, mode = at.modes.copy(), at.modes[:, self.law_modes]
+        zone, known = self.zone(value, at), KNOWN * (1.0 + np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
+        high, low = np.maximum(value.lower, value.upper), np.minimum(value.lower, value.upper)
+        above, below = at.tau > high + known, at.tau < low - known
+        rests, sign = np.abs(value.speed) <= zone, np.sign(value.speed)
+        slides = (mode == FORWARD) | (mode == BACKWARD)
+        stuck = np.where(~rests, sign, np.where(above, FORWARD, np.where(below, BACKWARD, STUCK)))
+        turned = mode * value.speed < -zone
+        sliding = np.where(turned, STUCK, mode)
+        if drive is not None:
+            sliding = np.where(rests & self.may_free & (mode * drive < 0.0), STUCK, sliding)
+        new = np.where(slides, sliding, stuck)
+        new = np.where(given, np.where(rests, side, sign), new)
+        new = np.where(self.may_free & (high - low <= NO_WIDTH), FREE, new)
+        closed = np.where(mode == 1.0, ~(above | (value.speed > zone)), value.speed < -zone)
+        modes[:, self.law_modes] = np.where(self.contact, closed, new)
+        sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
+        terms = REST * (1.0 + _times(np.abs(value.g_), sizes))
+        was = at.modes[:, self.switch_modes]
+        modes[:, self.switch_modes] = np.where((2.0 * was - 1.0) * value.g >= -terms, was, 1.0 - was)
+        return modes
+
+    def balanced(self, at: Points, value: Values) -> Mask:
+        """Whether the rows are zero."""
+        sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
+        terms = BALANCED * (1.0 + _times(np.abs(value.rows_), sizes))
+        return np.asarray((np.abs(value.rows) <= terms).all(axis=1))
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    product: Array = np.einsum("pij,pj->pi", matrices, vectors)
+    return product

@@ -1,0 +1,114 @@
+"""Operating points, many at once: the modes of all laws and the unknowns found together, point by point with a status.
+
+Where everything but the modes is given, laws fall into groups that are resolved one after the other, and in every group all combinations
+of modes are tried that what is known of the point does not rule out: none, one or several solutions are told apart. Where unknowns are
+implicit, or combinations are many, modes and unknowns are solved for together (``powertrain.equilibrium.solutions``).
+"""
+
+from __future__ import annotations
+
+from math import prod
+
+import numpy as np
+
+from powertrain.compiler.hybrid import Friction, Switch
+from powertrain.equilibrium.choices import INFINITE, choices, order
+from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
+from powertrain.equilibrium.search import Search
+from powertrain.equilibrium.solutions import Solutions
+from powertrain.equilibrium.system import Equilibrium
+from powertrain.modes.indicators import guard_margin
+from powertrain.numerics.batch import Columns, Rows
+from powertrain.numerics.buffers import Array
+
+COMBINATIONS = 4096
+"""How many combinations of modes are tried at a point."""
+
+
+class Solver:
+    """Solves one steady problem at given points. Serves one thread."""
+
+    def __init__(self, problem: Equilibrium) -> None:
+        self.problem = problem
+        self.choices = choices(problem)
+        self.groups = order(problem, self.choices)
+        many = any(prod(len(self.choices[k].modes) for k in g.laws) > COMBINATIONS for g in self.groups if g.coupled)
+        self._laws = SteadyLaws(problem.balance) if problem.u or many else None
+        self._solutions = None if self._laws is None else Solutions(self._laws)
+        self._searches = [Search(problem, self.choices, g) for g in self.groups] if self._laws is None else []
+        varying = [*problem.grid, *problem.u, *problem.modes]
+        guards = [guard_margin(g) for g in problem.guards]
+        wanted = [*problem.outputs, *problem.rates]
+        self.wanted = len(wanted)
+        self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards])
+        frictions = [law for law in problem.laws if isinstance(law, Friction)]
+        self._speeds = Columns("steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved])
+        self._torques = Columns("steady_torques", varying, problem.common, [f.torque for f in frictions])
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        for columns in (self._values, self._speeds, self._torques):
+            columns.set_common(values)
+        for search in self._searches:
+            search.set_common(values)
+        if self._laws is not None:
+            self._laws.set_common(values)
+
+    def solve(self, grid: Rows, side: Rows | None = None) -> Points:
+        """The points of ``grid`` (one row per axis); ``side`` says for laws at rest from which side (1 or -1) they are looked at."""
+        side = np.ones((len(self.choices), grid.shape[1])) if side is None else side
+        with np.errstate(all="ignore"):
+            together = self._solutions
+            points = self._by_groups(grid, side) if together is None else self._together(together, grid, side)
+            known = np.vstack([grid, points.u, points.modes])
+            points.status[~(np.abs(self._speeds(known)) <= INFINITE).all(axis=0)] = IMMOVABLE
+            locked = ~(np.abs(self._torques(known)) <= INFINITE)
+            points.status[(points.status == OK) & locked.any(axis=0)] = NONE
+        points.blame[: len(locked), points.status == NONE] |= locked[:, points.status == NONE]
+        points.blame[:, (points.status == OK) | (points.status == IMMOVABLE)] = False
+        return points
+
+    def _by_groups(self, grid: Rows, side: Rows) -> Points:
+        """All combinations of modes, group by group."""
+        laws, count = len(self.choices), grid.shape[1]
+        trials = Trials.of(grid, laws)
+        values, rest = trials.values.copy(), trials.rest.copy()
+        status, blame = np.zeros(count, np.int8), np.zeros((laws, count), bool)
+        for search in self._searches:
+            before = trials
+            trials, failure, about = search.extend(before, side)
+            left, had = trials.per_point(count), before.per_point(count)
+            ended = left[before.point] == 0
+            lost = before.point[ended]
+            values[:, lost], rest[:, lost] = before.values[:, ended], before.rest[:, ended]
+            status[lost] = failure[ended]
+            for k, law in zip(search.group.laws, about, strict=True):
+                blame[k, lost] = law[ended]
+                blame[k, left > had] = True
+        found, best = np.unique(trials.point, return_index=True)
+        values[:, found], rest[:, found] = trials.values[:, best], trials.rest[:, best]
+        status[found] = np.where((trials.per_point(count) > 1)[found], SEVERAL, OK)
+        return Points(values[:0], values[len(grid) :], status, blame, rest)
+
+    def _together(self, solutions: Solutions, grid: Rows, side: Rows) -> Points:
+        """Modes and unknowns as the solutions of one problem."""
+        balance, count = solutions.laws.balance, grid.shape[1]
+        moving = np.array([k for k, law in enumerate(self.problem.laws) if not isinstance(law, Switch)], np.intp)
+        best = solutions.solve(grid.T, side[moving].T)
+        found = best.solved
+        names = {n: found.y[:, i] for i, n in enumerate(balance.names)}
+        names |= {s.name(): found.tau[:, i] for i, s in enumerate(balance.tau_symbols)}
+        u = np.array([names[n] for n in self.problem.u_names]).reshape(len(self.problem.u_names), count)
+        status = np.select([best.number == 0, best.number > 1], [DIVERGED, SEVERAL], OK).astype(np.int8)
+        rest, blame = np.zeros((len(self.choices), count), bool), best.differing.T.copy()
+        rest[moving] = best.rest.T
+        nameless = (status != OK) & ~blame.any(axis=0)
+        blame[np.ix_(moving, np.flatnonzero(nameless))] = True
+        return Points(u, found.modes.T.copy(), status, blame, rest)
+
+    def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
+        """The wanted values, and which guards are left."""
+        with np.errstate(all="ignore"):
+            found = self._values(np.vstack([grid, points.u, points.modes]))
+        return found[: self.wanted], ~(found[self.wanted :] >= 0.0)

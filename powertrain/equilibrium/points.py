@@ -1,0 +1,69 @@
+"""Operating points and what became of them, and on the way there the solutions that are still possible."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.numerics.batch import Rows
+
+Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED, ONE = range(9)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How points are looked at: ``side`` of laws at rest, all combinations of modes however many, ``first`` of several solutions."""
+
+    side: int | None = None
+    exhaustive: bool = False
+    first: bool = False
+
+
+@dataclass
+class Points:
+    """Operating points: unknowns, modes, status, the laws that it is about, and those at rest under a prescribed motion."""
+
+    u: Rows
+    modes: Rows
+    status: NDArray[np.int8]
+    blame: Mask
+    rest: Mask
+
+
+@dataclass
+class Trials:
+    """What may become solutions, a column each: the point it belongs to, the values so far, and what is known of it.
+
+    ``values``: the grid's and the modes. ``rest``: laws at rest under a prescribed motion.
+    """
+
+    point: Index
+    values: Rows
+    rest: Mask
+
+    @classmethod
+    def of(cls, grid: Rows, laws: int) -> Trials:
+        """One for every point of ``grid``, with modes that are not known yet."""
+        count = grid.shape[1]
+        return cls(np.arange(count), np.vstack([grid, np.zeros((laws, count))]), np.zeros((laws, count), bool))
+
+    def some(self, which: Index | Mask) -> Trials:
+        """Copies of some of them."""
+        return Trials(self.point[which], self.values[:, which], self.rest[:, which])
+
+    def per_point(self, count: int) -> Index:
+        """How many every point has."""
+        return np.bincount(self.point, minlength=count)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Trials]) -> Trials:
+        """All together, in the order of their points."""
+        names = ("point", "values", "rest")
+        whole = cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+        return whole.some(np.argsort(whole.point, kind="stable"))

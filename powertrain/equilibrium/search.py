@@ -1,0 +1,152 @@
+"""The modes of one group of laws: all combinations that what is known does not rule out, where nothing else is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import Contact, Friction
+from powertrain.equilibrium.choices import Choice, Group, possible
+from powertrain.equilibrium.points import NONE, Index, Mask, Trials
+from powertrain.equilibrium.system import Equilibrium
+from powertrain.numerics.batch import Columns, Rows
+from powertrain.numerics.buffers import Array
+from powertrain.symbols import Symbol
+
+_COLUMNS = 1 << 15
+_SAME = 1e-9
+
+
+class Search:
+    """All combinations of the modes of a group. Serves one thread."""
+
+    def __init__(self, problem: Equilibrium, found: Sequence[Choice], group: Group) -> None:
+        first = len(problem.grid)
+        self.group, self.choices = group, [found[k] for k in group.laws]
+        self.places = [first + k for k in group.laws]
+        self.table = _Table(problem, self.choices)
+        hidden = [problem.modes[k] for k in group.laws]
+        margins = [possible(c, mode, hidden) for c in self.choices for mode in c.modes]
+        varying = [*problem.grid, *problem.modes]
+        self._possible = Columns("steady_possible", varying, problem.common, margins)
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self.table.set_common(values)
+        self._possible.set_common(values)
+
+    def extend(self, trials: Trials, side: Rows) -> tuple[Trials, NDArray[np.int8], Mask]:
+        """All that the trials may become; why any becomes nothing, and which laws of the group that is about."""
+        count = trials.point.size
+        status, blame = np.full(count, NONE, np.int8), np.ones((len(self.choices), count), bool)
+        if not self.group.coupled:
+            blame = self._take(trials, side)
+            return trials.some(np.flatnonzero(~blame.any(axis=0))), status, blame
+        found = [trials.some(np.zeros(0, np.intp))]
+        patterns, which = np.unique(self._possible(trials.values) >= 0.0, axis=1, return_inverse=True)
+        for g, pattern in enumerate(patterns.T):
+            some, options = np.flatnonzero(which.ravel() == g), self._options(pattern)
+            number = prod(map(len, options))
+            for low in range(0, some.size if number else 0, max(1, _COLUMNS // max(number, 1))):
+                here = some[low : low + max(1, _COLUMNS // number)]
+                found.append(self._combine(trials.some(here), side, np.array(list(product(*options))).T))
+        return Trials.joined(found), status, blame
+
+    def _options(self, pattern: Mask) -> list[tuple[float, ...]]:
+        """The modes of every law that a pattern allows."""
+        fine = iter(pattern)
+        return [tuple(mode for mode in choice.modes if next(fine)) for choice in self.choices]
+
+    def _take(self, trials: Trials, side: Rows) -> Mask:
+        """Gives laws that depend on what is known the first mode that holds; where a law has none."""
+        table = self.table.evaluate(trials.values)
+        blame = np.zeros((len(self.choices), trials.point.size), bool)
+        for i, (k, choice) in enumerate(zip(self.group.laws, self.choices, strict=True)):
+            holds = self.table.margins(table, i) >= 0.0
+            modes = np.array(choice.modes)[holds.argmax(axis=0)]
+            blame[i] = ~holds.any(axis=0)
+            if choice.rest is not None:
+                rests = blame[i] & (self.table.rest(table, i) >= 0.0)
+                trials.rest[k] |= rests
+                modes = np.where(rests, side[k, trials.point], modes)
+                blame[i] &= ~rests
+            trials.values[self.places[i]] = modes
+        return blame
+
+    def _combine(self, parents: Trials, side: Rows, modes: Rows) -> Trials:
+        """Tries all columns of ``modes`` with every parent: what is consistent."""
+        count, number = parents.point.size, modes.shape[1]
+        trials = parents.some(np.repeat(np.arange(count), number))
+        trials.values[self.places] = np.tile(modes, count)
+        found = trials.some(self._consistent(trials, side))
+        return found.some(self._distinct(found))
+
+    def _consistent(self, trials: Trials, side: Rows) -> Mask:
+        """Whether the modes hold. Notes the laws that rest under a prescribed motion."""
+        table = self.table.evaluate(trials.values)
+        holds: Mask = np.asarray(np.isfinite(self.table.signature(table)).all(axis=0))
+        for i, (k, choice) in enumerate(zip(self.group.laws, self.choices, strict=True)):
+            mode, margins = trials.values[self.places[i]], self.table.margins(table, i)
+            place = (mode[None, :] == np.array(choice.modes)[:, None]).argmax(axis=0)
+            fine = np.take_along_axis(margins, place[None, :], 0)[0] >= 0.0
+            if choice.rest is not None:
+                rests = ~(margins >= 0.0).any(axis=0) & (self.table.rest(table, i) >= 0.0)
+                trials.rest[k] |= rests
+                fine |= rests & (mode == side[k, trials.point])
+            holds &= fine
+        return holds
+
+    def _distinct(self, trials: Trials) -> Index:
+        """One of all that are the same solution of the same point."""
+        marks = self.table.signature(self.table.evaluate(trials.values))
+        kept, left = [], np.arange(trials.point.size)
+        while left.size:
+            heads = left[np.unique(trials.point[left], return_index=True)[1]]
+            kept.append(heads)
+            head = heads[np.searchsorted(trials.point[heads], trials.point[left])]
+            same = np.abs(marks[:, left] - marks[:, head]) <= _SAME * (1.0 + np.abs(marks[:, head]))
+            left = left[~same.all(axis=0)]
+        return np.sort(np.concatenate([*kept, left]))
+
+
+class _Table:
+    """All margins of some laws and what else tells modes apart, at many points; ``k`` is the number of a law among them."""
+
+    def __init__(self, problem: Equilibrium, found: list[Choice]) -> None:
+        rows: list[Symbol] = []
+        self._first, self._extra = [], []
+        for c in found:
+            self._first.append(len(rows))
+            rows += c.margins
+            self._extra.append(len(rows))
+            rows.append(Symbol(-1) if c.rest is None else c.rest)
+            if isinstance(c.law, Friction):
+                rows.append(c.law.torque)
+            else:
+                rows.append(c.law.force if isinstance(c.law, Contact) else c.law.g)
+        varying = [*problem.grid, *problem.modes]
+        self._columns = Columns("steady_laws", varying, problem.common, rows)
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._columns.set_common(values)
+
+    def evaluate(self, values: Rows) -> Rows:
+        """All of it for the values of grid, unknowns and modes, to be read with the other methods."""
+        return self._columns(values)
+
+    def margins(self, table: Rows, k: int) -> Rows:
+        """One row per mode of a law, not negative where it holds."""
+        return table[self._first[k] : self._extra[k]]
+
+    def rest(self, table: Rows, k: int) -> Array:
+        """Not negative where a law rests under a prescribed motion."""
+        return np.asarray(table[self._extra[k]])
+
+    def signature(self, table: Rows) -> Rows:
+        """The torques of friction laws, the forces of contacts, the conditions of switches."""
+        return table[[extra + 1 for extra in self._extra]]

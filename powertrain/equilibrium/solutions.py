@@ -1,0 +1,183 @@
+"""Operating points of many grid points: semismooth Newton's method from several starts, all points at once; then neighbours, then steps.
+
+Starts are where the model says, and with all movable laws sliding forward or backward. They are the same for every point, so that
+a point with several solutions is known as such whatever grid it belongs to. A point where none of them leads to a solution begins with
+that of its nearest neighbour, and what is left then is solved by continuation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from powertrain.equilibrium.continuation import Continuation, Found
+from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
+from powertrain.equilibrium.laws import BACKWARD, NO_WIDTH, STUCK, Mask, Points, SteadyLaws
+from powertrain.numerics.buffers import Array
+
+Index = NDArray[np.intp]
+
+SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
+"""rad/s or m/s by which laws slide at the starts."""
+SAME = 1e-6
+"""Solutions that differ by less, relative to their size, are one."""
+MOST_SOURCES = 8
+"""Neighbours whose solutions are tried at a point."""
+
+
+@dataclass
+class Solved:
+    """The solutions from one start, a row each; no values where there is none."""
+
+    done: Mask
+    y: Array
+    modes: Array
+    tau: Array
+    given: Mask
+    yields: Array
+
+    def take(self, which: Mask, other: Solved) -> None:
+        """Takes over some of the solutions of others."""
+        for name in ("done", "y", "modes", "tau", "given", "yields"):
+            getattr(self, name)[which] = getattr(other, name)[which]
+
+    def put(self, p: int, found: Found) -> None:
+        """Takes over one solution."""
+        self.done[p] = True
+        for name in ("y", "modes", "tau", "given", "yields"):
+            getattr(self, name)[p] = getattr(found, name)
+
+
+@dataclass(frozen=True)
+class Best:
+    """One solution of every point, the number of different ones (2: several), laws at rest under a given motion, laws that differ."""
+
+    solved: Solved
+    number: NDArray[np.intp]
+    rest: Mask
+    differing: Mask
+
+
+class Solutions:
+    """Solves one steady problem at many points. Serves one thread."""
+
+    def __init__(self, laws: SteadyLaws) -> None:
+        self.laws, self.continuation = laws, Continuation(laws)
+
+    def solve(self, grid: Array, side: Array) -> Best:
+        """The points of ``grid``, a row each; ``side`` as in ``SteadyLaws.next_modes``, a row each."""
+        laws, count = self.laws, len(grid)
+        number = np.zeros(count, np.intp)
+        differing = np.zeros((count, laws.balance.modes.numel()), bool)
+        near = self.continuation.near(grid[0])
+        best, begun = self._nothing(count, near), list[Array]()
+        along = self.continuation.sliding(grid[0])
+        for speed in SPEEDS if along is not None else SPEEDS[:1]:
+            found = self._from(speed if along is None else speed * along, grid, side, near, begun)
+            both = best.done & found.done
+            other = both & self._differ(grid, best, found)
+            number[other] = 2
+            differing |= other[:, None] & (best.modes != found.modes)
+            new = found.done & ~best.done
+            number[new] = 1
+            best.take(new | (other & (self._rank(found) < self._rank(best))), found)
+        self._rest_of(best, grid, side)
+        number[best.done & (number == 0)] = 1
+        known = np.flatnonzero(best.done)
+        at = Points(grid[known], best.y[known], best.modes[known], best.tau[known])
+        number[known[undetermined(laws, at, Near(best.given[known], best.yields[known]), side[known])]] = 2
+        return Best(best, number, self._rest(grid, best), differing)
+
+    def _nothing(self, count: int, near: Near) -> Solved:
+        laws = self.laws
+        sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
+        given, yields = np.repeat(near.given[None], count, 0), np.repeat(near.yields[None], count, 0)
+        y, modes, tau = (np.zeros((count, n)) for n in sizes)
+        return Solved(np.zeros(count, bool), y, modes, tau, given, yields)
+
+    def _from(self, moved: Array | float, grid: Array, side: Array, near: Near, begun: list[Array]) -> Solved:
+        """The solutions from one start, with the modes that its speeds say; at points where another began with these there are none."""
+        laws, count = self.laws, len(grid)
+        found = self._nothing(count, near)
+        found.y += laws.balance.start + moved
+        at = Points(grid, found.y, found.modes, found.tau)
+        modes = laws.next_modes(at, laws.values(at), found.given, side, None)
+        seen = np.zeros(count, bool)
+        for other in begun:
+            seen |= (modes == other).all(axis=1)
+        new = np.flatnonzero(~seen)
+        begun.append(modes)
+        found.modes[:] = modes
+        some = Near(found.given[new], found.yields[new])
+        start = Points(grid[new], found.y[new], modes[new], found.tau[new])
+        end, found.done[new] = corrected(laws, start, some, side[new], changes=CHANGES, firm=True)
+        found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
+        return found
+
+    def _rest_of(self, best: Solved, grid: Array, side: Array) -> None:
+        """Solves the points that have no solution yet: as their neighbours, else by continuation."""
+        failed, tries = np.zeros(len(grid), bool), np.zeros(len(grid), int)
+        place, fresh = _scaled(grid), np.flatnonzero(best.done)
+        while True:
+            while fresh.size:
+                left = np.flatnonzero(~best.done & ~failed & (tries < MOST_SOURCES))
+                fresh = self._spread(best, grid, side, left, fresh[KDTree(place[fresh]).query(place[left])[1]])
+                tries[left] += 1
+            left = np.flatnonzero(~best.done & ~failed)
+            if not left.size:
+                return
+            p = int(left[0])
+            one = self.continuation.solve(grid[p], self.laws.balance.start, side[p])
+            if one is None:
+                failed[p] = True
+            else:
+                best.put(p, one)
+                fresh = np.array([p])
+
+    def _spread(self, found: Solved, grid: Array, side: Array, left: Index, sources: Index) -> Index:
+        """Begins at points with the solutions of others; which points have one now."""
+        start = Points(grid[left], found.y[sources], found.modes[sources], found.tau[sources])
+        near = Near(found.given[sources], found.yields[sources])
+        end, good = corrected(self.laws, start, near, side[left], changes=CHANGES, firm=True)
+        done, source = left[good], sources[good]
+        found.done[done] = True
+        found.y[done], found.modes[done], found.tau[done] = end.y[good], end.modes[good], end.tau[good]
+        found.given[done], found.yields[done] = found.given[source], found.yields[source]
+        return done
+
+    def _differ(self, grid: Array, one: Solved, other: Solved) -> Mask:
+        """Whether two solutions differ in unknowns, or in the torque of a law that slides."""
+        y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
+        slides = ~self._at_rest(grid, one)
+        large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
+        tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
+        return np.asarray(y.any(axis=1) | tau.any(axis=1))
+
+    def _at_rest(self, grid: Array, found: Solved) -> Mask:
+        at = Points(grid, found.y, found.modes, found.tau)
+        value = self.laws.values(at)
+        return np.asarray(np.abs(value.speed) <= self.laws.zone(value, at))
+
+    def _rest(self, grid: Array, found: Solved) -> Mask:
+        """The laws at rest under a given motion, whose torque is not determined."""
+        at = Points(grid, found.y, found.modes, found.tau)
+        value = self.laws.values(at)
+        still = np.abs(value.speed) <= self.laws.zone(value, at)
+        return np.asarray(found.done[:, None] & found.given & still & (value.upper - value.lower > NO_WIDTH))
+
+    def _rank(self, found: Solved) -> NDArray[np.intp]:
+        """Laws at rest come before laws that slide, and forward before backward."""
+        modes = found.modes[:, : self.laws.frictions]
+        rank: NDArray[np.intp] = 2 * (modes != STUCK).sum(axis=1) + (modes == BACKWARD).any(axis=1)
+        return rank
+
+
+def _scaled(grid: Array) -> Array:
+    """The points with every axis from 0 to 1."""
+    low, high = grid.min(axis=0, initial=np.inf), grid.max(axis=0, initial=-np.inf)
+    with np.errstate(all="ignore"):
+        scaled = (grid - low) / np.where(high > low, high - low, 1.0)
+    return np.asarray(np.nan_to_num(scaled, posinf=1.0, neginf=0.0))

@@ -1,0 +1,1 @@
+"""Integration methods as symbolic steps, and what controls their size."""

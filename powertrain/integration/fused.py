@@ -1,0 +1,277 @@
+"""The fused functions of one model: everything the event loop evaluates, each a single call on shared arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.integration import dopri5, rodas5p
+from powertrain.integration.step import Step, on_polynomial, slope_of_polynomial
+from powertrain.integration.step_control import verdict
+from powertrain.modes.indicators import indicators
+from powertrain.modes.rules import mode_pass, snapped, timed
+from powertrain.numerics.buffers import CHECKS, PREFIX
+from powertrain.numerics.sparse_lu import factorize
+
+MIDWAY = 0.1
+"""Weight of the defect of the dense output midway: the embedded error is all but blind to a kink between the stages at 0.3 and 0.8."""
+_SETTLED = 1e-9
+"""Newton's steps below this share of the unknowns end."""
+
+
+@dataclass(frozen=True)
+class Common:
+    """Symbols and functions of time, unknowns y = (x, z), held values and parameters.
+
+    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX``, where everything is written out
+    into one list of instructions, as suits CasADi's interpreter, or ``ca.MX``, where functions are called, as suits the C compiler where
+    the list is long.
+    """
+
+    dae: HybridDae
+    kind: Any
+    time: ca.SX
+    y: ca.SX
+    m: ca.SX
+    p: ca.SX
+    tolerance: ca.SX
+    rates: Callable[[ca.SX, ca.SX], ca.SX]
+    guards: Callable[[ca.SX, ca.SX], ca.SX]
+    watch: Callable[[ca.SX, ca.SX], ca.SX]
+    partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
+    rows: Sequence[int] | None
+    indicators: int
+
+
+def common(
+    dae: HybridDae,
+    rows: Sequence[int] | None = None,
+    held: ca.SX | None = None,
+    kind: Any = ca.SX,
+) -> Common:
+    """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns; ``held`` is m with numbers for known modes.
+
+    KeyError where ``held`` takes a pivot away.
+    """
+    n = dae.x.numel()
+    rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
+    found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
+    counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
+    found, counted = ca.densify(found), ca.densify(counted)
+    if held is not None:
+        general = ca.Function(PREFIX + "general", [dae.t, dae.x, dae.z, dae.m, dae.p], [rates, found, counted])
+        rates, found, counted = general.call([dae.t, dae.x, dae.z, held, dae.p])
+    called = kind is not ca.SX
+    m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
+    known: dict[str, ca.Function] = {}
+
+    def call(name: str, outputs: Callable[[], list[ca.SX]], t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
+        if name not in known:
+            inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+            known[name] = ca.Function(PREFIX + name, inputs, ca.cse(outputs()) if called else outputs())
+        return list(known[name].call([t, unknowns[:n, :], unknowns[n:, :], m, p]))
+
+    def partials() -> list[ca.SX]:
+        return [ca.jacobian(rates, ca.vertcat(dae.x, dae.z)), ca.densify(ca.jacobian(rates, dae.t))]
+
+    return Common(
+        dae=dae,
+        kind=kind,
+        time=kind.sym("time", 2),
+        y=kind.sym("y", n + dae.z.numel()),
+        m=m,
+        p=p,
+        tolerance=kind.sym("tolerance", 3),
+        rates=lambda t, u: call("rates", lambda: [rates], t, u)[0],
+        guards=lambda t, u: call("guards", lambda: [counted], t, u)[0],
+        watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
+        partials=lambda t, u: call("partials", partials, t, u),
+        rows=rows,
+        indicators=found.numel(),
+    )
+
+
+def explicit_step(model: Common) -> ca.Function:
+    """Dormand-Prince 5(4): (time, y, m, p, slope, tolerance) -> (y, slope, info, dense, outside)."""
+    slope = model.kind.sym("slope", model.y.numel())
+    t, h = model.time[0], model.time[1]
+    taken = dopri5.step(model.rates, t, h, model.y, slope)
+    defect = model.rates(t + h / 2, on_polynomial(taken.dense, 0.5)) - slope_of_polynomial(taken.dense, 0.5) / h
+    return _step_function(model, PREFIX + "dopri5", slope, taken, MIDWAY * h * defect)
+
+
+def rosenbrock_step(model: Common) -> ca.Function:
+    """Rodas5P, same arguments and results as the explicit step; ``slope`` is not used."""
+    n = model.dae.x.numel()
+    slope = model.kind.sym("slope", model.y.numel())
+    t, h = model.time[0], model.time[1]
+    jacobian, time_slope = model.partials(t, model.y)
+    rows = list(range(n)) + [n + row for row in model.rows or ()]
+    taken = rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, rows)
+    return _step_function(model, PREFIX + "rodas5p", slope, taken)
+
+
+def _step_function(model: Common, name: str, slope: ca.SX, taken: Step, defect: ca.SX | None = None) -> ca.Function:
+    t, h = model.time[0], model.time[1]
+    scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
+    errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)
+    norm = ca.sqrt(ca.norm_2(errors)) if model.y.numel() else 0  # no less than the largest; nan if one is
+    samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
+    samples.append(model.watch(t + h, taken.end))
+    info = verdict_function(model.indicators)(norm, model.tolerance[2], taken.stiffness, ca.horzcat(*samples))
+    outside = ca.densify(model.guards(t + h, taken.end))
+    results = [ca.densify(r) for r in (taken.end, taken.slope, info, ca.vec(taken.dense), outside)]
+    return ca.Function(name, [model.time, model.y, model.m, model.p, slope, model.tolerance], ca.cse(results))
+
+
+def verdict_function(indicators: int) -> ca.Function:
+    """(norm, error norm before, stiffness, one column of indicators for each sample) -> info, see ``verdict``."""
+    norm, before, stiffness = (ca.SX.sym(name) for name in ("norm", "before", "stiffness"))
+    samples = ca.SX.sym("samples", indicators, len(CHECKS) + 1)
+    info = ca.densify(verdict(norm, before, stiffness, ca.horzsplit(samples)))
+    return ca.Function(PREFIX + "verdict", [norm, before, stiffness, samples], ca.cse([info]))
+
+
+def fresh(model: Common) -> ca.Function:
+    """After an event: stuck speeds set to zero, the slope, Hairer's first step size, the speed left in stuck laws, the sum of slopes.
+
+    (time, y, m, p, tolerance) -> (y, slope, [h, speed, sum])
+    """
+    dae = model.dae
+    n = dae.x.numel()
+    t = model.time[0]
+    y, slope, speed = _at_rest(model, model.y)
+    x = y[:n, :]
+    scale = model.tolerance[1] + model.tolerance[0] * ca.fabs(x)
+    size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
+    speed_norm = ca.sqrt(ca.sumsqr(slope[:n, :] / scale) / max(n, 1))
+    first = ca.if_else(ca.logic_or(size < 1e-5, speed_norm < 1e-5), 1e-6, 0.01 * size / speed_norm)
+    ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n, :], y[n:, :]))
+    bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n, :] / scale) / max(n, 1)) / first
+    most = ca.fmax(speed_norm, bend)
+    second = ca.if_else(most <= 1e-15, ca.fmax(1e-6, 1e-3 * first), (0.01 / most) ** (1 / 5))
+    start = ca.vertcat(ca.fmin(100 * first, second), speed, ca.sum1(slope))
+    return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
+
+
+def _at_rest(model: Common, y: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Unknowns with stuck speeds set to zero, the slope there, and the largest speed that is left."""
+    dae, n, t = model.dae, model.dae.x.numel(), model.time[0]
+    snap = ca.Function(PREFIX + "snap", [dae.t, dae.x, dae.z, dae.m, dae.p], list(snapped(dae)))
+    x, speed = snap.call([t, y[:n, :], y[n:, :], dae.m, dae.p])
+    y = ca.vertcat(x, y[n:, :])
+    return y, model.rates(t, y), speed
+
+
+def corner(model: Common) -> ca.Function:
+    """At a corner of time signals: as ``fresh`` without a step size, and whether anything has to be resolved.
+
+    (time, y, m, p) -> (y, slope, [0 if all modes stay and no law is held at its limit, speed, sum])
+    """
+    dae = model.dae
+    n, t = dae.x.numel(), model.time[0]
+    y, far = model.y, ca.SX(0)
+    if dae.z.numel():
+        y = _corrected(model, t, _corrected(model, t, y, n), n)
+        last = _corrected(model, t, y, n)
+        far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= _SETTLED * (1 + ca.fabs(last))))
+    flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
+    determined = ca.fabs(flags[3]) < np.inf
+    y, slope, speed = _at_rest(model, y)
+    found = ca.vertcat(
+        flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined), speed, ca.sum1(slope)
+    )
+    return _function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found])
+
+
+def locate(model: Common) -> ca.Function:
+    """Unknowns and indicators at a fraction of the step, and the smallest of the indicators for which ``above`` is not positive.
+
+    (time, fraction, above, dense, m, p) -> (y, g, least). Algebraic unknowns are corrected twice towards their equations.
+    """
+    dae = model.dae
+    n = dae.x.numel()
+    fraction, above = ca.SX.sym("fraction"), ca.SX.sym("above", model.indicators)
+    dense = ca.SX.sym("dense", 5 * model.y.numel())
+    t = model.time[0] + fraction * model.time[1]
+    y = on_polynomial(ca.reshape(dense, model.y.numel(), 5), fraction)
+    if dae.z.numel():
+        for _ in range(2):
+            y = _corrected(model, t, y, n)
+    g = model.watch(t, y)
+    smallest = ca.SX(1e300)
+    for i in range(model.indicators):
+        smallest = ca.fmin(smallest, ca.if_else(above[i] > 0, 1e300, g[i]))
+    return _function(
+        PREFIX + "locate", [model.time, fraction, above, dense, dae.m, dae.p], [y, ca.densify(g), smallest]
+    )
+
+
+def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
+    dae = model.dae
+    residual, jacobian = _algebra(dae).call([t, y[:n, :], y[n:, :], dae.m, dae.p])
+    return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
+
+
+def _algebra(dae: HybridDae) -> ca.Function:
+    outputs = [dae.residual, ca.jacobian(dae.residual, dae.z)]
+    return ca.Function(PREFIX + "algebra", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
+
+
+def newton(model: Common) -> ca.Function:
+    """Three full steps of Newton's method for z: (time, y, m, p) -> (z, [0 if the last ends the search]); pivots are fixed beforehand."""
+    dae = model.dae
+    n = dae.x.numel()
+    z, before, last, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0), ca.SX(0)
+    for k in range(3):
+        residual, jacobian = _algebra(dae).call([model.time[0], model.y[:n, :], z, dae.m, dae.p])
+        step = factorize(jacobian, model.rows)(residual)
+        size, share = ca.mmax(ca.fabs(residual)), ca.mmax(ca.fabs(step)) / (1 + ca.mmax(ca.fabs(z)))
+        if k:
+            open_ += ca.logic_not(ca.logic_or(size <= 0.9 * before, last < 1e-9))
+        if k == 2:
+            closed = ca.fabs(residual) <= 1e-7 * ca.mtimes(ca.fabs(jacobian), 1 + ca.fabs(z))
+            settled = ca.fabs(step) <= 1e-11 * (1 + ca.fabs(z))
+            open_ += ca.sum1(ca.logic_not(ca.logic_and(closed, settled)))
+        z, before, last = z - step, size, share
+    return _function(PREFIX + "newton", [model.time, model.y, dae.m, dae.p], [z, open_])
+
+
+def update(model: Common) -> ca.Function:
+    """One pass of the mode rules: (time, y, m, p, fire, [jumped, slack]) -> (m, flags, edges, closing)."""
+    dae = model.dae
+    fire, jumped = ca.SX.sym("fire", len(timed(dae)[1])), ca.SX.sym("jumped", 2)
+    called = _rules(model, model.y, fire, jumped)
+    return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], called)
+
+
+def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
+    """Held values, flags, edges and closing of one pass of the mode rules."""
+    dae = model.dae
+    n = dae.x.numel()
+    a, b = ca.SX.sym("fire", fire.numel()), ca.SX.sym("jumped", 2)
+    taken = mode_pass(dae, a, b[0], b[1])
+    results = [ca.densify(e) for e in (taken.held, taken.flags, taken.edges, taken.closing)]
+    rules = ca.Function(PREFIX + "rules", [dae.t, dae.x, dae.z, dae.m, dae.p, a, b], results)
+    return list(rules.call([model.time[0], y[:n, :], y[n:, :], dae.m, dae.p, fire, jumped]))
+
+
+def jacobian(model: Common) -> ca.Function:
+    """d(xdot)/dx, dense, and its norm, for the choice of the method: (time, y, m, p) -> (matrix, largest sum of a row)."""
+    matrix = ca.jacobian(model.rates(model.time[0], model.y), model.y)
+    norm = ca.mmax(ca.sum2(ca.fabs(matrix))) if matrix.numel() else ca.SX(0)
+    return _function(PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [matrix, norm])
+
+
+def instants(dae: HybridDae) -> ca.Function:
+    """The known instants of timed laws: (m, p) -> times."""
+    return _function(PREFIX + "instants", [dae.m, dae.p], [ca.densify(timed(dae)[0])])
+
+
+def _function(name: str, inputs: list[ca.SX], results: list[ca.SX]) -> ca.Function:
+    return ca.Function(name, inputs, ca.cse([ca.densify(ca.SX(r)) for r in results]))

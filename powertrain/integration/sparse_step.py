@@ -1,0 +1,105 @@
+"""Rodas5P for large models: the same step with a numeric sparse factorisation, where the symbolic one no longer pays."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+
+from powertrain.integration import rodas5p
+from powertrain.integration.fused import Common
+from powertrain.integration.step_control import verdict
+from powertrain.numerics.buffers import CHECKS, PREFIX, Array, Bound, Memory, zeros
+
+_A = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.A])
+_C = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.C])
+_DENSE = np.array(rodas5p.DENSE)
+
+
+class SparseStep:
+    """One direction of the double buffer; ``call()`` does what the fused step functions do, pivoting included."""
+
+    def __init__(self, model: Common, memory: Memory, side: int) -> None:
+        self._memory, self._from, self._to = memory, memory.y[side], memory.y[1 - side]
+        self._states, self._n = model.dae.x.numel(), model.y.numel()
+        self._point, self._now = zeros(self._n), zeros(1)
+        self._rate, self._slope = zeros(self._n), zeros(self._n)
+        self._g, self._outside = zeros(model.indicators), memory.outside
+        self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
+        self._checks = model.indicators > 0
+        self._bind(model)
+
+    def _bind(self, model: Common) -> None:
+        dae, memory = model.dae, self._memory
+        now = ca.SX.sym("now")
+        rates, g = model.rates(now, model.y), model.watch(now, model.y)
+        inputs, arrays = [now, model.y, dae.m, dae.p], [self._now, self._point, memory.m, memory.p]
+        self._rates = Bound(ca.Function(PREFIX + "rates", inputs, ca.cse([rates])), arrays, [self._rate])
+        self._watch = Bound(
+            ca.Function(PREFIX + "watch", inputs, ca.cse([ca.densify(g), ca.densify(model.guards(now, model.y))])),
+            arrays,
+            [self._g, self._outside],
+        )
+        samples = ca.SX.sym("samples", model.indicators, 4)
+        norm = ca.SX.sym("norm")
+        info = verdict(norm, model.tolerance[2], ca.SX(0), ca.horzsplit(samples))
+        function = ca.Function(PREFIX + "verdict", [norm, model.tolerance, ca.vec(samples)], [ca.densify(info)])
+        self._verdict = Bound(function, [self._norm, memory.tolerance, self._samples], [memory.info])
+        diagonal = ca.Sparsity.diag(self._n)
+        jacobian = ca.jacobian(rates, model.y)
+        pattern = jacobian.sparsity() + diagonal
+        self._data = zeros(pattern.nnz())
+        full = ca.project(jacobian, pattern)
+        time_slope = ca.densify(ca.jacobian(rates, now))
+        function = ca.Function(PREFIX + "jacobian", inputs, ca.cse([full, time_slope]))
+        self._jacobian = Bound(function, arrays, [self._data, self._slope])
+        columns, rows = np.array(pattern.get_col(), dtype=np.int64), np.array(pattern.row(), dtype=np.int64)
+        self._diagonal = np.flatnonzero((rows == columns) & (rows < self._states))
+        self._pattern = (rows, np.array(pattern.colind()))
+
+    def call(self) -> None:
+        """Step from ``memory.time`` on; results as of the fused step functions."""
+        memory, n = self._memory, self._n
+        t, h = float(memory.time[0]), float(memory.time[1])
+        y = self._from[:n]
+        self._now[0], self._point[:n] = t, y
+        self._jacobian.call()
+        matrix = -self._data
+        matrix[self._diagonal] += 1.0 / (h * rodas5p.GAMMA)
+        stages = np.zeros((8, n))
+        memory.info[0] = np.nan
+        if not np.isfinite(matrix).all():
+            return
+        try:
+            solve = splu(csc_array((matrix, *self._pattern), shape=(n, n)), permc_spec="COLAMD").solve
+        except RuntimeError:
+            return
+        for i in range(8):
+            self._now[0] = t + rodas5p.ALPHA[i] * h
+            self._point[:n] = y + _A[i, :i] @ stages[:i]
+            self._rates.call()
+            if not np.isfinite(self._rate).all():
+                return
+            right = self._rate + rodas5p.GAMMA_SUM[i] * h * self._slope
+            right[: self._states] += _C[i, :i] @ stages[:i, : self._states] / h
+            stages[i] = solve(right)
+        end = self._point[:n] + stages[7]
+        self._to[:n] = end
+        self._describe(t, h, y, end, stages)
+
+    def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:
+        """Error norm, dense output and indicators."""
+        memory, n = self._memory, self._n
+        scale = memory.tolerance[1] + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
+        self._norm[0] = np.sum((stages[7] / scale) ** 4) ** 0.25
+        first, second, third = _DENSE @ stages
+        dense = memory.dense.reshape(5, -1)
+        dense[:] = y, end - y + first, second - first, third - second, -third
+        if self._checks or self._outside.size:
+            for k, q in enumerate((*CHECKS, 1.0)):
+                self._now[0] = t + q * h
+                self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
+                self._watch.call()
+                self._samples.reshape(4, -1)[k] = self._g
+        self._verdict.call()

@@ -1,0 +1,38 @@
+"""What a step tells the loop: whether its error is small enough, whether its indicators are resolved, and how long the next one may be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from powertrain.integration.samples import ROUGH, least, survey
+
+GROWTH = 5.0
+"""The most by which a step may be longer than the one before."""
+_CALM, _MOST_CHANGE = 0.003, 0.3
+"""Share of the third difference from which it holds the next step back, and the one it aims at."""
+
+
+def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX]) -> ca.SX:
+    """Error norm, 1 where the indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample.
+
+    ``before`` is the error norm of the last step, ``samples`` the indicators at 1/4, 1/2, 3/4 and 1 of the step.
+    """
+    minima = [least(sample) for sample in samples]
+    smallest = least(ca.vertcat(*minima))
+    dips, rough = survey(samples)
+    unresolved = ca.logic_or(rough > ROUGH, ca.logic_and(dips, smallest > 0))
+    return ca.vertcat(norm, unresolved, growth(norm, before, rough), smallest, stiffness, *minima)
+
+
+def growth(norm: ca.SX, before: ca.SX, rough: ca.SX) -> ca.SX:
+    """The next step size over this one: a PI controller on the error norm, held back where indicators are barely resolved.
+
+    Where the error is far below the tolerance, as after an event, nothing is gained by patience: the size for 0.6**5 is taken at once.
+    """
+    error = ca.fmax(norm, 1e-10)
+    factor = ca.fmax(0.9 * error**-0.14 * before**0.08, 0.6 * error**-0.2)
+    bounded = ca.logic_and(rough > _CALM, rough <= ROUGH)
+    factor = ca.fmin(factor, ca.if_else(bounded, (_MOST_CHANGE / ca.fmax(rough, _CALM)) ** (1 / 3), GROWTH))
+    return ca.fmin(ca.fmax(factor, 0.2), GROWTH)

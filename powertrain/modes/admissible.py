@@ -1,0 +1,78 @@
+"""What modes that fit together may still not be: motion against a torque without limit, rest where no torque is determined."""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+import casadi as ca
+
+from powertrain.compiler.hybrid import Friction, HybridDae
+from powertrain.errors import SimulationError
+from powertrain.modes.jam import law_values, resting_note
+from powertrain.modes.selflocking import SelfLocking
+from powertrain.modes.tolerances import EPS, ZONE
+from powertrain.numerics.buffers import Memory
+
+
+class Admissible:
+    """Looks at the modes after they were resolved.
+
+    A friction law that its torque cannot move, at rest, may carry any torque between its bounds; no loss or energy depends on it. Where its
+    speed may change (a pause in a cycle) the smallest torque is taken and noted. Where that is constant, or other parts move by the torque
+    (through a sensor), the law is refused.
+    """
+
+    def __init__(self, dae: HybridDae, memory: Memory, notes: list[str]) -> None:
+        self.dae, self.memory, self.notes = dae, memory, notes
+        self._noted: set[int] = set()
+        self._self_locking = SelfLocking(dae, memory)
+        self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
+        changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
+        self._prescribed = [
+            (k, law, law.acts or not ca.depends_on(law.w, changing))
+            for k, law in enumerate(dae.frictions)
+            if law.prescribed
+        ]
+
+    def check(self, side: int) -> None:
+        """Refuse what cannot be, note what is not unique."""
+        self._self_locking.check(side)
+        held = self.memory.m
+        for _, law, mode in self._one_way:
+            if held[law.index] == mode:
+                self._refuse(law, mode)
+        for k, law, refused in self._prescribed:
+            if held[law.index] == 0:
+                self._rests(k, law, refused, side)
+
+    def check_speeds(self, side: int) -> None:
+        """Refuse speeds that no modes allow."""
+        speeds = law_values(self.dae, self.memory, side)[:, 0] if self._one_way else ()
+        for k, law, mode in self._one_way:
+            if mode * speeds[k] > ZONE:
+                self._refuse(law, mode)
+
+    def _refuse(self, law: Friction, mode: float) -> NoReturn:
+        way = "forward" if mode > 0 else "backward"
+        raise SimulationError(
+            f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
+            "slide that way. Give a start (or a reset) with which it rests or moves the other way."
+        )
+
+    def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:
+        if not self.notes:
+            self._noted.clear()
+        if not refused and k in self._noted:
+            return
+        _, torque, lower, upper, _, _ = law_values(self.dae, self.memory, side)[k].tolist()
+        room = upper - lower > EPS
+        unit, t = law.unit, self.memory.time[0]
+        if refused and room:
+            why = "while other parts move by its torque" if law.acts else "where nothing in the model can move it"
+            raise SimulationError(
+                f"{law.name} ({law.where}) rests at t = {t:.9g} s {why}: nothing determines this torque, which may lie anywhere from "
+                f"{lower:.6g} to {upper:.6g} {unit}. Take the part out, or put a shaft stiffness between it and what holds it."
+            )
+        self._noted.add(k)
+        if room:
+            self.notes.append(resting_note(law, torque, lower, upper, t))

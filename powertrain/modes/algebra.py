@@ -1,0 +1,107 @@
+"""The algebraic unknowns at one instant: a damped Newton iteration with pivoting, for starts and after events."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.modes.selflocking import SelfLocking
+from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
+
+_ITERATIONS = 60
+_STEP = 1e-11
+_ROUNDING = 1e-9
+"""Where Newton's method does not converge (at a kink), the nearest point is taken if it is as close as the modes of laws are resolved."""
+
+
+class NotConsistent(ArithmeticError):
+    """The algebraic equations have no solution near the guess; the message names the equation that stays open."""
+
+
+class Algebra:
+    """Solves 0 = residual(t, x, z, m, p) for z in place, on either side of the double-buffered unknowns."""
+
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self.dae, self.n, self.nz = dae, dae.x.numel(), dae.z.numel()
+        self._y, self._self_locking = memory.y, SelfLocking(dae, memory)
+        self._quick: list[Bound] = []
+        self._nearer, self._unsettled = zeros(self.nz), zeros(1)
+        self._residual, self._jacobian = zeros(self.nz), zeros(self.nz * self.nz)
+        time, y = ca.SX.sym("time", 2), ca.SX.sym("y", self.n + self.nz)
+        inner = ca.Function(
+            PREFIX + "algebra", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)]
+        )
+        residual, jacobian = inner.call([time[0], y[: self.n], y[self.n :], dae.m, dae.p])
+        outputs = ca.cse([ca.densify(residual), ca.densify(jacobian)])
+        self.function = ca.Function(PREFIX + "newton", [time, y, dae.m, dae.p], outputs)
+        results = [self._residual, self._jacobian]
+        self._bound = [Bound(self.function, [memory.time, side, memory.m, memory.p], results) for side in memory.y]
+
+    def hasten(self, function: ca.Function, memory: Memory) -> None:
+        """Try this function first, of (time, y, m, p): z after Newton's steps, and 0 where these end as those of ``solve`` would."""
+        results = [self._nearer, self._unsettled]
+        self._quick = [Bound(function, [memory.time, side, memory.m, memory.p], results) for side in memory.y]
+
+    def jacobian(self, side: int) -> Array:
+        """d(residual)/dz at the current point."""
+        self._bound[side].call()
+        return self._jacobian.reshape(self.nz, self.nz, order="F").copy()
+
+    def solve(self, side: int) -> None:
+        """Correct z in ``memory.y[side]``; raises NotConsistent."""
+        if not self.nz:
+            return
+        z, call = self._y[side][self.n :], self._bound[side].call
+        if self._quick:
+            self._quick[side].call()
+            if self._unsettled[0] == 0.0:
+                z[:] = self._nearer
+                return
+        call()
+        best, nearest = np.inf, z.copy()
+        for _ in range(_ITERATIONS):
+            residual = self._residual.copy()
+            size = float(np.abs(residual).max())
+            if size < best:
+                best, nearest = size, z.copy()
+            step = self._newton_step(residual)
+            if not np.isfinite(step).all():
+                break
+            old, length = z.copy(), 1.0
+            while True:
+                z[:] = old - length * step
+                call()
+                new = float(np.abs(self._residual).max())
+                if (
+                    new <= size * (1.0 - 0.1 * length)
+                    or float(np.abs(length * step).max() / (1.0 + np.abs(old).max())) < 1e-9
+                ):
+                    break
+                length *= 0.5
+            if new == 0.0 or (length == 1.0 and np.all(np.abs(step) <= _STEP * (1.0 + np.abs(z))) and self._closed(z)):
+                return
+        z[:] = nearest
+        call()
+        if not best <= _ROUNDING:
+            self._refuse(side)
+
+    def _closed(self, z: Array) -> bool:
+        terms = np.abs(self._jacobian.reshape(self.nz, self.nz, order="F")) @ (1.0 + np.abs(z))
+        return bool(np.all(np.abs(self._residual) <= 1e-7 * terms))
+
+    def _newton_step(self, residual: Array) -> Array:
+        matrix = self._jacobian.reshape(self.nz, self.nz, order="F")
+        if not (np.isfinite(matrix).all() and np.isfinite(residual).all()):
+            return np.full(self.nz, np.nan)
+        try:
+            return np.asarray(np.linalg.solve(matrix, residual), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            return np.asarray(np.linalg.lstsq(matrix, residual, rcond=None)[0], dtype=np.float64)
+
+    def _refuse(self, side: int) -> None:
+        sizes = np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)
+        rows = [int(k) for k in np.argsort(-sizes, kind="stable")[:4] if sizes[k] > 0.0]
+        quoted = "\n  ".join(f"{self.dae.equation(k)}: left minus right is {self._residual[k]:.6g}" for k in rows)
+        loop = "these equations have no solution near the guess (an algebraic loop); check them, or give guesses of their unknowns"
+        raise NotConsistent(f"{self._self_locking.found(side) or loop}\n  {quoted}")

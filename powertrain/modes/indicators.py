@@ -1,0 +1,102 @@
+"""The oriented event indicators of the laws: positive while a law keeps its mode, with a hysteresis far above the location tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
+from powertrain.modes.tolerances import EPS
+
+
+@dataclass(frozen=True)
+class Indicator:
+    """An expression that falls through zero where law ``law`` has to change its mode."""
+
+    law: Friction | Switch | Contact | When | Guard
+    value: ca.SX
+
+
+def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
+    """All indicators that are located as state events; relations with a known instant are left to the time events."""
+    found: list[Indicator] = []
+    for friction in dae.frictions:
+        found.append(Indicator(friction, friction_motion(dae, friction)))
+        if friction.may_free and ca.depends_on(friction.upper - friction.lower, ca.vertcat(dae.t, dae.x, dae.z)):
+            found.append(Indicator(friction, friction_free(dae, friction)))
+    for switch in dae.switches:
+        if switch.time is None and ca.depends_on(switch.g, ca.vertcat(dae.t, dae.x, dae.z)):
+            found.append(Indicator(switch, switch_margin(dae, switch)))
+    for contact in dae.contacts:
+        found.append(Indicator(contact, contact_change(dae, contact)))
+    for when in dae.whens:
+        if when.time is None:
+            found.append(Indicator(when, relation(dae.m[when.index], when.g)))
+    found += [Indicator(guard, guard_margin(guard)) for guard in dae.guards if guard.action == "error"]
+    return tuple(found)
+
+
+def relation(mode: ca.SX, g: ca.SX, eps: ca.SX | float = EPS) -> ca.SX:
+    """``mode`` is 1 while g > 0 and 0 otherwise."""
+    return (2 * mode - 1) * g + eps
+
+
+def switch_margin(dae: HybridDae, switch: Switch) -> ca.SX:
+    """The condition of a switch with its hysteresis."""
+    return relation(dae.m[switch.index], switch.g, switch.known)
+
+
+def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
+    """``g``, affine in time, as the time since (until) its zero, so that its hysteresis is one of time."""
+    return g / (ca.fabs(ca.jacobian(g, dae.t)) + 1e-300)
+
+
+def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
+    """Distances of a stuck torque from the lower and the upper limit, the hysteresis included.
+
+    Bounds that stand the wrong way round wait for a switch that is about to follow the torque: no reason to break loose.
+    """
+    high = friction.peak * ca.fmax(friction.upper, friction.lower)
+    low = friction.peak * ca.fmin(friction.upper, friction.lower)
+    return friction.torque - low + friction.hysteresis, high - friction.torque + friction.hysteresis
+
+
+def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
+    """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits, or a prescribed speed stays zero."""
+    mode = dae.m[friction.index]
+    below, above = torque_margins(friction)
+    stuck = 2 * EPS - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
+    loose = mode * friction.w + EPS
+    if friction.algebraic:  # between bounds that no torque can tell apart the way it slides makes no difference
+        loose = ca.fmax(loose, friction.hysteresis - ca.fabs(friction.upper - friction.lower))
+    if friction.may_free:
+        loose = ca.if_else(mode == 2, 1.0, loose)
+    return ca.if_else(mode == 0, stuck, loose)
+
+
+def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:
+    """The law transmits torque while upper - lower > 0; free again above twice the hysteresis only."""
+    width = friction.upper - friction.lower
+    return ca.if_else(dae.m[friction.index] == 2, 2 * EPS - width, width - EPS)
+
+
+def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
+    """Open: no approach below zero. Closed: no pulling force."""
+    open_ = ca.if_else(ca.logic_or(contact.gap > 0, approaching(contact)), contact.gap + EPS, 1.0)
+    return ca.if_else(dae.m[contact.index] > 0.5, contact.force + EPS, open_)
+
+
+def approaching(contact: Contact) -> ca.SX:
+    """The gap closes, not counting the noise of a speed around zero."""
+    slow = ca.logic_and(contact.speed < 0, contact.acceleration < 0)
+    return ca.logic_or(contact.speed < -EPS, slow)
+
+
+def guard_margin(guard: Guard) -> ca.SX:
+    """Distance from the nearer limit, with a tolerance of 1e-9 of the limit."""
+    margins = []
+    for distance, limit in ((guard.value - guard.low, guard.low), (guard.high - guard.value, guard.high)):
+        size = ca.fabs(limit)
+        margins.append(distance + 1e-9 * (1.0 + ca.if_else(size < 1e300, size, 0.0)))
+    return ca.fmin(*margins)

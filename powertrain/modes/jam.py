@@ -1,0 +1,97 @@
+"""What to say where the modes of the laws have no solution, or several, or are not found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Switch
+from powertrain.numerics.buffers import Array, Memory
+
+_MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
+
+
+def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]:
+    """One row (w, torque, lower, upper, rate, peak) per friction law at the current point."""
+    fields = ("w", "torque", "lower", "upper", "rate", "peak")
+    if memory.laws is None:
+        columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
+        outputs = [ca.densify(ca.horzcat(*columns))]
+        memory.laws = ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
+    values = memory.laws
+    n, nz, nm, count = dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel()
+    y = memory.y[side]
+    row = values(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count])
+    return np.array(row).reshape(len(dae.frictions), len(fields))
+
+
+def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
+    """No modes of these laws (indices in m) are consistent, whichever of the ``pieces`` of their bounds holds."""
+    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
+    parts = ", ".join(law.name for law in known if law.index in laws)
+    lines = _quoted(dae, memory, side, laws)
+    if lines or any(contact.index in laws for contact in dae.contacts):
+        where = f"in none of the {pieces} pieces of the bounds are modes" if pieces > 1 else "no modes are"
+        problem = f"{where} consistent (the mechanism jams)"
+        advice = (
+            "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
+        )
+    else:
+        problem = "neither state of a switch is consistent"
+        advice = "The condition of a switch and what it switches contradict each other; give it a hysteresis, or let it act on a rate."
+    return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
+
+
+def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], laws: Sequence[int]) -> str:
+    """Several modes of these laws (indices in m) are consistent, with different torques."""
+    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
+    names = {law.index: law.name for law in known}
+    sliding = {law.index for law in dae.frictions}
+    options = " or ".join("(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in laws) + ")" for m in modes[:3])
+    return "\n".join(
+        [
+            f"at t = {memory.time[0]:.9g} s {len(modes)} combinations of modes are possible, with different accelerations or torques: "
+            f"{options}. Involved: {', '.join(names[i] for i in laws)}",
+            *_quoted(dae, memory, side, laws),
+            "The laws lock each other in more than one way (self-locking); a little compliance or damping between them decides.",
+        ]
+    )
+
+
+def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> str:
+    """Modes were sought in vain, and nothing proves that there are none."""
+    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
+    parts = ", ".join(law.name for law in known if law.index in laws)
+    return "\n".join(
+        [
+            f"at t = {memory.time[0]:.9g} s consistent modes are not found, though there may be some. Involved: {parts}",
+            *_quoted(dae, memory, side, laws),
+            "Separate some of these by the stiffness of a shaft.",
+        ]
+    )
+
+
+def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> list[str]:
+    """One line for each law among these, and for each whose bounds follow a switch among these, such as the side that drives a mesh."""
+    if not dae.frictions:
+        return []
+    return [
+        f"  {law.name} ({law.where}): torque {row[1]:.6g} {law.unit}, bounds {row[2]:.6g} .. {row[3]:.6g} {law.unit}, speed {row[0]:.3g}"
+        for law, row in zip(dae.frictions, law_values(dae, memory, side), strict=True)
+        if law.index in laws or any(ca.depends_on(ca.vertcat(law.lower, law.upper), dae.m[i]) for i in laws)
+    ]
+
+
+def _mode(name: str, value: float, friction: bool) -> str:
+    return f"{name} {_MODES.get(float(value), f'{value:g}') if friction else 'on' if value else 'off'}"
+
+
+def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
+    """A law at rest that its torque cannot move."""
+    return (
+        f"from t = {t:.9g} s: {law.name} is stuck where nothing can move anyway; its torque is not unique: "
+        f"{torque + 0.0:.6g} {law.unit} is given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
+    )

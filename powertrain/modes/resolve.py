@@ -1,0 +1,299 @@
+"""All modes of all laws at one instant, found together: semismooth Newton, else one complementarity problem."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import product
+from typing import NoReturn
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import Contact, HybridDae, When
+from powertrain.errors import SimulationError
+from powertrain.modes.algebra import Algebra, NotConsistent
+from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.jam import jam_message, not_found_message, several_message
+from powertrain.modes.tolerances import ZONE
+from powertrain.modes.uniqueness import Uniqueness
+from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, view
+
+_PASSES = 20
+_ROUNDS = 10_000
+_LINEARIZED = 16
+"""How often the complementarity problem is linearised anew where laws are not linear in the torques, or conditions of speeds follow."""
+_MOST_PIECES = 12
+"""Conditions of torques in the bounds: with more their combinations are too many to be looked at one by one."""
+_MOST_COMBINATIONS = 5000
+"""Of modes that are tried one by one where bounds follow torques: a second of time."""
+REST_SPEED = 1e-4
+"""A contact that would rebound slower than this (m/s or rad/s) stays closed."""
+
+
+class Resolver:
+    """Brings ``memory.m`` (and x, z after resets and impacts) to a consistent state on one side of the buffers."""
+
+    def __init__(
+        self, dae: HybridDae, memory: Memory, update: Sequence[Bound], fresh: Sequence[Bound], algebra: Algebra | None
+    ) -> None:
+        self.dae, self.memory, self.algebra = dae, memory, algebra
+        self.n = dae.x.numel()
+        self._update, self._fresh = update, fresh
+        self._values = _Events(dae, memory) if dae.whens or dae.contacts else None
+        self.extra: list[tuple[str, str]] = []
+        self.notes: list[str] = []
+        self._unsolved: NotConsistent | None = None
+        self.uniqueness = Uniqueness(dae, memory)
+        self._pieces = set(self.uniqueness.pieces)
+        self._last_shared: Array | None = None
+        self._flags = view(memory.flags)
+
+    def resolve(self, side: int) -> None:
+        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
+        memory = self.memory
+        self.extra, self._unsolved = [], None
+        for _ in range(_ROUNDS):
+            if self._found(side):
+                return
+        names = sorted({name for name, _ in self.extra})
+        raise SimulationError(f"at t = {memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}")
+
+    def _found(self, side: int) -> bool:
+        """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
+        happened = self._newton(side)
+        if happened is None:
+            return self._complementary(side)
+        if happened and self._flags[4] > 0.0 and self._problem is not None:
+            return self._shared(side)
+        return happened
+
+    def _newton(self, side: int, slack: float = 0.0) -> bool | None:
+        """Semismooth Newton: all laws by their rules from the same torques.
+
+        True where these modes are consistent, False if a reset or an impact happened, None if the iteration does not end.
+        """
+        memory, flags = self.memory, self._flags
+        seen: set[bytes] = set()
+        for _ in range(_PASSES):
+            if not self._solvable(side):
+                return None
+            self._apply_rules(side, slack)
+            if (flags[1] or flags[2]) and self._discontinuity(side):
+                return False
+            memory.fire.fill(0.0)
+            memory.jumped[0] = 0.0
+            if not flags[0]:
+                return True
+            key = memory.m.tobytes()
+            if key in seen:
+                return None
+            seen.add(key)
+            memory.m[:] = memory.held
+        return None
+
+    def _shared(self, side: int) -> bool:
+        """Some laws are at a limit while others hold them: of all that is consistent take what their compliance says."""
+        modes = self.memory.m.copy()
+        if self._last_shared is not None and np.array_equal(modes, self._last_shared):
+            return True
+        found = self._linearized(side, held=False)[0]
+        if found is None:
+            self.memory.m[:] = modes
+            self._solvable(side)
+        self._last_shared = self.memory.m.copy()
+        return found is not False
+
+    @cached_property
+    def _problem(self) -> Complementarity | None:
+        return None if self.dae.opened is None else Complementarity(self.dae)
+
+    def _complementary(self, side: int) -> bool:
+        """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
+        if self._problem is None:
+            return self._jam(side, set(), 1)
+        start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
+        found, laws = self._linearized(side, held=False)
+        if found is not None:
+            return found
+        if len(pieces) > _MOST_PIECES:
+            raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
+        for piece in product((0.0, 1.0), repeat=len(pieces)):  # each is a problem of its own
+            self.memory.m[:] = start
+            self.memory.m[pieces] = piece
+            found, ray = self._linearized(side, held=True)
+            laws |= ray
+            against |= set(np.flatnonzero(self.memory.m != self.memory.held).tolist()) - self._pieces
+            if found is not None:
+                return found
+        return self._tried(side, start, laws, against)
+
+    def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
+        """All modes of the laws on a ray and of those ``against`` it, in all pieces: a ray is no proof where bounds follow torques."""
+        m, pieces = self.memory.m, self.uniqueness.pieces
+        places = {f.index for f in self.dae.frictions} | {c.index for c in self.dae.contacts}
+        varied = laws | (against & places)
+        rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
+        touching = sorted(varied - set(rubbing))
+        options = [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * (len(touching) + len(pieces))
+        if math.prod(map(len, options)) > _MOST_COMBINATIONS:
+            raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
+        for modes in product(*options):
+            m[:] = start
+            m[[*rubbing, *touching, *pieces]] = modes
+            if self._consistent(side):
+                return True
+        return self._jam(side, laws, 2 ** len(pieces))
+
+    def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
+        """Modes of the laws linearised where the last solution was, until these are consistent.
+
+        True, False or None as ``_newton``, and the laws of the ray on which the search ended. Bounds that bend with torques are part of
+        the first problem, unless ``held``.
+        """
+        memory, problem = self.memory, self._problem
+        assert problem is not None
+        m, ray, known = memory.m, set[int](), problem.known(self._point(side))
+        tau = np.zeros(problem.laws.count)
+        for n in range(_LINEARIZED):
+            answer = problem.solve(self._point(side), tau, ZONE, bends=n == 0 and not held, known=known)
+            if answer.tau is None:
+                ray |= {problem.laws.index[k] for k in answer.ray}
+                if n or held:
+                    break
+                continue
+            tau = answer.tau
+            for index, mode in answer.modes.items():
+                m[index] = mode
+            modes = m.copy()
+            happened = self._newton(side, slack=1.0)  # exact but for the compliance
+            if happened is not None:
+                return happened, ray
+            m[:] = modes
+            if not self._solvable(side):
+                continue
+            self._apply_rules(side)
+            others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
+            if held and not self._pieces.isdisjoint(others):
+                break
+            m[others] = memory.held[others]
+        return None, ray
+
+    def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
+        """No modes of these laws, and of those that contradict themselves, are consistent."""
+        if self._unsolved is not None and not laws:
+            raise self._unsolved
+        against = np.flatnonzero(self.memory.m != self.memory.held).tolist()
+        raise SimulationError(jam_message(self.dae, self.memory, side, sorted({*laws, *against}), pieces))
+
+    def _point(self, side: int) -> Point:
+        memory, dae = self.memory, self.dae
+        y = memory.y[side]
+        z = y[self.n : self.n + dae.z.numel()].copy()
+        return Point(
+            float(memory.time[0]), y[: self.n].copy(), z, memory.m[: dae.m.numel()].copy(), memory.p[: dae.p.numel()]
+        )
+
+    def check_unique(self, side: int) -> None:
+        """Refuse modes beside which others are possible with other torques."""
+        others = self.uniqueness.others(side, lambda: self._consistent(side))
+        if self.uniqueness.pieces and self._solvable(side):
+            self._apply_rules(side)
+        if others:
+            modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
+            raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
+
+    def forget(self) -> None:
+        """Drop what the last run left."""
+        self.notes.clear()
+        self._last_shared = None
+
+    def _solvable(self, side: int) -> bool:
+        """Solve the algebraic equations for the present modes; whether they have a solution."""
+        if self.algebra is None:
+            return True
+        try:
+            self.algebra.solve(side)
+        except NotConsistent as error:
+            self._unsolved = error
+            return False
+        return True
+
+    def _apply_rules(self, side: int, slack: float = 0.0) -> None:
+        """One pass of the mode rules; with ``slack`` 1 a law at rest may slide with a rate below zero, within what is known of it."""
+        self.memory.jumped[1] = slack
+        self._update[side].call()
+        self.memory.jumped[1] = 0.0
+
+    def _consistent(self, side: int) -> bool:
+        """Whether the present modes are consistent, with rates that are finite."""
+        if not self._solvable(side):
+            return False
+        self._fresh[side].call()
+        if not np.isfinite(self.memory.slope[1 - side][: self.n]).all():
+            return False
+        self._apply_rules(side, slack=1.0)
+        return not self._flags[0]
+
+    def _discontinuity(self, side: int) -> bool:
+        """Apply the resets of all rising edges, else one impact of all closing contacts."""
+        memory = self.memory
+        assert self._values is not None
+        if memory.flags[1]:
+            rising = [when for k, when in enumerate(self.dae.whens) if memory.edges[k]]
+            self._values.reset(side, rising)
+            self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
+        else:
+            closing = [k for k in range(len(self.dae.contacts)) if memory.closing[k]]
+            self._values.impact(side, closing)
+            self.extra += [(self.dae.contacts[k].name, "impact") for k in closing]
+        memory.jumped[0] = 1.0
+        return True
+
+
+class _Events:
+    """Values of resets and impacts, evaluated when one happens."""
+
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self.dae, self.memory = dae, memory
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
+        contacts = [ca.vertcat(*[getattr(c, field) for c in dae.contacts]) for field in ("speed", "restitution")]
+        self._resets = ca.Function(PREFIX + "resets", inputs, [ca.densify(values)])
+        outputs = [ca.densify(e) for e in (*contacts, dae.impact_x, dae.impact_a)]
+        self._impact = ca.Function(PREFIX + "impact", inputs, outputs)
+        self._first = {}
+        count = 0
+        for when in dae.whens:
+            self._first[when.index] = count
+            count += len(when.resets)
+
+    def _arguments(self, side: int) -> list[ca.DM]:
+        memory, n = self.memory, self.dae.x.numel()
+        y = memory.y[side]
+        nz, nm, np_ = self.dae.z.numel(), self.dae.m.numel(), self.dae.p.numel()
+        return [ca.DM(v) for v in (memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:np_])]
+
+    def reset(self, side: int, rising: Sequence[When]) -> None:
+        """Assign all right sides, evaluated with the values before."""
+        values = np.array(self._resets(*self._arguments(side))).ravel()
+        for when in rising:
+            self.memory.m[when.index] = 1.0
+            for k, reset in enumerate(when.resets, self._first[when.index]):
+                target = self.memory.m if reset.discrete else self.memory.y[side]
+                target[reset.index] = values[k]
+
+    def impact(self, side: int, closing: Sequence[int]) -> None:
+        """Impulses on the closing contacts and on closed ones that would move inwards; slow rebounds stay closed."""
+        contacts: Sequence[Contact] = self.dae.contacts
+        m = self.memory.m
+        speed, restitution, on_x, on_a = (np.array(v) for v in self._impact(*self._arguments(side)))
+        speed, restitution = speed.ravel(), restitution.ravel()
+        closed = [k for k, c in enumerate(contacts) if m[c.index] and speed[k] < 0.0 and k not in closing]
+        struck = [*closing, *closed]
+        rebound = np.where(-restitution[struck] * speed[struck] < REST_SPEED, 0.0, restitution[struck])
+        impulse = np.linalg.lstsq(on_a[np.ix_(struck, struck)], -(1.0 + rebound) * speed[struck], rcond=None)[0]
+        self.memory.y[side][: self.dae.x.numel()] += on_x[:, struck] @ impulse
+        for k, e in zip(struck, rebound, strict=True):
+            m[contacts[k].index] = 1.0 if e == 0.0 else 0.0

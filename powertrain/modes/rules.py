@@ -1,0 +1,137 @@
+"""One pass of the mode rules as symbolic functions: all laws updated from the same evaluation, and what follows a resolved mode vector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from powertrain.compiler.hybrid import Friction, HybridDae, Switch, When
+from powertrain.modes.indicators import (
+    approaching,
+    friction_free,
+    in_time,
+    relation,
+    switch_margin,
+    torque_margins,
+)
+from powertrain.modes.tolerances import EPS, ZONE
+
+
+@dataclass(frozen=True)
+class Pass:
+    """The next held values, and what they ask for.
+
+    ``flags``: entries that change, whens with a rising edge, contacts that close, sum of all torques, laws at a limit that others hold at
+    rest.
+    """
+
+    held: ca.SX
+    flags: ca.SX
+    edges: ca.SX
+    closing: ca.SX
+
+
+def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
+    """The instants of all laws with a known one (switches first, then whens), and their indices in the held values."""
+    laws: list[Switch | When] = [*dae.switches, *dae.whens]
+    known = [(law.time, law.index) for law in laws if law.time is not None]
+    return ca.vertcat(ca.SX(0, 1), *[time for time, _ in known]), [index for _, index in known]
+
+
+def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
+    """The mode rules.
+
+    ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found; a law at rest may
+    count as sliding while its acceleration is above ``-slack`` (0 but in the search among all combinations).
+    """
+    held = [dae.m[i] for i in range(dae.m.numel())]
+    fires = {index: fire[k] for k, index in enumerate(timed(dae)[1])}
+    for friction in dae.frictions:
+        held[friction.index] = friction_rule(dae, friction, jumped, slack)
+    for switch in dae.switches:
+        old = dae.m[switch.index]
+        left = switch_margin(dae, switch) if switch.time is None else relation(old, in_time(dae, switch.g))
+        new = ca.if_else(left <= 0, 1 - old, old)
+        if switch.time is not None:
+            new = ca.if_else(fires[switch.index] > 0, ca.jacobian(switch.g, dae.t) > 0, new)
+        held[switch.index] = new
+    closing = []
+    for contact in dae.contacts:
+        old = dae.m[contact.index]
+        near = ca.logic_and(ca.fabs(contact.gap) <= ZONE, ca.fabs(contact.speed) <= EPS)
+        rest = ca.logic_and(near, contact.acceleration < 0)
+        held[contact.index] = ca.if_else(old > 0.5, contact.force + EPS > 0, rest)
+        hits = ca.logic_and(contact.gap + EPS <= 0, approaching(contact))
+        closing.append(ca.logic_and(ca.logic_and(old < 0.5, hits), ca.logic_not(rest)))
+    edges = []
+    for when in dae.whens:
+        old = dae.m[when.index]
+        g = when.g if when.time is None else in_time(dae, when.g)
+        rises = g >= EPS
+        if when.time is not None:
+            rises = ca.logic_or(rises, fires[when.index] > 0)
+        edges.append(ca.logic_and(old < 0.5, rises))
+        held[when.index] = ca.if_else(relation(old, g) <= 0, 0.0, old)
+    new_held = ca.vertcat(*held)
+    changes = ca.sum1(new_held != dae.m) if held else ca.SX(0)
+    torques = sum((friction.torque for friction in dae.frictions), ca.SX(0))
+    idle = sum((idles(dae, friction) for friction in dae.frictions if friction.shared), ca.SX(0))
+    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle)
+    return Pass(new_held, ca.densify(flags), ca.vertcat(*edges), ca.vertcat(*closing))
+
+
+def idles(dae: HybridDae, friction: Friction) -> ca.SX:
+    """Whether a law at a limit of its torque is at rest all the same, held by others: how they share the torque is open then."""
+    mode, width = dae.m[friction.index], friction.upper - friction.lower
+    still = ca.logic_and(ca.fabs(friction.w) <= ZONE, ca.fabs(friction.rate) <= friction.reach * friction.hysteresis)
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), width > friction.hysteresis)
+
+
+def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
+    """The next mode of one friction law."""
+    mode, w, rate = dae.m[friction.index], friction.w, friction.rate
+    below, above = torque_margins(friction)
+    sign = ca.if_else(w > 0, 1.0, -1.0)
+    zone = ca.SX(1) if friction.algebraic else ca.fabs(w) <= ZONE
+    if friction.prescribed:
+        here = ca.if_else(rate > EPS, 1.0, ca.if_else(rate < -EPS, -1.0, 0.0))
+        new = ca.if_else(zone, here, sign)
+    else:
+        stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
+        still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
+        least = slack * friction.reach * friction.hysteresis + (EPS if friction.algebraic else 0)
+        nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.hysteresis)
+        forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
+        loose = ca.if_else(
+            mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)
+        )
+        new = ca.if_else(mode == 0, ca.if_else(still, stuck, sign), ca.if_else(zone, loose, sign))
+    if not friction.may_free:
+        return new
+    leaves = friction_free(dae, friction) <= 0
+    free = ca.if_else(mode == 2, ca.logic_not(leaves), leaves)
+    return ca.if_else(free, 2.0, new)
+
+
+def snapped(dae: HybridDae) -> tuple[ca.SX, ca.SX]:
+    """The states with the speeds of stuck laws set to zero, and the largest speed that this leaves."""
+    x = [dae.x[i] for i in range(dae.x.numel())]
+    place = {dae.x[i].element_hash(): i for i in range(dae.x.numel())}
+    coupled = []
+    for friction in dae.frictions:
+        if friction.algebraic or friction.prescribed:
+            continue
+        stuck = dae.m[friction.index] == 0
+        index = place.get(friction.w.element_hash()) if friction.w.is_symbolic() else None
+        if index is not None:
+            x[index] = ca.if_else(stuck, 0.0, x[index])
+        else:
+            coupled.append((stuck, friction.w, ca.jacobian(friction.w, dae.x)))
+    state = ca.vertcat(*x)
+    for _ in range(4 if len(coupled) > 1 else 1):
+        for stuck, w, gradient in coupled:
+            speed = ca.substitute(w, dae.x, state)
+            state = state - ca.if_else(stuck, speed / (ca.sumsqr(gradient) + 1e-24), 0.0) * gradient.T
+    left = [ca.if_else(stuck, ca.fabs(ca.substitute(w, dae.x, state)), 0.0) for stuck, w, _ in coupled]
+    return ca.densify(state), ca.mmax(ca.vertcat(*left)) if left else ca.SX(0)

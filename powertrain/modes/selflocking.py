@@ -1,0 +1,91 @@
+"""Sliding laws that draw themselves in, as a wedge or a brake shoe does: their limit grows with their own torque, and faster.
+
+A law that slides forward has the torque T = upper(T). Where d(upper)/dT > 1, no torque is large enough: an equation solved all the same
+gives a torque of the other sign, upper < lower, with which friction would drive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from powertrain.compiler.hybrid import Friction, HybridDae
+from powertrain.errors import SimulationError
+from powertrain.modes.jam import law_values
+from powertrain.modes.tolerances import ZONE
+from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
+
+
+class SelfLocking:
+    """Looks at the laws whose limits depend on torques."""
+
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self._dae, self._memory = dae, memory
+        torques = ca.vertcat(dae.z, dae.m)
+        self._laws = [f for f in dae.frictions if ca.depends_on(ca.vertcat(f.lower, f.upper), torques)]
+        self._most, self._slopes = zeros(1), zeros(len(self._laws))
+        self._inverted = self._bound([ca.mmax(ca.vertcat(*[_inverted(dae, f) for f in self._laws]))], self._most)
+        self._bound_slopes: list[Bound] = []
+
+    def check(self, side: int) -> None:
+        """SimulationError for a law that slides although its limits stand the wrong way round."""
+        if not self._laws:
+            return
+        self._inverted[side].call()
+        if self._most[0] <= 0.0:
+            return
+        for law, row in zip(self._dae.frictions, law_values(self._dae, self._memory, side).tolist(), strict=True):
+            w, _, low, high, _, _ = row
+            if abs(w) > ZONE and self._memory.m[law.index] != 0.0 and low > high:
+                raise SimulationError(
+                    f"{_said(law)}. At t = {self._memory.time[0]:.9g} s it slides with limits of {low:.6g} and {high:.6g} {law.unit}, "
+                    f"the wrong way round: friction would drive. {_ADVICE}"
+                )
+
+    def found(self, side: int) -> str:
+        """What to say of laws whose own equation has no solution; '' where there are none."""
+        if not self._laws:
+            return ""
+        if not self._bound_slopes:
+            self._bound_slopes = self._bound([_slope(self._dae, f) for f in self._laws], self._slopes)
+        self._bound_slopes[side].call()
+        locked = [_said(law) for law, slope in zip(self._laws, self._slopes, strict=True) if slope >= 1.0]
+        return f"{'; '.join(locked)}. {_ADVICE}" if locked else ""
+
+    def _bound(self, rows: Sequence[ca.SX], results: Array) -> list[Bound]:
+        """A function of these rows for either side; none without laws."""
+        if not self._laws:
+            return []
+        dae, memory, n = self._dae, self._memory, self._dae.x.numel()
+        time, y = ca.SX.sym("time", 2), ca.SX.sym("y", n + dae.z.numel())
+        inner = ca.Function(PREFIX + "limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*rows))])
+        found = inner.call([time[0], y[:n], y[n:], dae.m, dae.p])
+        function = ca.Function(PREFIX + "self_locking", [time, y, dae.m, dae.p], found)
+        return [Bound(function, [memory.time, side, memory.m, memory.p], [results]) for side in memory.y]
+
+
+_LARGE = 1e6
+_CLEARLY = 100.0
+"""Limits that cross by less than so many times what their torques are known to have crossed by round-off."""
+_ADVICE = "Let it start at rest, or put a stiffness into the way of the force that presses it, whose change takes time."
+
+
+def _said(law: Friction) -> str:
+    return f"{law.name} ({law.where}) is self-locking: its limit grows with its own torque, and faster"
+
+
+def _inverted(dae: HybridDae, law: Friction) -> ca.SX:
+    """Above zero where it slides with its limits the wrong way round."""
+    slides = ca.logic_and(dae.m[law.index] != 0, ca.fabs(law.w) > ZONE)
+    return ca.if_else(slides, law.lower - law.upper - _CLEARLY * law.hysteresis, -1.0)
+
+
+def _slope(dae: HybridDae, law: Friction) -> ca.SX:
+    """By how much the limit of a sliding law grows with its own torque where that is large, as far as it is an implicit unknown."""
+    forward = dae.m[law.index] >= 0
+    limit = ca.if_else(forward, law.upper, law.lower)
+    way = ca.densify(ca.jacobian(law.torque, dae.z)) / (ca.sumsqr(ca.jacobian(law.torque, dae.z)) + 1e-300)
+    large = ca.if_else(forward, _LARGE, -_LARGE) * (1.0 + ca.fabs(limit))
+    slope = ca.dot(way, ca.densify(ca.jacobian(limit, dae.z)))
+    return ca.SX(ca.substitute(slope, dae.z, dae.z + large * way.T))

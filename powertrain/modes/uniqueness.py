@@ -1,0 +1,49 @@
+"""Whether the driving sides of lossy meshes are the only possible ones: a mesh that can lock itself may carry two different torques."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.modes.jam import law_values
+from powertrain.numerics.buffers import Array, Memory
+
+_MOST = 6
+_SAME = 1e-6
+"""Torques that differ by less than this share are one: twice the slack with which modes are tried."""
+
+
+class Uniqueness:
+    """Tries the pieces of bounds (switches that depend on torques) against those that were found."""
+
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self.dae, self.memory = dae, memory
+        laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
+        self.pieces = [s.index for s in dae.switches if s.time is None and dae.frictions and ca.depends_on(s.g, laws)]
+
+    def others(self, side: int, consistent: Callable[[], bool]) -> list[Array]:
+        """Consistent modes with other torques than the present ones; ``memory`` is left as it was but for what ``consistent`` computes."""
+        if not 0 < len(self.pieces) <= _MOST:
+            return []
+        m = self.memory.m
+        start = m.copy()
+        found, modes = [self._values(side)], []
+        for combination in product((0.0, 1.0), repeat=len(self.pieces)):
+            m[self.pieces] = combination
+            if np.array_equal(m, start) or not consistent():
+                continue
+            values = self._values(side)
+            if np.isfinite(values).all() and all(
+                np.any(np.abs(values - other) > _SAME * (1.0 + np.abs(other))) for other in found
+            ):
+                found.append(values)
+                modes.append(m.copy())
+        m[:] = start
+        return modes
+
+    def _values(self, side: int) -> Array:
+        return law_values(self.dae, self.memory, side)[:, 1]

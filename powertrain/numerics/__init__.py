@@ -1,0 +1,1 @@
+"""How CasADi expressions become numbers fast: tapes, sparse elimination, functions bound to arrays, the C compiler."""

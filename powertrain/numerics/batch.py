@@ -1,0 +1,207 @@
+"""One scalar expression tape evaluated at many points: every instruction works on a thousand points before the next one begins.
+
+CasADi's virtual machine spends most of its time on finding the next instruction. The tape of a scalar function is therefore replayed on
+columns of ``lanes`` points, which keeps the interpreter busy with arithmetic and the operands in the processor's cache.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.numerics.buffers import Array, Bound, view, zeros
+from powertrain.symbols import Symbol, column
+
+Rows = NDArray[np.float64]
+"""One row per quantity, one column per point."""
+
+
+LANES = 256
+_DEPTH = 20
+
+
+class Tape:
+    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all."""
+
+    def __init__(
+        self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int
+    ) -> None:
+        self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
+        scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
+        self.function = lifted(scalar, len(varying), lanes, outputs)
+        buffer: tuple[Any, Any] = self.function.buffer()
+        self._buffer, self._call = buffer
+        self._common = zeros(common.numel())
+        self._buffer.set_arg(self.inputs, view(self._common))
+        self._kept: tuple[object, ...] = ()
+
+    def set_common(self, values: Array) -> None:
+        """The values that are the same for all points."""
+        self._common[: values.size] = values
+
+    def into(self, arguments: Sequence[Array], first: int, results: Sequence[Array]) -> None:
+        """Evaluates the points ``first`` to ``first + lanes`` of contiguous arrays straight into the same places of ``results``."""
+        last = first + self.lanes
+        views = [view(a[first:last]) for a in arguments] + [view(r[first:last]) for r in results]
+        self._kept = tuple(views)
+        buffer, n = self._buffer, self.inputs
+        for i, each in enumerate(views[:n]):
+            buffer.set_arg(i, each)
+        for i, each in enumerate(views[n:]):
+            buffer.set_res(i, each)
+        self._call()
+
+    def __call__(self, rows: Rows) -> Rows:
+        """One row per output for one row per varying scalar."""
+        count = rows.shape[1]
+        result = np.empty((self.outputs, count))
+        given, found, bound = self._block
+        for first in range(0, count, self.lanes):
+            last = min(first + self.lanes, count)
+            given[:, : last - first], given[:, last - first :] = rows[:, first:last], rows[:, last - 1 : last]
+            bound.call()
+            result[:, first:last] = found[:, : last - first]
+        return result
+
+    @cached_property
+    def _block(self) -> tuple[Rows, Rows, Bound]:
+        """What is given and found at ``lanes`` points, and what computes it."""
+        given, found = np.zeros((self.inputs, self.lanes)), np.zeros((self.outputs, self.lanes))
+        return given, found, Bound(self.function, [*given, self._common], list(found))
+
+
+_FEW, _MANY = 32, 1024
+
+
+class Columns:
+    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all."""
+
+    def __init__(self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> None:
+        self._name, self._common, self._outputs = (
+            name,
+            common,
+            ca.cse([ca.densify(o) for o in outputs]) if outputs else [],
+        )
+        self.needed = np.flatnonzero(dependence(outputs, varying).any(axis=0))
+        self._arguments = [varying[int(i)] for i in self.needed]
+        self._values = zeros(common.numel())
+        self._tapes: dict[int, Tape] = {}
+
+    def set_common(self, values: Array) -> None:
+        """The values that are the same for all points."""
+        self._values = values.copy()
+        for tape in self._tapes.values():
+            tape.set_common(values)
+
+    def __call__(self, rows: Rows) -> Rows:
+        """One row per output for one row per varying scalar."""
+        return self.of_needed(rows[self.needed])
+
+    def of_needed(self, rows: Rows) -> Rows:
+        """The same for those rows only that are needed."""
+        lanes = _MANY if rows.shape[1] > _MANY // 4 else _FEW
+        if lanes not in self._tapes:
+            self._tapes[lanes] = Tape(self._name, self._arguments, self._common, self._outputs, lanes)
+            self._tapes[lanes].set_common(self._values)
+        return self._tapes[lanes](rows)
+
+
+def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[Symbol]) -> ca.Function:
+    """The same function of columns of ``lanes`` values for its first inputs; the other inputs are the same for all lanes.
+
+    ``expressions`` are those that ``scalar`` was made of.
+    """
+    operations = [scalar.instruction_id(k) for k in range(scalar.n_instructions())]
+    functions = called(scalar, expressions)
+    arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
+    others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
+    scalars = [ca.vertsplit(o) if o.numel() else [] for o in others]
+    work: dict[int, ca.MX] = {}
+    results: dict[int, ca.MX] = {}
+    for k, operation in enumerate(operations):
+        inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
+        if operation == ca.OP_CONST:
+            work[outputs[0]] = ca.MX(scalar.instruction_constant(k))
+        elif operation == ca.OP_INPUT:
+            i, j = inputs
+            work[outputs[0]] = arguments[i] if i < varying else scalars[i - varying][j]
+        elif operation == ca.OP_OUTPUT:
+            results[outputs[0]] = work[inputs[0]]
+        elif operation == ca.OP_CALL:
+            values = _call(functions[k], [work[i] for i in inputs], lanes)
+            work |= {place: values[i] for i, place in enumerate(outputs) if place >= 0}
+        elif len(inputs) == 1:
+            work[outputs[0]] = ca.MX.unary(operation, work[inputs[0]])
+        else:
+            work[outputs[0]] = ca.MX.binary(operation, work[inputs[0]], work[inputs[1]])
+    wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
+    return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
+
+
+def called(scalar: ca.Function, expressions: Sequence[Symbol]) -> dict[int, ca.Function]:
+    """The functions behind the calls of a tape, found by following the expressions backwards along it."""
+    nodes: dict[int, Symbol] = {}
+    found: dict[int, ca.Function] = {}
+    if all(scalar.instruction_id(k) != ca.OP_CALL for k in range(scalar.n_instructions())):
+        return found
+    for k in reversed(range(scalar.n_instructions())):
+        operation, inputs, outputs = scalar.instruction_id(k), scalar.instruction_input(k), scalar.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            nodes[inputs[0]] = ca.densify(expressions[outputs[0]]).nz[outputs[1]]
+            continue
+        results = [nodes.pop(place) for place in outputs if place in nodes]
+        if operation in (ca.OP_CONST, ca.OP_INPUT) or not results:
+            continue
+        node = results[0].dep(0) if operation == ca.OP_CALL else results[0]
+        if operation == ca.OP_CALL:
+            found[k] = node.which_function()
+        nodes |= {place: node.dep(i) for i, place in enumerate(inputs)}
+    return found
+
+
+def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:
+    """One function called for every lane: its results one after the other, a column of lanes each."""
+    rows = [_filled(a, lanes).T for a in arguments]
+    columns, first = [], 0
+    for i in range(function.n_in()):
+        columns.append(ca.vertcat(*rows[first : first + function.nnz_in(i)]))
+        first += function.nnz_in(i)
+    found: list[Any] = function.map(lanes).call(columns)
+    return [part.T for each in found for part in ca.vertsplit(each)]
+
+
+def _filled(value: ca.MX, lanes: int) -> ca.MX:
+    value = ca.densify(value)
+    return value if value.numel() == lanes else ca.repmat(value, lanes, 1)
+
+
+def all_hold(margins: Sequence[Symbol]) -> Symbol:
+    """One where no margin is negative (nor nan), else zero."""
+    result = Symbol(1)
+    for margin in margins:
+        result = result * (margin >= 0)
+    return result
+
+
+def different(expressions: Sequence[Symbol]) -> list[Symbol]:
+    """The expressions without repetitions and without constants that are not negative."""
+    kept: list[Symbol] = []
+    for expression in expressions:
+        trivial = expression.is_constant() and float(expression) >= 0.0
+        if not trivial and not any(ca.is_equal(expression, other, _DEPTH) for other in kept):
+            kept.append(expression)
+    return kept
+
+
+def dependence(expressions: Sequence[Symbol], symbols: Sequence[Symbol]) -> NDArray[np.bool_]:
+    """``found[i, j]``: whether expression i contains symbol j."""
+    found = np.zeros((len(expressions), len(symbols)), dtype=bool)
+    if expressions and symbols:
+        pattern = ca.jacobian_sparsity(column(list(expressions)), column(list(symbols)))
+        found[pattern.row(), pattern.get_col()] = True
+    return found

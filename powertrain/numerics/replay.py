@@ -1,0 +1,198 @@
+"""A scalar tape replayed along a row of points that differ in one quantity x only.
+
+What does not contain x is computed once for the row. What is affine in x is carried as a + b x, two numbers for the row, and its sign is
+known everywhere from its two ends. Torques, with the modes given, mostly are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from powertrain.numerics.batch import called
+from powertrain.symbols import Symbol
+
+
+@dataclass(frozen=True)
+class Form:
+    """a + b x, where None is zero; or any other expression ``curve`` of x."""
+
+    a: Symbol | None = None
+    b: Symbol | None = None
+    curve: Symbol | None = None
+
+    @property
+    def constant(self) -> bool:
+        """Whether it is the same all along the row."""
+        return self.b is None and self.curve is None
+
+
+@dataclass(frozen=True)
+class RowForms:
+    """Outputs along a row; it is of one kind where ``fits`` holds (for the row) and ``fits_along`` (None, or for every point)."""
+
+    outputs: list[Form]
+    fits: Symbol
+    fits_along: Symbol | None
+
+    @property
+    def flat(self) -> bool:
+        """Whether everything is affine in x."""
+        return self.fits_along is None and all(f.curve is None for f in self.outputs)
+
+
+class _Replay:
+    """Replays a tape on forms; ``ends`` are least and greatest x of the row."""
+
+    def __init__(self, x: Symbol) -> None:
+        self.x = x
+        self.away_from_zero = False
+
+    def run(self, expressions: Sequence[Symbol], symbols: Sequence[Symbol], arguments: Sequence[Form]) -> list[Form]:
+        scalar = ca.Function("powertrain_row", list(symbols), list(expressions))
+        functions = called(scalar, expressions)
+        work: dict[int, Form] = {}
+        results: dict[int, Form] = {}
+        for k in range(scalar.n_instructions()):
+            operation = scalar.instruction_id(k)
+            inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
+            if operation == ca.OP_CALL:
+                found = self._call(functions[k], [work[i] for i in inputs])
+                work |= {place: found[i] for i, place in enumerate(outputs) if place >= 0}
+            elif operation == ca.OP_CONST:
+                value = scalar.instruction_constant(k)
+                work[outputs[0]] = Form(Symbol(value)) if value else Form()
+            elif operation == ca.OP_INPUT:
+                work[outputs[0]] = arguments[inputs[0]]
+            elif operation == ca.OP_OUTPUT:
+                results[outputs[0]] = work[inputs[0]]
+            else:
+                work[outputs[0]] = self._operate(operation, [work[i] for i in inputs])
+        return [results.get(i, Form()) for i in range(scalar.n_out())]
+
+    def value(self, form: Form) -> Symbol:
+        if form.curve is not None:
+            return form.curve
+        a = Symbol(0) if form.a is None else form.a
+        return a if form.b is None else a + form.b * self.x
+
+    def _call(self, function: ca.Function, arguments: Sequence[Form]) -> list[Form]:
+        values, columns, first = [self.value(each) for each in arguments], [], 0
+        for i in range(function.n_in()):
+            columns.append(ca.vertcat(*values[first : first + function.nnz_in(i)]))
+            first += function.nnz_in(i)
+        whole: list[Any] = function.call(columns)
+        results: list[Symbol] = [e for found in whole for e in ca.vertsplit(ca.densify(found))]
+        constant = all(each.constant for each in arguments)
+        return [Form(a=e) if constant else Form(curve=e) for e in results]
+
+    def _operate(self, operation: int, f: list[Form]) -> Form:
+        if all(each.constant for each in f):
+            return Form(_plain(operation, [self.value(each) for each in f]))
+        if all(each.curve is None for each in f):
+            found = self._affine(operation, f[0], f[-1])
+            if found is not None:
+                return found
+        return Form(curve=_plain(operation, [self.value(each) for each in f]))
+
+    def _affine(self, operation: int, first: Form, last: Form) -> Form | None:
+        if operation == ca.OP_ADD:
+            return Form(_sum(first.a, last.a), _sum(first.b, last.b))
+        if operation == ca.OP_SUB:
+            return Form(_sum(first.a, _negative(last.a)), _sum(first.b, _negative(last.b)))
+        if operation == ca.OP_NEG:
+            return Form(_negative(first.a), _negative(first.b))
+        if operation == ca.OP_TWICE:
+            return Form(_sum(first.a, first.a), _sum(first.b, first.b))
+        if operation == ca.OP_MUL and (first.constant or last.constant):
+            factor, form = (first, last) if first.constant else (last, first)
+            return Form(_product(factor.a, form.a), _product(factor.a, form.b))
+        if operation == ca.OP_IF_ELSE_ZERO and first.constant:
+            return Form(*(None if part is None else _where(first.a, part) for part in (last.a, last.b)))
+        if operation == ca.OP_DIV and last.constant and last.a is not None:
+            return Form(*(None if part is None else part / last.a for part in (first.a, first.b)))
+        if operation == ca.OP_DIV and first.a is None and last.a is None and first.b is not None and last.b is not None:
+            self.away_from_zero = True
+            return Form(first.b / last.b)
+        return None
+
+
+def row_forms(
+    x: Symbol,
+    ends: Symbol,
+    symbols: Sequence[Symbol],
+    wanted: list[Symbol],
+    margins: list[Symbol],
+    rivals: list[list[Symbol]],
+) -> RowForms:
+    """Expressions of x and of the other ``symbols`` along a row whose least and greatest x are ``ends``.
+
+    ``margins`` must not be negative anywhere; of each group in ``rivals`` some margin must be negative everywhere.
+    """
+    flat = [*margins, *(m for rival in rivals for m in rival)]
+    replay = _Replay(x)
+    expressions = [ca.densify(e) for e in ca.cse([*wanted, *flat])]
+    forms = replay.run(expressions, [x, *symbols], [Form(b=Symbol(1)), *(Form(s) for s in symbols)])
+    n = len(wanted)
+    fits, along = Symbol(1), None
+    for form in forms[n : n + len(margins)]:
+        if form.curve is None:
+            for end in _at_ends(form, ends):
+                fits = fits * (end >= 0)
+        else:
+            along = (form.curve >= 0) if along is None else along * (form.curve >= 0)
+    start = n + len(margins)
+    for rival in rivals:
+        group = forms[start : start + len(rival)]
+        failed = _fails(group, ends)
+        if all(form.curve is None for form in group):
+            fits = fits * failed
+        else:
+            holds = 1 - failed
+            for form in group:
+                holds = holds * (replay.value(form) >= 0)
+            along = (1 - holds) if along is None else along * (1 - holds)
+        start += len(rival)
+    if replay.away_from_zero:
+        fits = fits * (ends[0] * ends[1] > 0)
+    return RowForms(forms[:n], fits, along)
+
+
+def _at_ends(form: Form, ends: Symbol) -> list[Symbol]:
+    a = Symbol(0) if form.a is None else form.a
+    return [a] if form.b is None else [a + form.b * ends[0], a + form.b * ends[1]]
+
+
+def _fails(forms: Sequence[Form], ends: Symbol) -> Symbol:
+    """One where some margin is negative all along the row, as far as that is seen from its ends."""
+    found = Symbol(0)
+    for form in forms:
+        if form.curve is None:
+            negative = Symbol(1)
+            for end in _at_ends(form, ends):
+                negative = negative * (end < 0)
+            found = ca.fmax(found, negative)
+    return found
+
+
+def _where(condition: Symbol | None, value: Symbol) -> Symbol:
+    return Symbol(0) if condition is None else ca.if_else(condition, value, 0)
+
+
+def _plain(operation: int, values: list[Symbol]) -> Symbol:
+    return ca.SX.unary(operation, values[0]) if len(values) == 1 else ca.SX.binary(operation, values[0], values[1])
+
+
+def _sum(a: Symbol | None, b: Symbol | None) -> Symbol | None:
+    return b if a is None else a if b is None else a + b
+
+
+def _negative(a: Symbol | None) -> Symbol | None:
+    return None if a is None else -a
+
+
+def _product(a: Symbol | None, b: Symbol | None) -> Symbol | None:
+    return None if a is None or b is None else a * b

@@ -1,0 +1,227 @@
+"""A map's points at full speed: neighbours mostly have the same modes, and with the modes given, little arithmetic is left.
+
+For every combination of modes that is met, an expression tape without any other mode is made. It gives the wanted values together with
+a mark where these modes, and no others, hold. It runs ahead until that mark is missing, then the next
+combination takes over. Only points that none of the known combinations fits are left to the solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import product
+from math import prod
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import Switch
+from powertrain.equilibrium.choices import bounded, with_modes
+from powertrain.equilibrium.operating import Solver
+from powertrain.equilibrium.system import Equilibrium
+from powertrain.modes.indicators import guard_margin
+from powertrain.modes.tolerances import EPS
+from powertrain.numerics.batch import LANES, Tape, all_hold, dependence, different
+from powertrain.numerics.buffers import Array
+from powertrain.symbols import Symbol
+
+WIDTHS = (128, 1024, 4096)
+_TAPES = 64
+_SHORT_RUN, _SHORT_RUNS = 32, 4
+_MIXED = WIDTHS[-1]
+_ALTERNATIVES = 64
+Key = tuple[float, ...]
+Careful = Callable[[int, int], Array | None]
+"""Solves the points from the first to before the last one by one, writes them, and returns the modes of the last good one."""
+
+
+class Walker:
+    """Tapes for the combinations of modes of one explicit steady problem. Serves one thread."""
+
+    def __init__(self, problem: Equilibrium, solver: Solver) -> None:
+        self.problem, self.choices, self.groups = problem, solver.choices, solver.groups
+        self._wanted = [*problem.outputs, *problem.rates]
+        self._guards = [*bounded(problem), *(guard_margin(g) for g in problem.guards)]
+        self._switches = [k for k, c in enumerate(self.choices) if isinstance(c.law, Switch)]
+        self._relevant: dict[Key, list[int]] = {}
+        self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
+        self.keys: list[Key] = []
+        self._tapes: dict[tuple[Key, int], Tape] = {}
+        self._common: Array = np.zeros(1)
+        self._fits = np.empty(max(WIDTHS))
+        self._next: dict[Key, Key] = {}
+        self.unchecked = False
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._common = values.copy()
+        for tape in self._tapes.values():
+            tape.set_common(values)
+
+    def walk(
+        self,
+        count: int,
+        arguments: Sequence[Array],
+        results: Sequence[Array],
+        careful: Careful,
+        done: Callable[[int], None],
+    ) -> None:
+        """Fills the first ``count`` points of ``results``; what is written beyond them, up to the largest width, has no meaning."""
+        i, level, current, short = 0, 0, next(iter(self.keys), None), 0
+        while i < count:
+            if short >= _SHORT_RUNS:
+                last, short = min(i + _MIXED, count), 0
+                self._mixed(i, last, arguments, results, careful)
+                i = last
+                done(i)
+                continue
+            fits = 0
+            for candidate in self._candidates(current):
+                fits, full = self._run(candidate, level, i, arguments, results)
+                if fits:
+                    if current is not None and candidate != current:
+                        self._next[current] = candidate
+                    current = candidate
+                    level = min(level + 1, len(WIDTHS) - 1) if full else 0
+                    break
+                level = 0
+            short = short + 1 if fits < _SHORT_RUN else 0
+            if fits:
+                i = min(i + fits, count)
+            else:
+                last = min(i + LANES, count)
+                modes = careful(i, last)
+                if modes is not None:
+                    current = self.enter(modes) or current
+                i = last
+            done(i)
+
+    def _mixed(
+        self, first: int, last: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
+    ) -> None:
+        """Points whose neighbours have other modes: tries all known combinations on all of them."""
+        width, left = WIDTHS[-1], np.ones(last - first, bool)
+        scratch = [np.empty(width) for _ in results]
+        for key in self.keys:
+            if not left.any():
+                return
+            self._tape(key, len(WIDTHS) - 1).into(
+                [a[first : first + width] for a in arguments], 0, [*scratch, self._fits]
+            )
+            good = left & (self._fits[: last - first] != 0.0)
+            for row, values in zip(results, scratch, strict=True):
+                np.copyto(row[first:last], values[: last - first], where=good)
+            left &= ~good
+        while left.any():
+            start = first + int(left.argmax())
+            end = min(start + LANES, last)
+            modes = careful(start, end)
+            if modes is not None:
+                self.enter(modes)
+            left[start - first : end - first] = False
+
+    def _candidates(self, current: Key | None) -> list[Key]:
+        first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]
+        return list(dict.fromkeys([*first, *self.keys]))
+
+    def _run(
+        self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]
+    ) -> tuple[int, bool]:
+        """How many points from i on fit, and whether all that were tried did."""
+        width = WIDTHS[level]
+        tape = self._tape(key, level)
+        fits = self._fits[:width]
+        tape.into([a[i : i + width] for a in arguments], 0, [*[r[i : i + width] for r in results], fits])
+        first = int(fits.argmin())
+        return (width, True) if fits[first] else (first, False)
+
+    def _tape(self, key: Key, level: int) -> Tape:
+        if (key, level) not in self._tapes:
+            tape = Tape("steady_walk", self.problem.grid, self.problem.common, self._expressions(key), WIDTHS[level])
+            tape.set_common(self._common)
+            self._tapes[key, level] = tape
+        return self._tapes[key, level]
+
+    def enter(self, modes: Array) -> Key | None:
+        """The combination of some modes, with the switches that have no influence left at zero."""
+        laws = tuple(float(m) for k, m in enumerate(modes) if k not in self._switches)
+        given = {k: float(m) for k, m in enumerate(modes) if k not in self._switches}
+        if laws not in self._relevant:
+            self._relevant[laws] = self._influential(given)
+        relevant = set(self._relevant[laws]) | set(given)
+        key = tuple(float(m) if k in relevant else 0.0 for k, m in enumerate(modes))
+        if key not in self.keys:
+            if len(self.keys) >= _TAPES:
+                return None
+            self.keys.append(key)
+        return key
+
+    def _influential(self, given: dict[int, float]) -> list[int]:
+        """The switches that the wanted values and the margins depend on, for given modes of the other laws."""
+        modes = self.problem.modes
+        margins = [self.choices[k].margin(m) for k, m in given.items() if m in self.choices[k].modes]
+        conditions = [c.law.g if isinstance(c.law, Switch) else Symbol(0) for c in self.choices]
+        base = [*self._wanted, *self._guards, *margins]
+        put = with_modes([*base, *conditions], modes, given)
+        found = dependence(put, modes)
+        wanted = np.asarray(found[: len(base)].any(axis=0))
+        while True:
+            more = np.asarray(wanted | found[len(base) :][wanted].any(axis=0))
+            if (more == wanted).all():
+                break
+            wanted = more
+        return [k for k in self._switches if wanted[k]]
+
+    def parts(self, key: Key) -> tuple[list[Symbol], list[Symbol], list[list[Symbol]]]:
+        """The wanted values of one combination, its margins, and the margins of each rival combination."""
+        if key not in self._parts:
+            self._parts[key] = self._specialised(key)
+        return self._parts[key]
+
+    def _specialised(self, key: Key) -> tuple[list[Symbol], list[Symbol], list[list[Symbol]]]:
+        switches = self._relevant[tuple(m for k, m in enumerate(key) if k not in self._switches)]
+        modes, nodes = self.problem.modes, [k for k in range(len(key)) if k not in self._switches] + switches
+        given = dict(enumerate(key))
+        margins = [self.choices[k].margin(key[k]) for k in nodes if key[k] in self.choices[k].modes]
+        exact = with_modes([*self._wanted, *margins, *self._guards], modes, given)
+        rivals = []
+        for other in self._alternatives(key, switches):
+            found = with_modes([self.choices[k].margin(m) for k, m in other.items()], modes, given | other)
+            rivals.append([rival - 2 * EPS for rival in found])
+        return exact[: len(self._wanted)], different(exact[len(self._wanted) :]), rivals
+
+    def _expressions(self, key: Key) -> list[Symbol]:
+        """The wanted values of one combination, and whether these modes and no others hold."""
+        wanted, margins, rivals = self.parts(key)
+        fits = all_hold(margins)
+        for rival in rivals:
+            fits = fits * (1 - all_hold(rival))
+        return list(ca.cse([*wanted, fits]))
+
+    def _alternatives(self, key: Key, switches: list[int]) -> list[dict[int, float]]:
+        """Other combinations of the laws that depend on each other."""
+        found: list[dict[int, float]] = []
+        given = {k: m for k, m in enumerate(key) if k not in self._switches}
+        for group in self.groups:
+            if not group.coupled:
+                continue
+            members = [k for k in group.laws if k in switches or k not in self._switches]
+            if all(k in self._switches for k in members):
+                members = self._coupled(members, given)
+            if prod(len(self.choices[k].modes) for k in members) > _ALTERNATIVES:
+                self.unchecked = True
+                continue
+            for combination in product(*(self.choices[k].modes for k in members)):
+                other = dict(zip(members, combination, strict=True))
+                if any(key[k] != m for k, m in other.items()):
+                    found.append(other)
+        return found
+
+    def _coupled(self, members: list[int], given: dict[int, float]) -> list[int]:
+        """Of some switches, those that still depend on one another once the other modes are given."""
+        modes = [self.problem.modes[k] for k in members]
+        conditions = [c.g for c in (self.choices[k].law for k in members) if isinstance(c, Switch)]
+        reach: NDArray[np.bool_] = dependence(with_modes(conditions, self.problem.modes, given), modes)
+        for _ in members:
+            reach = reach | (reach.astype(int) @ reach.astype(int) > 0)
+        return [k for i, k in enumerate(members) if reach[i, i]]

@@ -1,0 +1,123 @@
+"""What was found at the points of a map: values, status, the laws it is about, and intervals where values are not unique."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.equilibrium.operating import Solver
+from powertrain.equilibrium.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
+from powertrain.numerics.batch import Rows
+from powertrain.numerics.buffers import Array
+from powertrain.steadystate.axes import PAD
+
+ALIKE = 1e-9
+"""Values at both ends of an interval that differ by less, relative to the larger, are one value."""
+MOST_LAWS = 62
+"""Laws that have a bit of their own in the results."""
+
+
+class Sheet:
+    """The results of all points, flat, in the order of the walk; with ``room`` for what is written beyond the end."""
+
+    def __init__(self, solver: Solver, count: int, size: int, look: Look, room: int = 0) -> None:
+        self.solver, self.count, self.size, self.look = solver, count, size, look
+        self.rows = [np.empty(size + room) for _ in range(self.count)]
+        self.status = np.zeros(size, np.int8)
+        self.blame: NDArray[np.int64] | None = None
+        self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
+
+    def solve(self, grid: Rows, first: int) -> Array | None:
+        """Solves consecutive points; returns the modes of the last good one."""
+        return self.solve_at(grid, first + np.arange(grid.shape[1]))
+
+    def solve_at(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
+        """Solves some points and writes them."""
+        end = self.look.side
+        side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
+        points = self.solver.solve(grid, side)
+        values, left = self.solver.values(grid, points)
+        status = points.status
+        alike = np.zeros(values.shape, bool)
+        resting = np.isin(status, (OK, ONE)) & points.rest.any(axis=0)
+        if resting.any():
+            where = np.flatnonzero(resting)
+            low, high, solved = self._both_ends(grid[:, where], points, where)
+            status[where] = np.where(solved, STUCK_POINT, NONE)
+            alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
+            points.blame[:, where] = points.rest[:, where]
+            inside = solved & ~left[:, where].any(axis=0)
+            self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
+        outside = np.isin(status, (OK, ONE, STUCK_POINT)) & left.any(axis=0)
+        status[outside] = OUTSIDE
+        undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
+        status[undefined] = UNDEFINED
+        given = (status == OK) | (status == ONE) | undefined
+        given |= (status == STUCK_POINT) & (end is not None)
+        given |= (status == SEVERAL) & self.look.first
+        values[~given & ~alike] = np.nan
+        values[:, undefined] = np.where(np.isfinite(values[:, undefined]), values[:, undefined], np.nan)
+        for row, found in zip(self.rows, values, strict=True):
+            row[places] = found
+        self.status[places] = status
+        self._note(places, np.vstack([points.blame, left & outside]), status)
+        good = np.flatnonzero(status == OK)
+        return points.modes[:, good[-1]].copy() if good.size else None
+
+    def _both_ends(self, grid: Rows, points: Points, where: NDArray[np.intp]) -> tuple[Rows, Rows, NDArray[np.bool_]]:
+        """Least and greatest values over the ends of the bounds of the laws at rest, and whether all ends can be."""
+        laws = np.flatnonzero(points.rest[:, where].any(axis=1))
+        low = np.full((self.count, where.size), np.inf)
+        high, solved = -low, np.ones(where.size, bool)
+        for ends in product((1.0, -1.0), repeat=min(len(laws), 8)):
+            side = np.ones((points.modes.shape[0], where.size))
+            side[laws[:8]] = np.array(ends)[:, None]
+            end = self.solver.solve(grid, side)
+            values, _ = self.solver.values(grid, end)
+            solved &= np.isin(end.status, (OK, ONE))
+            low, high = np.minimum(low, values), np.maximum(high, values)
+        return low, high, solved
+
+    def _note(self, places: NDArray[np.intp], blame: NDArray[np.bool_], status: NDArray[np.int8]) -> None:
+        hit = (status != OK) & (status != UNDEFINED) & blame.any(axis=0)
+        if not hit.any():
+            return
+        if self.blame is None:
+            self.blame = np.zeros(self.size, np.int64)
+        weights = np.array([1 << k if k < MOST_LAWS else 0 for k in range(len(blame))], np.int64)
+        self.blame[places[hit]] = weights @ blame[:, hit]
+
+    def apart(self, size: int) -> Sheet:
+        """An empty sheet of the same signals, with room beyond its end."""
+        return Sheet(self.solver, self.count, size, self.look, PAD)
+
+    def put(self, places: NDArray[np.intp], part: Sheet) -> None:
+        """Takes over some points."""
+        for row, values in zip(self.rows, part.rows, strict=True):
+            row[places] = values[: part.size]
+        self.status[places] = part.status
+        if part.blame is not None:
+            if self.blame is None:
+                self.blame = np.zeros(self.size, np.int64)
+            self.blame[places] = part.blame
+        self._ends += [(places[inner], low, high) for inner, low, high in part._ends]
+
+    @property
+    def intervals(self) -> tuple[list[Array], list[Array]] | None:
+        """Least and greatest values at all points, where some point is stuck."""
+        if not self._ends:
+            return None
+        both = ([r[: self.size].copy() for r in self.rows], [r[: self.size].copy() for r in self.rows])
+        for places, low, high in self._ends:
+            for rows, values in zip(both, (low, high), strict=True):
+                for row, value in zip(rows, values, strict=True):
+                    row[places] = value
+        return both
+
+
+def block(values: Sequence[Array], low: int, high: int) -> Rows:
+    """Some points of padded axes, one row per axis."""
+    return np.array([v[low:high] for v in values]).reshape(len(values), high - low)
