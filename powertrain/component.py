@@ -208,8 +208,8 @@ class Component:
         bases = [base for base in cls.__mro__[1:] if "equations" in base.__dict__ and base is not Component]
         if "equations" in cls.__dict__ and bases:
             raise ModelError(
-                f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: classes are partial or final; "
-                "compose the component instead"
+                f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: a class is either partial or final; "
+                "use the component as a part instead"
             )
         own = {
             name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
@@ -217,7 +217,7 @@ class Component:
         hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
         if hidden:
             raise ModelError(
-                f"{cls.__name__}.{hidden[0]}: the name of a quantity or a port does not begin with an underscore"
+                f"{cls.__name__}.{hidden[0]}: the name of a quantity or port must not begin with an underscore"
             )
         hints = cls.__dict__.get("__annotations__", {})
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
@@ -265,15 +265,13 @@ class Component:
         kind = self._slot_types().get(name)
         if isinstance(kind, type) and issubclass(kind, Component) and not isinstance(value, kind):
             given = value.__name__ + " itself" if isinstance(value, type) else type(value).__name__
-            raise ModelError(
-                f"{where} takes a component of kind {kind.__name__}, not {given}; give {kind.__name__}(...)"
-            )
+            raise ModelError(f"{where} must be a {kind.__name__}, not {given}; write {kind.__name__}(...)")
         if isinstance(value, list | dict | set) and any(isinstance(item, Component) for item in value):
             raise ModelError(
-                f"{where} is a {type(value).__name__} of parts; give a tuple, whose members are parts of the model"
+                f"{where} is a {type(value).__name__} of components; use a tuple, whose members are parts of the model"
             )
         if isinstance(value, type) and issubclass(value, Component):
-            raise ModelError(f"{where} is the class {value.__name__}: give a value, {value.__name__}(...)")
+            raise ModelError(f"{where} is the class {value.__name__}; write {value.__name__}(...)")
         if isinstance(value, tuple):
             self._check_items(where, kind, value)
         elif not (isinstance(kind, type) and issubclass(kind, Component)):
@@ -286,10 +284,10 @@ class Component:
         if kinds and kinds[-1] is Ellipsis:
             kinds = kinds[:1] * len(values)
         elif len(kinds) != len(values):
-            raise ModelError(f"{where} takes {len(kinds)} parts, not {len(values)}")
+            raise ModelError(f"{where} must have {len(kinds)} parts, not {len(values)}")
         for i, (item, wanted) in enumerate(zip(values, kinds, strict=True)):
             if isinstance(wanted, type) and issubclass(wanted, Component) and not isinstance(item, wanted):
-                raise ModelError(f"{where}[{i}] takes a component of kind {wanted.__name__}, not {type(item).__name__}")
+                raise ModelError(f"{where}[{i}] must be a {wanted.__name__}, not {type(item).__name__}")
 
     @classmethod
     def _slot_types(cls) -> dict[str, Any]:

@@ -48,7 +48,7 @@ def _variables(columns: Columns, modes: Mapping[str, str]) -> dict[str, tuple[st
 def _refuse_time(names: Collection[str]) -> None:
     if "time" in names:
         raise ParameterError(
-            "the model has a variable called time, which is the name of the axis here; name the signals to take without it, or rename it"
+            "the model has a variable called time, which is the name of the axis here; select signals without it, or rename it"
         )
 
 
@@ -56,7 +56,7 @@ def _refuse_long_names(names: Iterable[Any]) -> None:
     for name in names:
         if len(str(name).encode()) > LONGEST:
             raise ParameterError(
-                f"netCDF allows names of {LONGEST} bytes; {name} is longer. Leave it out, or write CSV"
+                f"netCDF allows names of {LONGEST} bytes; {name} is longer. Leave this signal out, or write CSV"
             )
 
 
@@ -132,7 +132,7 @@ def suffix(path: str | PathLike[str]) -> str:
     ending = Path(argument_path("path", path)).suffix.lower()
     if ending not in SUFFIXES:
         raise ParameterError(
-            f"{fspath(path)!r} ends in none of {', '.join(SUFFIXES)}; for other formats there are to_dataframe() and to_xarray()"
+            f"{fspath(path)!r} must end in {' or '.join(SUFFIXES)}; for other formats use to_dataframe() or to_xarray()"
         )
     return ending
 

@@ -93,7 +93,7 @@ def _expression(word: str, value: Any) -> Symbol:
     if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         found = Symbol(float(value))
     if found is None or not found.is_scalar():
-        raise ModelError(f"{recorder().place}: {word} takes expressions of variables and numbers, not {value!r}")
+        raise ModelError(f"{recorder().place}: {word} requires expressions of variables and numbers, not {value!r}")
     return found
 
 
@@ -167,12 +167,12 @@ def switch(
 
 
 def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
-    """A piecewise linear signal of time; a time that stands twice is a jump; constant before the first and after the last time."""
+    """A piecewise linear signal of time; a time that appears twice is a jump; constant before the first and after the last time."""
     active = recorder()
     try:
         t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
     except (TypeError, ValueError):
-        raise ModelError(f"{active.place}: schedule takes rows of numbers, not {times!r}, {values!r}") from None
+        raise ModelError(f"{active.place}: schedule requires sequences of numbers, not {times!r}, {values!r}") from None
     if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):
         raise ModelError(
             f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease"
@@ -215,14 +215,14 @@ def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
 
     for p in ports:
         if not isinstance(p, Connector):
-            raise ModelError(f"{recorder().place}: connect() joins ports, and {p!r} is none")
+            raise ModelError(f"{recorder().place}: connect() joins ports, but {p!r} is not a port")
     kinds = {p.kind() for p in ports}
     if len(ports) < 2:
         raise ModelError(f"{recorder().place}: connect() needs at least two ports")
     if len(kinds) > 1:
         same = len({kind.__name__ for kind in kinds}) < len(kinds)
         said = ", ".join(f"{p._path} ({_kind_name(p.kind(), same)})" for p in ports)
-        raise ModelError(f"{recorder().place}: connect() joins ports of one kind, got {said}")
+        raise ModelError(f"{recorder().place}: connect() joins ports of the same class, got {said}")
     return tuple(ports)
 
 

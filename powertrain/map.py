@@ -117,18 +117,20 @@ class Map:
         if not self.axes:
             raise ParameterError(f"map {self.name} needs at least one axis")
         if len({axis.name for axis in self.axes}) < len(self.axes):
-            raise ParameterError(f"map {self.name}: two axes have one name: {', '.join(a.name for a in self.axes)}")
+            raise ParameterError(
+                f"map {self.name}: two axes have the same name: {', '.join(a.name for a in self.axes)}"
+            )
         if self.values.shape != shape:
             said = " x ".join(f"{axis.name}: {n}" for axis, n in zip(self.axes, shape, strict=True))
             raise ParameterError(
-                f"map {self.name} has values of shape {self.values.shape}, but its axes ask for {shape} ({said})"
+                f"map {self.name} has values of shape {self.values.shape}, but its axes require {shape} ({said})"
             )
         one_of(f"map {text('name', self.name)}: method", self.method, get_args(Method))
         if self.method == "smooth" and min(shape) < 4:
             short = self.axes[shape.index(min(shape))]
             raise ParameterError(
                 f"map {self.name}: a smooth map needs at least 4 points on every axis, {short.name} has {min(shape)}; "
-                'give more, or method="linear"'
+                'give more points, or use method="linear"'
             )
 
     @classmethod
@@ -201,7 +203,7 @@ class Map:
             if unit is None or "1" in (unit, axis.unit) or measure(unit) == measure(axis.unit):
                 continue
             raise ModelError(
-                f"{recorder().place}: map {self.name}: the axis {axis.name} is in {axis.unit}, but it is asked for a variable in {unit}; "
+                f"{recorder().place}: map {self.name}: the axis {axis.name} is in {axis.unit}, but it is called with a variable in {unit}; "
                 f"give the axis in {unit}, or convert the variable where the map is called"
             )
 
@@ -352,7 +354,7 @@ def _check_grid(
     ordered = sorted(zip(map(tuple, places), lines, strict=True))
     for (place, _), (following, line) in itertools.pairwise(ordered):
         if place == following:
-            raise ParameterError(f"{path}:{line}: this grid point has a value already")
+            raise ParameterError(f"{path}:{line}: this grid point already has a value")
     whole = itertools.product(*(range(g.size) for g in grids))
     for wanted, found in itertools.zip_longest(whole, (place for place, _ in ordered)):
         if wanted != found:
@@ -363,7 +365,7 @@ def _check_grid(
 def _head(path: Path, line: int, text: str) -> tuple[str, str]:
     name, bracket, unit = text.strip().partition("[")
     if not bracket or not unit.endswith("]") or not name.strip():
-        raise ParameterError(f"{path}:{line}: {text.strip()!r} is no column head such as 'speed [rad/s]'")
+        raise ParameterError(f"{path}:{line}: {text.strip()!r} is not a column heading such as 'speed [rad/s]'")
     return name.strip(), unit[:-1].strip()
 
 

@@ -158,8 +158,8 @@ def _number(symbol: Symbol) -> float:
     active = _active.get()
     if active is not None and not symbol.is_constant():
         raise ModelError(
-            f"{active.place}\n  a symbol has no value while the equations are read, so float(), math.sin() and what else wants a number "
-            "cannot take it: use casadi's functions (casadi.sin, casadi.fmax), and switch(condition, a, b) instead of a Python if"
+            f"{active.place}\n  a symbol has no value while the equations are read, so float(), math.sin() and other functions of numbers "
+            "cannot be applied to it: use casadi's functions (casadi.sin, casadi.fmax), and switch(condition, a, b) instead of a Python if"
         )
     return float(_as_float(symbol))
 

@@ -116,7 +116,7 @@ class Result(Generic[M]):
 
     @cached_property
     def time(self) -> Array:
-        """The instants of all samples in seconds; an instant with an event stands twice."""
+        """The instants of all samples in seconds; an instant with an event appears twice."""
         return _sealed(self._dense.t.copy())
 
     @cached_property
@@ -163,7 +163,7 @@ class Result(Generic[M]):
             compiled, here = compile_model(self.model), self._signals
             if [s.numel() for s in signals_of(compiled).inputs] != [s.numel() for s in here.inputs]:
                 raise ParameterError(
-                    "the result was pickled by another version of powertrain or of the model; simulate it again"
+                    "the result was pickled with another version of powertrain or of the model; simulate again"
                 )
             self._compiled = compiled
         return self._compiled
@@ -172,7 +172,7 @@ class Result(Generic[M]):
     def trajectory(self) -> Trajectory:
         """The accepted steps with their dense output."""
         if self._trajectory is None:
-            raise ParameterError("record=... keeps samples of the named signals only; simulate without it for more")
+            raise ParameterError("record=... keeps only samples of the named signals; simulate without it to keep all")
         return self._trajectory
 
     @cached_property

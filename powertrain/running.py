@@ -76,7 +76,7 @@ class Running(Generic[M]):
     def state(self, state: State) -> None:
         sizes = [tuple(len(v) for v in (s.x, s.z, s.m)) for s in (state, self._state) if isinstance(s, State)]
         if len(set(sizes)) != 1 or len(sizes) != 2:
-            raise ParameterError("state: give a state of a run of the same model")
+            raise ParameterError("state: pass a state from a run of the same model")
         self._begin(state)
 
     def step(self, dt: float, /, **inputs: float) -> Running[M]:
@@ -128,9 +128,9 @@ class Running(Generic[M]):
     def result(self) -> Result[M]:
         """The run since its start, or since its state was set."""
         if not self._options["record"]:
-            raise ParameterError("the run was started with record=False, which keeps the present state only")
+            raise ParameterError("the run was started with record=False, which keeps only the present state")
         if not self._pieces:
-            raise ParameterError("the run has not gone on yet: step(dt) first")
+            raise ParameterError("the run has not advanced yet: call step(dt) first")
         times = np.array([p.start for p in self._pieces] + [self._state.t])
         knots = {name: _steps(series) for name, series in self._knots.items()}
         return Result(

@@ -453,7 +453,7 @@ def test_compound_split() -> None:
 def test_wrong_names_are_refused(example: pt.PowerFlow) -> None:
     with pytest.raises(pt.ParameterError, match=r"no component gearbox\.cvv.*gearbox\.cvu"):
         example.variator("gearbox.cvv")
-    with pytest.raises(pt.ParameterError, match="no component fits"):
+    with pytest.raises(pt.ParameterError, match="no component matches"):
         pt.power_flow(Rig(), {"V": 0.5, "load": 1.0}, whole="engine*")
     with pytest.raises(pt.ParameterError, match="no port"):
         pt.power_flow(Rig(), {"V": 0.5, "load": 1.0}, variator=CVU_PATH, shafts=("drive.flang", "output.flange"))

@@ -275,7 +275,7 @@ def test_failed_cases_in_a_folder(tmp_path: Path) -> None:
     [
         ({"inertia.J": 2.0, "stop": 1.0}, r"case 1: inertia\.J is no option .*parameters"),
         ({}, r"case 1: stop \(s\)"),
-        (3, "case 1: 3 is no mapping"),
+        (3, "case 1: 3 is not a mapping"),
         ({"stop": 1.0, "record": ["inertia.w"]}, "case 1: record is the same for all cases"),
     ],
 )
@@ -287,11 +287,11 @@ def test_a_case_that_simulate_does_not_know_is_refused_before_any_run(case: Any,
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"executor": 4}, "executor = 4 is no executor"),
+        ({"executor": 4}, "executor = 4 is not an executor"),
         ({"on_error": "ignore"}, "on_error = 'ignore'"),
         ({"scalars": ["w"]}, "scalars = "),
-        ({"scalars": {"w": 3}}, "'w': 3 is not a function"),
-        ({"scalars": {"inertia.J": last_speed}}, "'inertia.J' is the name of another column"),
+        ({"scalars": {"w": 3}}, "'w': 3 is not a named function"),
+        ({"scalars": {"inertia.J": last_speed}}, "'inertia.J' is already a column"),
         ({"scalars": {"w": spin_down.two_numbers}}, "'w' gives 2 numbers"),
         ({"record": 3}, "record = 3: give a list"),
         ({"record": ["nothing"]}, "no signal nothing"),

@@ -44,5 +44,5 @@ def _check(part: Component, table: Map, arguments: int) -> None:
         names = ", ".join(f"{axis.name} [{axis.unit}]" for axis in table.axes)
         where = f"{part._path}.table".lstrip(".")
         raise ParameterError(
-            f"{where}: {type(part).__name__} takes a map of {arguments} arguments; this one takes {names}"
+            f"{where}: {type(part).__name__} requires a map with {arguments} arguments; this one has {names}"
         )

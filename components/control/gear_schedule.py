@@ -108,7 +108,7 @@ class _Scheduled(Shifting):
         for k, (up, down) in enumerate(self.speeds, 1):
             if not 0 < down < up:
                 raise ParameterError(
-                    f"{where}: up from gear {k} at {up:g} m/s, down to it at {down:g} m/s; it takes 0 < down < up"
+                    f"{where}: up from gear {k} at {up:g} m/s, down to it at {down:g} m/s; 0 < down < up is required"
                 )
         for k, (one, other) in enumerate(pairwise(self.speeds), 1):
             if not (one[0] < other[0] and one[1] < other[1]):

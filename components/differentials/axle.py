@@ -118,6 +118,6 @@ class CrownGear(TwoFlanges):
         """The ratio is crown/pinion. Errors: ParameterError where the crown wheel is no larger than the pinion."""
         if crown <= pinion:
             raise ParameterError(
-                f"a crown wheel of {crown} teeth is no larger than its pinion of {pinion}: exchange them, or use a gear pair"
+                f"a crown wheel of {crown} teeth is not larger than its pinion of {pinion}: exchange them, or use a gear pair"
             )
         return cls(ratio=pair_ratio(pinion, crown), eta_ab=eta_ab, eta_ba=eta_ba)

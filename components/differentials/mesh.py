@@ -106,16 +106,16 @@ class Mesh(MeshLaw):
 
 
 def checked_efficiency(given: Map, where: str, axes: dict[str, str]) -> None:
-    """Refuses a map that is no efficiency in (0, 1] over some of ``axes`` (name: unit)."""
+    """Refuses a map that must be in (0, 1] over some of ``axes`` (name: unit)."""
     for axis in given.axes:
         if axes.get(axis.name) != axis.unit:
             known = ", ".join(f"{name} [{unit}]" for name, unit in axes.items())
-            raise ParameterError(
-                f"{where}: an efficiency has no axis {axis.name} [{axis.unit}]; it may depend on {known}"
-            )
+            raise ParameterError(f"{where}: an efficiency cannot depend on {axis.name} [{axis.unit}], only on {known}")
     low, high = float(given.values.min()), float(given.values.max())
     if not (low > 0 and high <= 1):
-        raise ParameterError(f"{where}: an efficiency lies in (0, 1], this map's values lie in [{low:g}, {high:g}]")
+        raise ParameterError(
+            f"{where}: an efficiency must be in (0, 1], but the values of this map are in [{low:g}, {high:g}]"
+        )
 
 
 def _check_period(given: Map, where: str) -> None:

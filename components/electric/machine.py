@@ -137,4 +137,4 @@ def _checked_loss(table: Map, path: str) -> None:
             f"{path}.loss_map gives {table.name} [{table.unit}] over {said}; it must give a loss [W] over speed [rad/s] and torque [N.m]"
         )
     if table.values.min() < 0:
-        raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss is not negative")
+        raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss must not be negative")

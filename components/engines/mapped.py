@@ -195,20 +195,22 @@ def _torque_table(table: Map) -> None:
     throttle = table.axes[1]
     if abs(throttle.low) > ROUND or abs(throttle.high - 1) > ROUND:
         raise ParameterError(
-            f"the torque table has throttles from {throttle.low:g} to {throttle.high:g}; they must go from 0, motored, to 1, full load"
+            f"the torque table has throttles from {throttle.low:g} to {throttle.high:g}; they must range from 0 (motored) to 1 (full load)"
         )
     closed = table.values[:, 0]
     if closed.max() > 0:
         w = table.axes[0].points[int(closed.argmax())]
         raise ParameterError(
-            f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine brakes"
+            f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine must not drive"
         )
 
 
 def _fuel_table(table: Map) -> None:
     _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
     if table.values.min() < 0:
-        raise ParameterError(f"the fuel table has {table.values.min():g} {table.unit}; fuel is not negative")
+        raise ParameterError(
+            f"the fuel table has {table.values.min():g} {table.unit}; the fuel flow must not be negative"
+        )
     if table.unit in SPECIFIC and table.axes[1].low <= 0:
         raise ParameterError(
             f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"

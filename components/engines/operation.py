@@ -65,7 +65,7 @@ def best_fuel_line(
     high = float(engine.w_limit - engine.band_limit) if w_max is None else w_max
     if not (0 < low < high and 0 < share <= 1):
         raise ParameterError(
-            f"best_fuel_line: speeds {low:g}..{high:g} rad/s at {share:g} of full load leave no points"
+            f"best_fuel_line: speeds {low:g}..{high:g} rad/s at {share:g} of full load contain no operating points"
         )
     grid = np.linspace(low, high, GRID)
     top = float((grid * share * engine.full_load(grid)).max())

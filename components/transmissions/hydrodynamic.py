@@ -128,7 +128,7 @@ class FluidCoupling(_Hydrodynamic):
         rows = np.array(self.table, float)
         if rows.ndim != 2 or rows.shape[1] != 2 or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0:
             raise ParameterError(
-                f"{where}: {self.table!r} is no table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
+                f"{where}: {self.table!r} is not a table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
             )
         yield from self._flows(_over_ratio(rows[:, 0], rows[:, 1], "lambda", "1"))
         yield self.flange_a.tau == self.rho * self.D**5 * (self.tau_drive - self.tau_coast)
@@ -151,7 +151,7 @@ def _checked_table(
     rows = np.array(table, float)
     if rows.ndim != 2 or rows.shape[1] != 3 or rows[0, 0] != 0 or rows[-1, 0] >= 1 or (np.diff(rows[:, 0]) <= 0).any():
         raise ParameterError(
-            f"{where}: {table!r} is no table of rows (nu, K, R) with nu from 0 on, increasing, below 1"
+            f"{where}: {table!r} is not a table of rows (nu, K, R) with nu starting at 0, increasing and below 1"
         )
     if (rows[:, 1] <= 0).any():
         raise ParameterError(f"{where}: a K factor of {rows[:, 1].min():g} rad/s/root(N.m); it must be positive")
@@ -161,7 +161,7 @@ def _checked_table(
         gain = at * np.interp(at, [a, b], [one, other])
         if gain.max() > 1 + 1e-9:
             raise ParameterError(
-                f"{where}: between nu = {a:g} and {b:g} the torque ratio times nu rises to {gain.max():.4g}; a converter gives no more "
-                "power than it takes: lower R, or add rows where it is bent"
+                f"{where}: between nu = {a:g} and {b:g} the torque ratio times nu rises to {gain.max():.4g}; a converter cannot give more "
+                "power than it receives: reduce R, or add rows where the curve bends"
             )
     return nu, np.append(1 / rows[:, 1] ** 2, 0.0), R

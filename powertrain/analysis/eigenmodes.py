@@ -54,13 +54,13 @@ def eigenmodes(
     swings = np.imag(values) > _CRITICAL * np.abs(values)
     if not swings.any():
         raise ParameterError(
-            f"{type(plant.model).__name__} does not vibrate: none of its {len(a)} eigenvalues is complex"
+            f"{type(plant.model).__name__} has no vibration modes: none of its {len(a)} eigenvalues is complex"
         )
     order = np.flatnonzero(swings)[np.argsort(np.abs(values[swings]), kind="stable")]
     size, shape = np.abs(values[order]), (c @ vectors[:, order]).T
     largest = shape[np.arange(len(order)), np.abs(shape).argmax(axis=1)]
     if (np.abs(largest) < _STILL).any():
-        raise ParameterError("none of the signals in shapes takes part in some of the vibrations; name others")
+        raise ParameterError("in some vibration modes none of the signals in shapes moves; name other signals")
     data = {
         "frequency": ("mode", size / (2 * np.pi), {"units": "Hz", "long_name": "Undamped natural frequency"}),
         "damped_frequency": (

@@ -64,7 +64,7 @@ class Sweep(Sequence[T]):
             return _read(path)
         if k in found.kept:
             return found.kept[k]
-        raise ParameterError(_NOT_KEPT if path is None else f"{path} was taken away")
+        raise ParameterError(_NOT_KEPT if path is None else f"{path} was removed")
 
     @cached_property
     def errors(self) -> dict[int, PowertrainError]:
@@ -183,7 +183,7 @@ def _present(plan: Plan) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         if found[1] != plan.case(k).name:
             raise ParameterError(
                 f"to: {plan.job.folder} holds case {k} of another sweep ({entry.name}): the model, the case, an option, record or a "
-                "function of scalars was another one. Give a new folder"
+                "function in scalars differs. Choose a new folder"
             )
         (failed if found[3] else ended)[k] |= entry.stat().st_size > 0
     return ended | failed, failed & ~ended

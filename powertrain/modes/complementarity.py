@@ -183,7 +183,9 @@ class Complementarity:
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
         holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
-        return _Problem(laws, *_widened(base, bend, holds, np.where(rest, known, 0.0)), tau, rest, zone).answer(self.switches)
+        return _Problem(laws, *_widened(base, bend, holds, np.where(rest, known, 0.0)), tau, rest, zone).answer(
+            self.switches
+        )
 
     def bending(self, near: Linear) -> list[int]:
         """The continuous conditions that depend on torques, by their places among the switches."""

@@ -58,7 +58,9 @@ class Resolver:
             if self._found(side):
                 return
         names = sorted({name for name, _ in self.extra})
-        raise SimulationError(f"at t = {memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}")
+        raise SimulationError(
+            f"at t = {memory.time[0]:.9g} s resets follow one another without end: {', '.join(names)}"
+        )
 
     def _found(self, side: int) -> bool:
         """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""

@@ -37,7 +37,7 @@ class Experiment:
     def __post_init__(self) -> None:
         times = row("times", self.times)
         if not times.size or (np.diff(times) <= 0).any():
-            raise ParameterError("experiment: give times (s) that ascend, at least one")
+            raise ParameterError("experiment: times (s) must ascend, and there must be at least one")
         if not self.values:
             raise ParameterError("experiment: give the values of at least one signal")
         measured = {name: np.asarray(v, float).ravel() for name, v in self.values.items()}

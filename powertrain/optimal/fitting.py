@@ -128,11 +128,11 @@ class Fit:
         lines = ["  ".join(f"{c:<{w}}" for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
         count = len(self.results)
         lines.append(
-            f"{count} experiment{'s' * (count != 1)}, residuals' standard deviation {self.spread:.3g} (in units of sigma)"
+            f"{count} experiment{'s' * (count != 1)}, standard deviation of the residuals {self.spread:.3g} (in units of sigma)"
         )
         for direction in self.undetermined:
             parts = ", ".join(f"{n} {100 * v:+.3g} %" for n, v in direction.items())
-            lines.append(f"not determined by the data: together {parts}")
+            lines.append(f"not determined by the data: the combination {parts}")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -192,7 +192,7 @@ def _unknowns(
             number(f"bounds of {name}", b) if np.isfinite(b) else float(b) for b in bounds.get(name, (-np.inf, np.inf))
         )
         if not low < high:
-            raise ParameterError(f"bounds: {name} has no room between {low:g} and {high:g}")
+            raise ParameterError(f"bounds: the range of {name}, {low:g} to {high:g}, is empty")
         if name in compiled.parameters:
             entry = compiled.parameters[name]
             value = number(f"first: {name}", first.get(name, plant.parameters[name]))

@@ -121,14 +121,14 @@ class _Problem:
         ):
             for name in names:
                 if name not in known:
-                    raise ParameterError(f"{what}: the model has none named {name}{suggestion(name, known)}")
+                    raise ParameterError(f"{what}: the model has no {name}{suggestion(name, known)}")
         for term in cost.terms:
             if term.kind not in ("at", "integral") or term.times:
                 raise ParameterError(
                     f"minimize: pt.integral and pt.final are possible, not {term.kind} of {term.signal}"
                 )
         if not self.ranges and not self.free:
-            raise ParameterError("nothing is to be found: give inputs or parameters with their ranges")
+            raise ParameterError("nothing to optimise: give inputs or parameters with their ranges")
         self.intervals = intervals
         self.g: list[ca.MX] = []
         self.low: list[Array] = []
@@ -151,7 +151,7 @@ class _Problem:
         for instant in trajectory.instants:
             if instant.extra:
                 raise SimulationError(
-                    f"the guess has impacts or resets (at t = {instant.time:.6g} s), through which no plan can be made"
+                    f"the guess has impacts or resets (at t = {instant.time:.6g} s), which a plan cannot contain"
                 )
             if (instant.held_left[modes] != instant.held_right[modes]).any() and instant.time > trajectory.start:
                 marks.append(instant.time)
@@ -283,5 +283,5 @@ def _range(what: str, given: Any, closed: bool = False) -> tuple[float, float]:
     except (TypeError, ValueError):
         raise ParameterError(f"{what} = {given!r}: give (low, high)") from None
     if not (low < high or (closed and low == high)):
-        raise ParameterError(f"{what}: there is no room between {low:g} and {high:g}")
+        raise ParameterError(f"{what}: the range {low:g} to {high:g} is empty")
     return low, high

@@ -65,12 +65,12 @@ def power_flow(
     """
     if isinstance(source, Result):
         if grid is not None or options:
-            raise ParameterError("power_flow(result) takes at=..., whole=..., outputs=...; a grid is for a plant")
+            raise ParameterError("power_flow(result) accepts at=..., whole=..., outputs=...; a grid is for a plant")
         wanted = dict(by_name("outputs", outputs)) | _share(source.compiled, variator, shafts, ratio)
         return PowerFlow(*from_result(source, at, whole, wanted))
     plant = source if isinstance(source, Plant) else compile_plant(source)
     if grid is None or at is not None:
-        raise ParameterError("power_flow(plant, ...) needs a grid as pt.steady does; at=... is for a result")
+        raise ParameterError("power_flow(plant, ...) needs a grid, like pt.steady; at=... is for a result")
     if hasattr(grid, "data_vars"):
         return PowerFlow(*from_steady(plant.compiled, grid, whole))
     wanted = power_outputs(plant) | dict(by_name("outputs", outputs)) | _share(plant.compiled, variator, shafts, ratio)
@@ -330,7 +330,9 @@ class PowerFlow:
     def _point(self, values: Matrix) -> Array:
         if values.shape[1] != 1:
             many = " × ".join(f"{n} {d}" for d, n in self._sizes.items())
-            raise ParameterError(f"this is for one point, and there are {many}: choose one with isel(...) or sel(...)")
+            raise ParameterError(
+                f"this needs a single point, but there are {many}: choose one with isel(...) or sel(...)"
+            )
         return values[:, 0]
 
     def _around(self, vertex: str) -> tuple[list[int], float]:

@@ -162,7 +162,7 @@ def asked_for(
                 f"free: the model has no input or parameter {n}{suggestion(n, [*compiled.inputs, *compiled.parameters])}"
             )
         if n in names or n in inputs:
-            raise ParameterError(f"free: {n} has a value already, so that it cannot be found")
+            raise ParameterError(f"free: {n} already has a value, so it cannot be solved for")
     missing = len(prescribed) - len(free)
     held = states if len(states) == missing else []
     if missing != len(held):
@@ -237,7 +237,7 @@ def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) ->
     problem = formulate(plant.compiled, asked, time, q.guesses, parameters)
     for w, lost in zip(wanted, problem.turning, strict=True):
         if lost and w.asked:
-            raise ParameterError(f"outputs: {w.name} depends on an angle that merely turns, so it has no steady value")
+            raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
     kept = [k for k, lost in enumerate(problem.turning) if not lost]
     problem.outputs = [problem.outputs[k] for k in kept]
     quantities = [Quantity(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in kept)]

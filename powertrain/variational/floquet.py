@@ -60,7 +60,7 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
     end = start + period
     if not period > 0.0 or not trajectory.start <= start < end <= trajectory.end:
         raise ParameterError(
-            f"the period from {start:g} s to {end:g} s does not lie in the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
+            f"the period from {start:g} s to {end:g} s is outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
     system = System(result.compiled.dae, (), ())
     flow = Flow(system, None)

@@ -47,7 +47,7 @@ class Gradient(Mapping[str, float]):
 
     def __getitem__(self, name: str) -> float:
         if name not in self.names:
-            raise ParameterError(f"the gradient is not with respect to {name}; it has {', '.join(self.names[:12])}")
+            raise ParameterError(f"the gradient does not contain {name}; it contains {', '.join(self.names[:12])}")
         return float(self.array[self.names.index(name)])
 
     def __iter__(self) -> Iterator[str]:
@@ -208,7 +208,7 @@ def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknown
 
 def _asked(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
     if not isinstance(result, Result):
-        raise ParameterError(f"give a result of simulate, not a {type(result).__name__}")
+        raise ParameterError(f"pass a result of simulate, not a {type(result).__name__}")
     if not result.ok:
         raise ParameterError(f"the run ended early and has no derivative: {result.message.splitlines()[0]}")
     return unknowns(result, wrt)

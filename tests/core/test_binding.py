@@ -108,7 +108,7 @@ class SetsHeld(pt.Component):
 
 
 def test_discrete_variable_is_no_parameter() -> None:
-    with pytest.raises(pt.ModelError, match="only parameters stand here"):
+    with pytest.raises(pt.ModelError, match="only parameters may appear here"):
         pt.compile(SetsHeld())
 
 

@@ -193,7 +193,7 @@ def test_number_of_a_symbol_is_refused(law: Callable[[Any], Any]) -> None:
 
 
 def test_line_with_nan_is_refused() -> None:
-    assert "no number (nan)" in only_at(lambda m: math.nan * m.J.w)
+    assert "not a number (nan)" in only_at(lambda m: math.nan * m.J.w)
 
 
 def test_float_of_a_symbol_is_left_alone_elsewhere() -> None:

@@ -41,7 +41,7 @@ class SameSpeed(pt.Component):
 
 
 def test_friction_under_prescribed_motion() -> None:
-    said = ("nothing in the model can move it", "nothing determines this torque", "put a shaft stiffness")
+    said = ("nothing in the model can move it", "nothing determines this torque", "add a shaft stiffness")
     text = ("bearing: yield friction(", "-1 to 1 N.m", "t = 0 s", *said)
     refused(pt.InitializationError, *text, do=lambda: pt.simulate(Prescribed(), 1.0))
     moving = pt.simulate(pt.replace(Prescribed(), {"speed.k": 2.0}), 1.0)

@@ -271,7 +271,7 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=MappedEngine", "must be given"),
         ("engine=2", "engine is a part: give the name of a component"),
         ("transmission.layout=aHc", "is none of bHa"),
-        ("crown.mesh.ratio=3", "is not free: crown determines it"),
+        ("crown.mesh.ratio=3", "cannot be set: crown determines it"),
         ("cycle.cycle=wltc", "cannot be set from text"),
     ],
 )
@@ -281,7 +281,7 @@ def test_wrong_settings_are_told(setting: str, said: str, short: str) -> None:
 
 def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "did you mean SplitPathCar" in refused("run", "SplitPathCr")
-    assert "has no driver who follows a cycle; these have one:" in refused("run", "RearDriveCar")
+    assert "has no driver who follows a cycle; vehicles with a driver:" in refused("run", "RearDriveCar")
     assert "did you mean wltc" in refused("run", "SplitPathCar", "--cycle", "wtlc")
     assert "ends in none of .nc, .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
     assert "is not there" in refused("run", "SplitPathCar", "--cycle", short, "--out", str(tmp_path / "no" / "run.nc"))
@@ -291,7 +291,7 @@ def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "the header is" in refused("run", "SplitPathCar", "--cycle", str(bad))
     toml = tmp_path / "bad.toml"
     toml.write_text("body.m = \n")
-    assert "is no TOML file" in refused("run", "SplitPathCar", "--params", str(toml))
+    assert "is not a TOML file" in refused("run", "SplitPathCar", "--params", str(toml))
     toml.write_text('class = "RearDriveCar"\n')
     assert "is for RearDriveCar" in refused("run", "SplitPathCar", "--params", str(toml))
 
@@ -443,9 +443,11 @@ def test_performance_is_that_of_the_signals(tmp_path: Path) -> None:
 
 
 def test_performance_of_what_cannot_be_measured() -> None:
-    assert "has no driver who could press the accelerator; these have one:" in refused("performance", "RearDriveCar")
+    assert "has no driver who could press the accelerator; vehicles with a driver:" in refused(
+        "performance", "RearDriveCar"
+    )
     assert "did you mean body.m" in refused("performance", "ManualCar", "--set", "body.mm=3")
-    assert "is not free" in refused("performance", "ManualCar", "--set", "final_drive.mesh.ratio=3")
+    assert "cannot be set" in refused("performance", "ManualCar", "--set", "final_drive.mesh.ratio=3")
 
 
 @pytest.mark.slow
@@ -532,7 +534,7 @@ def test_split_path_space(tmp_path: Path) -> None:
 
 def test_split_path_without_a_solution() -> None:
     few = ("--basic", "-2:-1.5:2", "--coupling", "input", "--no-combinations", "--unit", "1.1:1.2")
-    assert "no design can do it" in refused("split-path", *few, code=1)
+    assert "no design meets the requirements" in refused("split-path", *few, code=1)
 
 
 def test_reproduce_prints_and_writes(tmp_path: Path) -> None:
@@ -553,7 +555,7 @@ def test_what_cannot_be_written_is_refused_before_the_simulation(
     run = ("run", "SplitPathCar", "--cycle", short)
     out = str(tmp_path / "y.csv")
     assert "no signal engin.*; did you mean engine" in refused(*run, "--out", out, "--signals", "engin.*")
-    assert "--signals chooses what --out writes" in refused(*run, "--signals", "engine.*")
+    assert "--signals selects what --out writes" in refused(*run, "--signals", "engine.*")
     assert "cannot be written" in refused(*run, "--out", "/proc/y.csv")
     assert "cannot be written: File name too long" in refused(*run, "--out", str(tmp_path / f"{'y' * 300}.csv"))
     monkeypatch.setattr("powertrain.export.find_spec", lambda _: None)

@@ -148,7 +148,7 @@ def test_a_vehicle_that_remembers_has_no_map(vehicle: pt.Component, said: str) -
 
 
 def test_a_geared_car_has_no_map_of_its_own() -> None:
-    said = r"ManualCar has no map of operating points: schedule \(GearSchedule\) goes by what was before \(gear, "
+    said = r"ManualCar has no map of operating points: schedule \(GearSchedule\) depends on its history \(gear, "
     with pytest.raises(pt.ParameterError, match=said):
         on_rolling_road(ManualCar())
 

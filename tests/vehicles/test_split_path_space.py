@@ -194,7 +194,7 @@ def test_several_duties_are_one() -> None:
     assert both.weight.sum() == pytest.approx(1)
     assert both.weight[both.r < 0.45].sum() == pytest.approx(0.75)
     assert (both.low, both.high) == (0.1, 1.5)
-    with pytest.raises(pt.ParameterError, match="none is negative"):
+    with pytest.raises(pt.ParameterError, match="none may be negative"):
         Duty.together([(field, -1.0)])
 
 

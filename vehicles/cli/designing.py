@@ -203,7 +203,7 @@ def command(
         click.echo(f"wrote {out}: {len(found.table)} designs")
     if found.feasible.empty:
         raise click.ClickException(
-            "no design can do it; the table tells why. Widen --unit, --basic, or narrow --ratio."
+            "no design meets the requirements; the table gives the reasons. Widen --unit or --basic, or narrow --ratio."
         )
     if plot is not None:
         _draw(found, loss, eta, plot)
@@ -257,7 +257,7 @@ def _duty(ratio: tuple[float, float], files: tuple[tuple[Path, float], ...]) -> 
         try:
             table = pd.read_csv(path, comment="#", skipinitialspace=True)
         except ValueError as error:
-            raise click.UsageError(f"{path} is no table: {error}") from None
+            raise click.UsageError(f"{path} is not a table: {error}") from None
         with of_the_command_line():
             given.append((Duty.over(ratio, table), share))
     with of_the_command_line():
@@ -289,7 +289,7 @@ def _space(
         variator = Variator("unit", loss) if unit is None else Variator("unit", loss, unit)
         found = split_path_space(duty, [variator], efficiencies=Efficiencies(planetary=eta), progress=progress())
     if found.table.empty:
-        raise click.ClickException("no design can do it. Widen --unit, or narrow --ratio.")
+        raise click.ClickException("no design meets the requirements. Widen --unit, or narrow --ratio.")
     names = ("mean_efficiency", "min_efficiency", "unit_size", "max_K")
     rows = []
     for _, row in found.pareto.head(top).iterrows():

@@ -48,7 +48,7 @@ def mapped(
     unit = next(parts_of(model, VariableUnit), None)
     found = driveline_map(model, speeds, np.linspace(0, 1, pedals + 1)[1:], variator=unit, progress=progress())
     if not np.isfinite(found["efficiency"].values).any():
-        raise click.ClickException("the vehicle pulls at no point of this map")
+        raise click.ClickException("the vehicle has no tractive force at any point of this map")
     if cycle is not None and draw:
         run = drive_cycle(model, cycle, progress=progress())
     figure = None

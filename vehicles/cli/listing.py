@@ -54,7 +54,7 @@ def _components(family: str | None) -> None:
     shown = [name for name in known if family in (None, name, name.partition(".")[0])]
     if not shown:
         raise click.BadParameter(
-            f"there is no family {family!r}{suggestion(str(family), known)} (families: {', '.join(known)})",
+            f"unknown family {family!r}{suggestion(str(family), known)} (families: {', '.join(known)})",
             param_hint="--family",
         )
     for name in shown:

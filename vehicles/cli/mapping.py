@@ -149,7 +149,7 @@ def _transmission_map(
     transmission = _transmission(model)
     grid = {"r": values(ratio, 61), "load": -values(load, 30)}
     if 0 in grid["r"]:
-        raise click.UsageError("--ratio: nothing is delivered at r = 0; leave it out")
+        raise click.UsageError("--ratio: no power is delivered at r = 0; leave it out")
     flow = pt.power_flow(
         pt.compile(SplitPathBench(transmission=transmission)),
         grid,
@@ -160,7 +160,7 @@ def _transmission_map(
         progress=progress(),
     )
     if not np.isfinite(flow.efficiency.values).any():
-        raise click.ClickException("the transmission delivers at no point of this map")
+        raise click.ClickException("the transmission delivers no power at any point of this map")
     return report(flow, transmission, speed), _dataset(flow), picture(flow) if draw else None
 
 

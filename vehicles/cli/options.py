@@ -179,7 +179,7 @@ def with_driver(entry: Entry, who: str) -> None:
 
     if not catalogue.drives_cycles(entry.kind):
         able = ", ".join(other.name for other in catalogue.vehicles() if catalogue.drives_cycles(other.kind))
-        raise click.UsageError(f"{entry.name} has no driver {who}; these have one: {able}")
+        raise click.UsageError(f"{entry.name} has no driver {who}; vehicles with a driver: {able}")
 
 
 def _is_there(model: Component, path: str) -> bool:

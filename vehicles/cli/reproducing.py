@@ -57,7 +57,7 @@ def command(paper: str, out: Path | None, report: bool, pictures: bool) -> None:
     if page is not None:
         click.echo(f"wrote {page} with {len(about.pictures)} pictures")
     if "DIFFERS" in library.Tally(tables).counts:
-        raise click.ClickException("values differ from the print by more than its digits allow")
+        raise click.ClickException("values differ from the printed ones by more than their digits allow")
 
 
 def shown(table: Table) -> str:

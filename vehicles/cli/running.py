@@ -272,7 +272,7 @@ def _chosen(plant: pt.Plant[Any], out: Path | None, patterns: tuple[str, ...]) -
     from powertrain.signals import signals_of
 
     if patterns and out is None:
-        raise click.UsageError("--signals chooses what --out writes: give --out, too")
+        raise click.UsageError("--signals selects what --out writes: also give --out")
     with of_the_command_line():
         if out is not None and out.suffix.lower() == ".nc":
             engine("--out")

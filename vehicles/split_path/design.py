@@ -60,10 +60,10 @@ def split_path_designs(
     given = transmission or SplitPathTransmission()
     values = np.array([float(x if isinstance(x, (int, float)) else x.ratio) for x in ratios])
     if not values.size:
-        raise pt.ParameterError("there is no basic ratio to look at")
+        raise pt.ParameterError("no basic ratio is given")
     check_unit(unit)
     if by not in get_args(Rank):
-        raise pt.ParameterError(f"designs are not ranked by {by!r}, but by one of {', '.join(get_args(Rank))}")
+        raise pt.ParameterError(f"designs cannot be ranked by {by!r}; choose from {', '.join(get_args(Rank))}")
     if isinstance(duty, Duty) and weights is not None:
         raise pt.ParameterError("weights belong to a range of r; a Duty has its own")
     work = duty if isinstance(duty, Duty) else Duty.over(duty, weights)

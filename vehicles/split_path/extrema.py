@@ -144,7 +144,7 @@ def check_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
     given = dict(limits or {})
     for name, value in given.items():
         if name not in UNITS:
-            raise pt.ParameterError(f"limits: the unit has no limit of {name!r}, but of {', '.join(UNITS)}")
+            raise pt.ParameterError(f"limits: the unit has no limit {name!r}; choose from {', '.join(UNITS)}")
         if not value > 0:
             raise pt.ParameterError(f"limits: {name} = {value:g} {UNITS[name]} must be positive")
     return given

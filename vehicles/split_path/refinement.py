@@ -75,12 +75,12 @@ def refine_ratio(
     low, high = min(bounds), max(bounds)
     look([start, *np.linspace(low, high, _FIRST)])
     if not math.isfinite(known[start]["mean_efficiency"]):
-        raise pt.ParameterError(f"R_o = {start:g} cannot do this duty, so that there is nothing to refine")
+        raise pt.ParameterError(f"R_o = {start:g} does not meet this duty, so there is nothing to refine")
     width = (high - low) / (_FIRST - 1)
     while True:
         met = [x for x, found in known.items() if not found["problem"] and low <= x <= high]
         if not met:
-            raise pt.ParameterError(f"no basic ratio between {low:g} and {high:g} can do this duty within its limits")
+            raise pt.ParameterError(f"no basic ratio between {low:g} and {high:g} meets this duty within its limits")
         best = min(met, key=lambda x: SIGN[by] * known[x][by])
         if width < _NARROW * max(high - low, abs(best)):
             break

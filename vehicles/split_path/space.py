@@ -61,7 +61,7 @@ def split_path_space(
     low, high = points or (0.1 * duty.high, 2 * duty.high)
     for what, (first, last) in (("points", (low, high)), ("basic", basic)):
         if not 0 < first < last:
-            raise pt.ParameterError(f"{what}: from {first:g} to {last:g} is no range of positive numbers")
+            raise pt.ParameterError(f"{what}: from {first:g} to {last:g} is not a range of positive numbers")
     eta = efficiencies or Efficiencies()
     found: list[Rated] = []
     pairs = [(unit, structure) for unit in units for structure in structures]

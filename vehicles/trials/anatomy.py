@@ -39,7 +39,7 @@ class Anatomy:
         if len(found) != 1:
             several = f"{len(found)}: {', '.join(found)}" if found else "none"
             raise pt.ParameterError(
-                f"{self.vehicle} needs one {what} (a part of kind {ONE[what].__name__}); it has {several}"
+                f"{self.vehicle} needs one {what} (a component of class {ONE[what].__name__}); it has {several}"
             )
         return found[0]
 
@@ -47,7 +47,7 @@ class Anatomy:
         """The path of the only engine. Errors: ParameterError for a vehicle without, or with several."""
         if len(self.engines) != 1:
             raise pt.ParameterError(
-                f"{self.vehicle} has {len(self.engines)} combustion engines; this takes a vehicle with one"
+                f"{self.vehicle} has {len(self.engines)} combustion engines; this requires a vehicle with one"
             )
         return self.engines[0]
 

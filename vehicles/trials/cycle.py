@@ -232,7 +232,9 @@ def drive_cycle(
         cycle = DriveCycle.named(cycle)
     if isinstance(vehicle, pt.Plant):
         if cycle is not None:
-            raise pt.ParameterError("a compiled vehicle keeps its cycle: give the vehicle itself to drive another one")
+            raise pt.ParameterError(
+                "a compiled vehicle keeps its cycle: pass the vehicle itself to drive another cycle"
+            )
         plant = vehicle
     else:
         plant = pt.compile(_on(vehicle, cycle))

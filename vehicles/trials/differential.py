@@ -48,7 +48,7 @@ def differential_map(
     given, loads = np.atleast_1d(np.asarray(differences, float)), np.atleast_1d(np.asarray(torques, float))
     if (given <= 0).any():
         raise pt.ParameterError(
-            f"differential_map: a speed difference of {given.min():g} rad/s turns nothing; give values > 0"
+            f"differential_map: a speed difference of {given.min():g} rad/s is not allowed; give values > 0"
         )
     plant = pt.compile(DifferentialBench(differential=differential))
     means = np.empty((2, given.size, loads.size))

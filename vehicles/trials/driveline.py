@@ -45,8 +45,8 @@ def _refuse_memory(vehicle: pt.Component, whole: pt.Component, path: str = "") -
         held = [n for n, kind in part._fields.items() if isinstance(kind, pt.Discrete)]
         if held:
             raise pt.ParameterError(
-                f"{type(vehicle).__name__} has no map of operating points: {path}{name} ({type(part).__name__}) goes by what was before "
-                f"({', '.join(held)}), so that speed and accelerator alone do not tell how the vehicle runs"
+                f"{type(vehicle).__name__} has no map of operating points: {path}{name} ({type(part).__name__}) depends on its history "
+                f"({', '.join(held)}), so speed and accelerator alone do not determine its operation"
             )
         _refuse_memory(vehicle, part, f"{path}{name}.")
 

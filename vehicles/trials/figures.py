@@ -70,7 +70,7 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
     v = result[f"{body}.v"] * KM_H
     above.plot(result.time, v, color="C0")
     above.set(ylabel="Speed [km/h]", title=f"{name} with a full accelerator: {v.max():.0f} km/h")
-    once = np.diff(result.time, append=np.inf) > 0.0  # an event stands twice
+    once = np.diff(result.time, append=np.inf) > 0.0  # an event appears twice
     below.plot(result.time[once], np.gradient(v[once] / KM_H, result.time[once]), color="C1")
     settled = result.time[np.argmax(v >= SETTLED * v.max())]
     below.set(ylabel="Acceleration [m/s²]", xlabel="Time [s]", xlim=(0, 1.1 * settled))

@@ -42,7 +42,7 @@ def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list
         found = driveline_map(geared, speeds, accelerators)[["force", "fuel_rate"]]
         found = found.interpolate_na("accelerator").interpolate_na("speed")
         if missing := int(found["force"].isnull().sum()):
-            raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no steady state")
+            raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no operating point")
         maps.append(found)
     return maps
 

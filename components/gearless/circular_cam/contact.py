@@ -127,7 +127,7 @@ def _pushing(force: ArrayLike) -> Array:
     F = np.asarray(force, float)
     if not (np.isfinite(F) & (F >= 0)).all():
         raise ParameterError(
-            f"RollerContact: a normal force of {float(F.min()):g} N: a contact only pushes, with a finite force"
+            f"RollerContact: a normal force of {float(F.min()):g} N: a contact force must be compressive and finite"
         )
     return F
 

@@ -47,13 +47,13 @@ class CircularCams:
             )
         if inner.n != outer.n:
             raise ParameterError(
-                f"CircularCams: the tracks have {outer.n} and {inner.n} arcs; both rollers of a groove need the same"
+                f"CircularCams: the tracks have {outer.n} and {inner.n} arcs; both tracks need the same number"
             )
         width, radius = (outer.D - inner.D) / 2, max(outer.r, inner.r)
         if width < LEAST_WIDTH * radius:
             raise ParameterError(
                 f"CircularCams: tracks of {outer.D:g} and {inner.D:g} m leave slices of {width:g} m to rollers of radius {radius:g} m; "
-                f"they need {LEAST_WIDTH:g} of it, {LEAST_WIDTH * radius:.4g} m: take the diameters further apart"
+                f"they need {LEAST_WIDTH:g} of it, {LEAST_WIDTH * radius:.4g} m: increase the difference of the diameters"
             )
         apart = (inner.phase - outer.phase) * outer.n / math.pi
         if abs(apart % 2 - 1) > 1e-9:

@@ -172,7 +172,7 @@ def steepest_angle(D: float, r: float, n: int) -> float:
 def check_number(n: int) -> None:
     """Errors: ParameterError where n arcs cannot be closed to a track."""
     if isinstance(n, bool) or not isinstance(n, int):
-        raise ParameterError(f"Track: n = {n!r} arcs: a number of arcs is an integer")
+        raise ParameterError(f"Track: n = {n!r} arcs: the number of arcs must be an integer")
     if n < 2 or n % 2:
         raise ParameterError(
             f"Track: n = {n} arcs: the curvature changes its sign from arc to arc, so that only an even number (2, 4, 6 ...) "

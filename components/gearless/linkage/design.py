@@ -105,7 +105,7 @@ def alternate(linkage: Linkage) -> Linkage:
     a, b = linkage.a, linkage.b
     if 3 * a**2 > 4 * b**2:
         raise ParameterError(
-            f"alternate: a/b = {a / b:g} is above 2/sqrt(3) = {2 / np.sqrt(3):g}: no place of the C axis makes the swing even"
+            f"alternate: a/b = {a / b:g} is above 2/sqrt(3) = {2 / np.sqrt(3):g}: no position of the C axis makes the swing symmetric"
         )
     return Linkage(a, b, a * float(a / (2 * b + np.sqrt(4 * b**2 - 3 * a**2))))
 
@@ -145,7 +145,7 @@ class Space:
         for name in "a", "b", "shift":
             low, high = getattr(self, name)
             if not (low <= high and (name == "shift" or low > 0)):
-                raise ParameterError(f"space: {name} = ({low:g}, {high:g}) are no bounds")
+                raise ParameterError(f"space: {name} = ({low:g}, {high:g}) are not valid bounds")
         if not 0 < self.theta_max < np.pi:
             raise ParameterError(f"space: theta_max = {self.theta_max:g} rad is outside (0, pi) rad")
 
@@ -211,12 +211,12 @@ def pareto(
     """
     known = get_args(Objective)
     if len(set(objectives)) != 2 or any(name not in known for name in objectives):
-        raise ParameterError(f"objectives = {objectives!r} must be two different ones of {', '.join(known)}")
+        raise ParameterError(f"objectives = {objectives!r} must be two different names from {', '.join(known)}")
     search = _Search(objectives, duty or Duty(), space or Space(), masses)
     first, second = objectives
     x, last = (search.solve(name, search.start) for name in objectives)
     if x is None or last is None:
-        raise ParameterError("pareto: the ends of the front are not found; widen the space")
+        raise ParameterError("pareto: the ends of the Pareto front were not found; widen the space")
     found = [x]
     high, low = (float(search.curves(end)[second].max()) for end in (x, last))
     for limit in np.geomspace(high, low * (1 + 1e-6), points)[1:]:

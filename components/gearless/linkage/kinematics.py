@@ -87,7 +87,7 @@ class Linkage:
         for name in "a", "b":
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
-                raise ParameterError(f"linkage: {name} = {value:g} m is no length; it must be positive and finite")
+                raise ParameterError(f"linkage: {name} = {value:g} m must be positive and finite")
         if not np.isfinite(self.offset):
             raise ParameterError(f"linkage: offset = {self.offset:g} m must be finite")
         if abs(self.offset) >= self.a:

@@ -197,8 +197,8 @@ def test_efficiency_maps(kind: str) -> None:
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        (pt.Map.curve([0, 1], [0.9, 1.2], x="w_rel", x_unit="rad/s"), r"efficiency lies in \(0, 1\].*\[0.9, 1.2\]"),
-        (pt.Map.curve([0, 1], [0.0, 0.5], x="w_rel", x_unit="rad/s"), r"efficiency lies in \(0, 1\]"),
+        (pt.Map.curve([0, 1], [0.9, 1.2], x="w_rel", x_unit="rad/s"), r"efficiency must be in \(0, 1\].*\[0.9, 1.2\]"),
+        (pt.Map.curve([0, 1], [0.0, 0.5], x="w_rel", x_unit="rad/s"), r"efficiency must be in \(0, 1\]"),
         (
             pt.Map.curve([0, 1], [0.8, 0.9], x="angle", x_unit="rad"),
             r"must end with the values it begins with.* by up to 0.1",

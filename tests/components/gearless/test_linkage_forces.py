@@ -232,9 +232,9 @@ def test_front() -> None:
 
 
 def test_front_refuses() -> None:
-    with pytest.raises(pt.ParameterError, match="two different ones"):
+    with pytest.raises(pt.ParameterError, match="two different names"):
         pareto(("shaking_force", "shaking_force"))
-    with pytest.raises(pt.ParameterError, match=r"a = \(0.05, 0.01\) are no bounds"):
+    with pytest.raises(pt.ParameterError, match=r"a = \(0.05, 0.01\) are not valid bounds"):
         Space(a=(0.05, 0.01))
     with pytest.raises(pt.ParameterError, match="theta_max"):
         Space(theta_max=4)

@@ -106,5 +106,5 @@ def test_fluid_coupling() -> None:
         assert tau_a == pytest.approx(torque * unit, rel=1e-6)
         assert tau_b == pytest.approx(-tau_a)
         assert tau_h == pytest.approx(0, abs=1e-9)
-    with pytest.raises(pt.ParameterError, match="no table of rows"):
+    with pytest.raises(pt.ParameterError, match="not a table of rows"):
         held(FluidCoupling(table=((0.0, 2e-3), (0.9, 0.0))), 1.0, 0.0)
