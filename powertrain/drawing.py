@@ -60,11 +60,11 @@ class _Structure:
 
 
 def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None) -> Axes:
-    """Draws the parts of a model and what joins them.
+    """Draw the components of a model and their connections.
 
-    Errors: ParameterError for a model without parts that are joined, ModelError where its text is wrong.
+    Blue lines are rotational, green lines translational, orange lines electrical connections; grey arrows are signals.
 
-    Blue lines turn, green ones move along, orange ones are electric; grey arrows are signals.
+    Errors: ParameterError for a model without connected parts, ModelError if the model is wrong.
     """
     import matplotlib.pyplot as plt
 

@@ -144,9 +144,9 @@ def save(data: xr.Dataset, path: str | PathLike[str]) -> None:
 
 
 def load(path: str | PathLike[str]) -> xr.Dataset:
-    """Reads a netCDF file that ``Result.save`` or a sweep wrote.
+    """Read a netCDF file written by ``Result.save`` or by a sweep.
 
-    PowertrainError where no netCDF library is installed, ParameterError for a file that cannot be read.
+    PowertrainError if no netCDF library is installed, ParameterError for a file that cannot be read.
     """
     if suffix(path) == ".csv":
         raise ParameterError(f'load reads netCDF; pandas.read_csv({fspath(path)!r}, index_col="time") reads this file')

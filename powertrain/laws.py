@@ -117,8 +117,8 @@ def friction(
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
     The bounds may depend on states, on time and, piecewise linearly, on unknown torques; a bound may be infinite (one-way clutch).
-    ``torque`` opposes ``w`` where lower <= 0 <= upper: the power torque*w is dissipated. Where lower = upper the law is free.
-    The mode is a signal of the component called ``name``: 1 forward, 0 stuck, -1 backward, 2 free.
+    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free.
+    The mode is a signal of the component with the name ``name``: 1 forward, 0 stuck, -1 backward, 2 free.
     """
     w, torque, lower, upper, peak = (_expression("friction", value) for value in (w, torque, lower, upper, peak))
     return FrictionLaw(w, torque, lower, upper, peak, name)
@@ -131,14 +131,14 @@ def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, nam
 
 
 def reinit(variable: Symbol, value: Expression) -> Reinit:
-    """Gives a state or a discrete variable a new value, in a ``when``."""
+    """Assign a new value to a state or a discrete variable, in a ``when``."""
     return Reinit(_expression("reinit", variable), _expression("reinit", value))
 
 
 def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
-    """Applies the resets at the instant ``condition`` becomes true; right-hand sides are taken just before it.
+    """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides are evaluated just before it.
 
-    ``name`` is what the events of the component are called.
+    ``name`` is the name of the events.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
@@ -148,11 +148,11 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
 def switch(
     condition: Symbol, a: Expression, b: Expression, *, continuous: bool = False, name: str | None = None
 ) -> Symbol:
-    """``a`` while ``condition`` holds, else ``b``, with the change as an exact event.
+    """``a`` while ``condition`` holds, else ``b``; the change is an exact event.
 
     ``condition`` compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
-    ``continuous``: the branches agree where the condition changes, so that the integration need not restart there. Several switches on
-    the same condition object change as one. ``name`` is what the events of the component are called.
+    ``continuous``: the branches are equal where the condition changes, so the integration need not restart there. Several switches with
+    the same condition object change together. ``name`` is the name of the events.
     """
     active, g = recorder(), crossing(_condition("switch", condition))
     a, b = _expression("switch", a), _expression("switch", b)
@@ -167,7 +167,7 @@ def switch(
 
 
 def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
-    """A piecewise linear signal of time; a time that appears twice is a jump; constant before the first and after the last time."""
+    """A piecewise linear signal of time, constant before the first and after the last time. A time that appears twice is a jump."""
     active = recorder()
     try:
         t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
@@ -184,7 +184,7 @@ def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
 
 
 def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit: str, action: str = "error") -> None:
-    """Declares low <= value <= high: ``action`` "error" ends the simulation with a message, "count" counts the steps outside."""
+    """Declare low <= value <= high. ``action`` "error" ends the simulation with a message, "count" counts the steps outside the range."""
     active = recorder()
     value, low, high = (_expression("within", v) for v in (value, low, high))
     active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
@@ -206,7 +206,7 @@ def crossing(condition: Symbol) -> Symbol:
 
 
 def connect(*ports: Connector) -> Connection:
-    """Joins ports in one node: their potentials are equal, their flows sum to zero; signals are equal."""
+    """Connect ports: their potentials are equal and their flows sum to zero; connected signals are equal."""
     return Connection(_checked(ports))
 
 

@@ -33,9 +33,9 @@ FEW = 32
 
 @dataclass(frozen=True, init=False)
 class Axis:
-    """One argument of a map: name, unit, increasing grid points and the rule outside of them.
+    """One argument of a map: name, unit, increasing grid points, and what holds outside the grid.
 
-    ``outside`` is "error" (the value is refused: a simulation ends there), "clip" (held at the edge; a simulation
+    ``outside`` is "error" (the value is rejected, and a simulation ends there), "clip" (held at the edge; a simulation
     counts the steps) or "linear" (continued with the slope at the edge).
     """
 
@@ -71,7 +71,7 @@ class Axis:
 
     @property
     def slack(self) -> float:
-        """How far a value may leave the range before it counts as outside: round-off."""
+        """How far a value may leave the range before it counts as outside (round-off)."""
         return 1e-9 * max(self.high - self.low, abs(self.low), abs(self.high))
 
     def clipped(self, value: Symbol) -> Symbol:
@@ -81,11 +81,11 @@ class Axis:
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Map:
-    """Data on an n-dimensional grid; a call interpolates it, on numbers, arrays or the symbols of equations.
+    """Data on an n-dimensional grid. A call interpolates them, for numbers, arrays or symbols in equations.
 
-    ``method`` is "linear" (multilinear, continuous) or "smooth" (cubic b-spline, twice differentiable, at least 4
-    points per axis). Every axis states what holds outside of its grid, see ``Axis``. One point on an axis:
-    constant along it. Errors: ParameterError for unusable data, and for a number outside an axis of rule "error".
+    ``method`` is "linear" (multilinear, continuous) or "smooth" (cubic B-spline, twice differentiable, at least 4
+    points per axis). Every axis states what holds outside its grid, see ``Axis``. An axis with one point makes the map
+    constant along it. Errors: ParameterError for unusable data, and for a number outside an axis with the rule "error".
 
     >>> friction = Map.curve([0, 10], [0.5, 0.3], x="w_rel", x_unit="rad/s", outside="clip")
     >>> friction(5.0), friction(20.0)
@@ -158,10 +158,10 @@ class Map:
     def from_csv(
         cls, path: str | Path, *, outside: Outside | Mapping[str, Outside] = "error", method: Method = "linear"
     ) -> Map:
-        """Reads a table with one row per grid point.
+        """Read a table with one row per grid point.
 
         The header names a column for every axis and, last, the value, each with its unit:
-        ``speed [rad/s], torque [N.m], loss [W]``. The rows may stand in any order but must fill the grid. Lines that
+        ``speed [rad/s], torque [N.m], loss [W]``. The rows may be in any order but must fill the grid. Lines that
         begin with # are skipped. ``outside`` is one rule for all axes or a rule for each name.
         Errors: ParameterError naming the file and the line.
         """

@@ -43,19 +43,19 @@ def linearize(
 ) -> LinearModel:
     """The linear model at an operating point: a ``control.StateSpace`` with named states, inputs and outputs, and ``linearization``.
 
-    ``inputs``: by default the model's inputs. Any of: an input of the model; a signal port anywhere, to which the linear input is added
-    ("torque.tau"); a flow of a port, which makes it an external torque or force on the component ("J1.flange_a.tau"); a parameter, whose
+    ``inputs``: by default the inputs of the model. Possible are an input of the model; any signal port, to which the linear input is added
+    ("torque.tau"); a flow of a port, as an external torque or force on the component ("J1.flange_a.tau"); a parameter, whose
     column is the effect of another constant value.
-    ``outputs``: any signals; by default the model's outputs or, if it has none, its states. Both take names and selectors
+    ``outputs``: any signals; by default the outputs of the model or, if it has none, its states. Both accept names and selectors
     (``lambda m: m.J1.w``).
-    ``at``: values as for ``simulate(starts=...)``, with values of the model's inputs and "time" (s) among them; or ``(result, t)``, where
-    the right limit counts at an event. ``parameters``: other values, as for ``simulate``.
+    ``at``: values as for ``simulate(starts=...)``, which may include inputs of the model and "time" (s); or ``(result, t)``, with
+    the right limit at an event. ``parameters``: other values, as for ``simulate``.
 
-    Modes are those of the operating point: stuck friction and closed contacts take states away. The sources' change in time is not part of
-    the linear model. Where derivatives of an input enter, the states are shifted by a multiple of it (see ``Linearization``).
+    Modes are those of the operating point: stuck friction and closed contacts remove states. The change of sources over time is not part of
+    the linear model. If derivatives of an input occur, the states are shifted by a multiple of the input (see ``Linearization``).
 
-    Raises ParameterError for unknown names; ModelError where an output depends on the derivative of an input, where derivatives are not
-    finite, or where the algebraic equations are singular.
+    Raises ParameterError for unknown names; ModelError if an output depends on the derivative of an input, if derivatives are not
+    finite, or if the algebraic equations are singular.
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     signals = signals_of(plant.compiled)

@@ -29,9 +29,9 @@ _NOT_KEPT = "the runs were not kept, only the numbers of the table; name the sig
 
 
 class Sweep(Sequence[T]):
-    """What the cases gave, in their order.
+    """The results of the cases, in their order.
 
-    ``sweep[k]`` is the ``Result`` of a case, or the error with which it failed. From a folder it is read when it is asked for, as an
+    ``sweep[k]`` is the ``Result`` of a case, or the error with which it failed. If the cases are in a folder, it is read on demand, as an
     ``xarray.Dataset``. ``table`` has a row for every case.
     """
 
@@ -75,7 +75,7 @@ class Sweep(Sequence[T]):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """A row for every case: its parameters and other numbers and texts, the scalars, and ``error``: '' or what failed."""
+        """A row for every case: its parameters and other numbers and strings, the scalars, and ``error``: '' or the error."""
         import pandas as pd
 
         self._complete()

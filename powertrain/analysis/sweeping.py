@@ -49,23 +49,23 @@ def sweep(
     progress: bool = False,
     **options: Any,
 ) -> Sweep[Any]:
-    """Simulates every case; a case is what differs from run to run, ``options`` is common to all (see ``Plant.simulate``).
+    """Simulate many cases. A case is what differs from run to run; ``options`` is common to all (see ``Plant.simulate``).
 
-    ``pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)`` compiles nothing again, and gives the results in the order of
-    the cases.
+    ``pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)`` does not compile again and returns the results in the
+    order of the cases.
 
-    ``scalars``: numbers to keep of each run, functions of its result by name: ``{"top speed": top_speed}``; they stand in the table of the
-    sweep beside the parameters of the cases. ``record``: names and patterns of the signals to keep; without it all are kept, or none where
+    ``scalars``: values to keep of each run, as functions of its result by name: ``{"top speed": top_speed}``. They are columns of the table
+    of the sweep, beside the parameters of the cases. ``record``: names and patterns of the signals to keep; by default all, or none if
     there are ``scalars``.
-    ``to``: a folder to which every case is written as it ends, as a netCDF file, instead of keeping it in memory. A sweep that was
-    interrupted goes on there: cases that are in the folder are not run again, failed ones (``*.failed.nc``) only for "raise".
-    ``executor``: anything in the manner of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
-    ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; a case whose process is lost is run again.
-    ``on_error``: "keep" leaves the error of a failed run in its place, with what was reached as ``result``, and after Ctrl-C what was not
-    run. "raise" cancels what has not begun and raises the error, which has the cases so far as ``sweep``.
+    ``to``: a folder to which every case is written as a netCDF file when it ends, instead of being kept in memory. An interrupted sweep
+    continues there: finished cases are not run again, failed ones (``*.failed.nc``) only for "raise".
+    ``executor``: any executor like those of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
+    ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; if a process is lost, its cases run again.
+    ``on_error``: "keep" keeps the error of a failed run in its place, with the run so far as ``result``, and returns what was run after
+    Ctrl-C. "raise" cancels the remaining cases and raises the error, which has the cases so far as ``sweep``.
 
-    Raises ParameterError where a case is none for ``Plant.simulate``, where the model or a function cannot be sent to other processes, and
-    where the folder holds cases of another sweep.
+    Raises ParameterError if a case does not fit ``Plant.simulate``, if the model or a function cannot be sent to other processes, or if
+    the folder holds cases of another sweep.
     """
     plant = model if isinstance(model, Plant) else Plant(model)
     if not isinstance(on_error, str) or on_error not in ("raise", "keep"):

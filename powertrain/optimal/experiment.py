@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 class Experiment:
     """One measured run.
 
-    ``times`` (s) ascend; ``values``: signals by name, one value at each time, nan where none was measured; ``sigma``: the standard
-    deviation of a measurement, one for all or by signal, None where it is not known; ``starts``, ``inputs`` and ``parameters`` as for
-    ``simulate``. ParameterError for lengths that differ.
+    ``times`` (s) ascend; ``values``: signals by name, one value for each time, nan where none was measured; ``sigma``: the standard
+    deviation of a measurement, one for all or one per signal, None if it is unknown; ``starts``, ``inputs`` and ``parameters`` as for
+    ``simulate``. ParameterError for unequal lengths.
     """
 
     times: ArrayLike
@@ -70,9 +70,9 @@ class Experiment:
 
 
 def read_experiment(path: str | Path, *names: str, time: str = "time", **options: Any) -> Experiment:
-    """An experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which need ``asammdf``.
+    """Read an experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which require ``asammdf``.
 
-    ``names``: the signals to take, by default all other columns; ``time``: the column of times (s); other options are those of
+    ``names``: the signals to read, by default all other columns; ``time``: the column of times (s); other options are those of
     ``Experiment``. ParameterError for other files and missing columns.
     """
     path = Path(path)

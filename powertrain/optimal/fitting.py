@@ -59,12 +59,12 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Fit:
-    """What ``pt.fit`` found; prints as a table.
+    """The result of ``pt.fit``; prints as a table.
 
-    ``values``, ``errors`` (standard errors, inf where the data do not determine the unknown) and ``units`` by name; ``covariance`` in
-    the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, along which the data hardly change;
-    ``results``: the runs of the experiments with the values found; ``cost``: the sum of squares; ``spread``: the residuals' standard
-    deviation over sigma; ``evaluations``: how many sets were simulated; ``parameters``: the values without those of starts.
+    ``values``, ``errors`` (standard errors, inf if the data do not determine the unknown) and ``units`` by name; ``covariance`` in
+    the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, in which the residuals hardly change;
+    ``results``: the runs of the experiments with the fitted values; ``cost``: the sum of squares; ``spread``: the standard deviation of the
+    residuals divided by sigma; ``evaluations``: the number of sets simulated; ``parameters``: the values without initial values.
     """
 
     values: dict[str, float]
@@ -91,7 +91,7 @@ class Fit:
         return pd.DataFrame(self.covariance[np.ix_(kept, kept)] / np.outer(sizes, sizes), labels, labels)
 
     def residuals(self, experiment: int = 0) -> pd.DataFrame:
-        """Simulated minus measured values over time (s), one column a signal."""
+        """Simulated minus measured values over time (s), one column per signal."""
         import pandas as pd
 
         data, run = self.experiments[experiment], self.results[experiment]
@@ -148,15 +148,15 @@ def fit(
     rtol: float = 1e-8,
     atol: float = 1e-10,
 ) -> Fit:
-    """Parameters and starts with which the model comes nearest to measured signals.
+    """Fit parameters and initial values to measured signals.
 
-    ``data``: experiments; ``wrt``: parameters, the same in all experiments, and variables whose start is unknown, each experiment with
-    its own; ``first``: where the search begins (default: the plant's values and the starts of the experiments); ``bounds``: (low, high) by
+    ``data``: experiments; ``wrt``: parameters, common to all experiments, and variables with unknown initial values, one for each
+    experiment; ``first``: the initial guess (default: the plant's values and the ``starts`` of the experiments); ``bounds``: (low, high) by
     name; ``rtol``, ``atol``: tolerances of the runs.
 
-    The derivatives come from the variational equations (see ``pt.gradient``): no step size to choose, and events may move. Trust region
-    reflective method of SciPy. Raises ParameterError for unknown names; SimulationError where the first run fails, or where a run
-    has no derivative.
+    The derivatives come from the variational equations (see ``pt.gradient``), so there is no step size to choose, and events may move. The
+    optimiser is SciPy's trust region reflective method. Raises ParameterError for unknown names; SimulationError if the first run fails, or
+    if a run is not differentiable.
     """
     from scipy.optimize import least_squares
 

@@ -197,7 +197,14 @@ def ran(short: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path
 def test_run_prints_consumption_and_audit(ran: tuple[str, Path]) -> None:
     text, _ = ran
     assert "SplitPathCar over short (30 s, 0.12 km, up to 30.0 km/h)" in text
-    for part in ("l/100 km", "g/km", "time outside of the band", "Energy by component", "WillansEngine", "left over"):
+    for part in (
+        "l/100 km",
+        "g/km",
+        "time outside the speed tolerance",
+        "Energy by component",
+        "WillansEngine",
+        "energy residual",
+    ):
         assert part in text
 
 
@@ -406,7 +413,7 @@ def test_run_of_what_stands_or_drives_without_the_engine(tmp_path: Path) -> None
     assert re.search(r"consumption +-  l/100 km", text)
     assert plot.read_bytes().startswith(PNG)
     text = done("run", "FlywheelHybrid", "--span", "0:20", "--plot", str(plot))
-    assert re.search(r"consumption, flywheel evened out +-  l/100 km", text)
+    assert re.search(r"consumption, corrected to equal charge \(flywheel\) +-  l/100 km", text)
     assert re.search(r"mean efficiency of the engine +-  1", text)
 
 

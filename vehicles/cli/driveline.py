@@ -43,7 +43,7 @@ def mapped(
     """
     if not isinstance(dict(children(model)).get("driver"), Pedals):
         raise click.UsageError(
-            f"{type(model).__name__} has no driver whose pedals could be set; name a vehicle that `powertrain run` takes"
+            f"{type(model).__name__} has no driver whose pedals could be set; choose a vehicle for `powertrain run`"
         )
     unit = next(parts_of(model, VariableUnit), None)
     found = driveline_map(model, speeds, np.linspace(0, 1, pedals + 1)[1:], variator=unit, progress=progress())
@@ -55,7 +55,7 @@ def mapped(
     if draw:
         figure = Figure(figsize=(9, 6), layout="constrained")
         ax = plot_driveline_map(found, run, ax=figure.add_subplot())
-        ax.set_title(f"{type(model).__name__}: from the tank to the road")
+        ax.set_title(f"{type(model).__name__}: efficiency from tank to road")
     return report(found, type(model).__name__), found, figure
 
 
@@ -73,5 +73,5 @@ def report(found: xr.Dataset, name: str) -> str:
         rows.append([*(number(cell, 4) for cell in cells), str(best["case"].values) if "case" in found else ""])
     head = ("speed [km/h]", "largest force [N]", "best at [N]", "efficiency", "engine [rpm]", "[N.m]", "power flow")
     solved = np.isfinite(found["force"].values).mean()
-    about = f"{name}: efficiency from the tank to the road, up to {number(float(found['efficiency'].max()))}"
-    return f"{about}; {solved:.0%} of {found['force'].size} points are steady states\n\n{columns(rows, head, right=range(6))}"
+    about = f"{name}: efficiency from tank to road, up to {number(float(found['efficiency'].max()))}"
+    return f"{about}; {solved:.0%} of {found['force'].size} points have an operating point\n\n{columns(rows, head, right=range(6))}"

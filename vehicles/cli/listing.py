@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 @click.command(
     "list",
     cls=Command,
-    short_help="Vehicles, and components by family.",
+    short_help="Vehicles, components by family, drive cycles, papers.",
     examples=("list", "list vehicles", "list --family differentials"),
 )
 @click.argument("what", type=click.Choice(["all", "vehicles", "components", "cycles", "papers"]), default="all")
 @click.option("--family", help="Only components of this family, such as differentials.")
 def command(what: str, family: str | None) -> None:
-    """What there is, each with its first line: vehicles, components by family, drive cycles, papers.
+    """List vehicles, components by family, drive cycles and papers, with one line each.
 
-    `powertrain info NAME` tells all about one of them.
+    `powertrain info NAME` describes one of them in detail.
     """
     from powertrain.components.cycles import CYCLES
     from powertrain.vehicles.cli import catalogue
@@ -34,7 +34,9 @@ def command(what: str, family: str | None) -> None:
         what = "components"
     if what in ("all", "vehicles"):
         _section("Vehicles (powertrain run)", [e for e in catalogue.vehicles() if catalogue.drives_cycles(e.kind)])
-        _section("Vehicles with open pedals", [e for e in catalogue.vehicles() if not catalogue.drives_cycles(e.kind)])
+        _section(
+            "Vehicles whose pedals are inputs", [e for e in catalogue.vehicles() if not catalogue.drives_cycles(e.kind)]
+        )
         _section("Test benches", [e for e in catalogue.assembled() if not catalogue.is_vehicle(e.kind)])
     if what in ("all", "cycles"):
         click.echo("Drive cycles\n" + columns(CYCLES.items()) + "\n")

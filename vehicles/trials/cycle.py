@@ -155,14 +155,14 @@ class CycleRun:
 
     @cached_property
     def excess(self) -> Array:
-        """How far the speed lies outside of the regulation's band at ``result.time`` [m/s]: positive above, negative below, else 0."""
+        """How far the speed is outside the regulation's tolerance at ``result.time`` [m/s]: positive above, negative below, else 0."""
         t, low, high = self.band
         time, v = self.result.time, self.speed
         return np.asarray(np.maximum(v - np.interp(time, t, high), 0) + np.minimum(v - np.interp(time, t, low), 0))
 
     @property
     def time_outside(self) -> float:
-        """Time outside of the band, with the time that was not driven [s]."""
+        """Time outside the speed tolerance, including the time that was not driven [s]."""
         t = self.result.time
         outside = float(np.trapezoid((self.excess != 0).astype(float), t))
         return outside + float(self.cycle.times[-1] - t[-1])
@@ -188,8 +188,8 @@ class CycleRun:
         if self.anatomy.batteries:
             rows["from the battery"] = (self.wh_per_km, "W.h/km")
         rows |= {
-            "time outside of the band": (self.time_outside, "s"),
-            "largest excess over the band": (float(deviation) * 3.6, "km/h"),
+            "time outside the speed tolerance": (self.time_outside, "s"),
+            "largest deviation beyond the tolerance": (float(deviation) * 3.6, "km/h"),
         }
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
 

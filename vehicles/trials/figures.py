@@ -83,7 +83,7 @@ def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Speed [km/h] over time [s] with the cycle and the regulation's band; where the speed leaves the band the line is red."""
     ax = _axes(ax)
     t, low, high = run.band
-    ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="band: ±2 km/h, ±1 s")
+    ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="tolerance: ±2 km/h, ±1 s")
     times, wanted = run.cycle.times, run.cycle.speeds
     ax.plot(times, wanted * KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
     time, v = run.result.time, run.speed * KM_H
@@ -155,7 +155,7 @@ def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     ax.set_yticks(y, [name for name, _ in shown])
     ax.set_xlim(min(values.min(initial=0.0), 0.0) * 1.1, 1.35 * values.max(initial=1e-9))
     ax.set_xlabel("Lost [MJ]")
-    ax.set_title(f"Of {supplied / 1e6:.3g} MJ supplied (left over: {run.audit.closure:.0e})", fontsize=10)
+    ax.set_title(f"Of {supplied / 1e6:.3g} MJ supplied (energy residual {run.audit.closure:.0e})", fontsize=10)
     ax.grid(visible=True, axis="x", alpha=0.3)
     return ax
 
