@@ -403,7 +403,7 @@ class Relaxed(pt.Component):
 
 def test_bad_input(decay: pt.Plant[Decay]) -> None:
     result = run_of(decay)
-    with pytest.raises(pt.ParameterError, match=r"no parameter, input or start inertia\.K; did you mean"):
+    with pytest.raises(pt.ParameterError, match=r"no parameter, input or initial value inertia\.K; did you mean"):
         pt.gradient(result, "inertia.w", "inertia.K")
     with pytest.raises(pt.ParameterError, match="neither a parameter nor an input"):
         pt.gradient(result, "inertia.w", "inertia.a")

@@ -273,7 +273,7 @@ def test_failed_cases_in_a_folder(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("case", "said"),
     [
-        ({"inertia.J": 2.0, "stop": 1.0}, r"case 1: inertia\.J is no option .*parameters"),
+        ({"inertia.J": 2.0, "stop": 1.0}, r"case 1: inertia\.J is not an option .*parameters"),
         ({}, r"case 1: stop \(s\)"),
         (3, "case 1: 3 is not a mapping"),
         ({"stop": 1.0, "record": ["inertia.w"]}, "case 1: record is the same for all cases"),

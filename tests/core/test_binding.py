@@ -92,7 +92,7 @@ class Twice(pt.Component):
 
 
 def test_two_values() -> None:
-    with pytest.raises(pt.ModelError, match=r"(?s)a\.J is given two values.*self\.k == .*2 \* self\.k == "):
+    with pytest.raises(pt.ModelError, match=r"(?s)a\.J is set twice.*self\.k == .*2 \* self\.k == "):
         pt.compile(Twice())
 
 

@@ -44,7 +44,7 @@ class Driven(pt.Component):
 TWO, DRIVEN = pt.compile(Two()), pt.compile(Driven())
 Given = Any
 PATHS: dict[Any, list[str]] = {
-    "J1.J.x": ["Inertia.J is 1.0, which has no fields, so there is no x in it"],
+    "J1.J.x": ["Inertia.J is 1.0, which has no fields, so it has no x"],
     "J1[0].J": ["Two.J1 is not a tuple, so there is no J1[0]; write J1"],
     "js[2].J": ["Two.js has 2 members, so there is no js[2]", "indices begin at 0"],
     "js[a].J": ["'js[a].J' is not a path such as J, wheels[0] or wheels[0].r"],
@@ -120,7 +120,7 @@ def test_input(value: Any, said: list[str]) -> None:
         (lambda: pt.schematic("car"), "a model is a component, not 'car'"),  # type: ignore[arg-type]
         (lambda: pt.eigenmodes("car"), "a model is a component, not 'car'"),  # type: ignore[arg-type]
         (lambda: pt.linearize(TWO, inputs=3), "inputs = 3: pass a list of names"),  # type: ignore[arg-type]
-        (lambda: pt.replace(3, {"a": 1}), "replace() takes a component, not 3"),  # type: ignore[type-var]
+        (lambda: pt.replace(3, {"a": 1}), "replace() requires a component, not 3"),  # type: ignore[type-var]
     ],
 )
 def test_kind_of_a_value(make: Callable[[], Any], said: str) -> None:

@@ -59,8 +59,8 @@ def test_friction_under_a_motion_that_pauses() -> None:
     assert (result["bearing.tau"][result.time < 0.5] == 0).all()
     assert result["bearing.tau"][-1] == 1.0
     (note,) = result.notes
-    assert "bearing.mode is stuck where nothing can move anyway" in note
-    assert "its torque is not unique: 0 N.m is given, any from -1 to 1 N.m would do" in note
+    assert "bearing.mode is stuck where nothing can move" in note
+    assert "its torque is not unique: 0 N.m is used, but any torque from -1 to 1 N.m is possible" in note
 
 
 class Felt(pt.Component):

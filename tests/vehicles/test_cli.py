@@ -276,7 +276,7 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=WillansEngine(Jay=1)", "has no field Jay"),
         ("engine=MappedEngine.gasolin()", "did you mean gasoline"),
         ("engine=MappedEngine", "must be given"),
-        ("engine=2", "engine is a part: give the name of a component"),
+        ("engine=2", "engine is a component: give the name of a component"),
         ("transmission.layout=aHc", "is none of bHa"),
         ("crown.mesh.ratio=3", "cannot be set: crown determines it"),
         ("cycle.cycle=wltc", "cannot be set from text"),

@@ -205,7 +205,7 @@ def test_efficiency_maps(kind: str) -> None:
         ),
         (
             pt.Map.curve([0, 1], [0.9, 0.9], x="pressure", x_unit="Pa"),
-            r"no axis pressure \[Pa\]; it may depend on w_rel",
+            r"cannot depend on pressure \[Pa\], only on w_rel",
         ),
         (pt.Map.curve([0, 1], [0.9, 0.9], x="T", x_unit="degC"), r"no axis T \[degC\]"),
     ],
