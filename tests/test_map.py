@@ -168,8 +168,8 @@ def test_equal_maps_are_equal_hashed_and_pickled() -> None:
         ([0, np.nan], [0, 1], {}, "axis x: nan at .1. is not a finite number"),
         ([0, 1], [0, np.inf], {}, "map map: inf at .1. is not a finite number"),
         ([0, 1], [0, 1, 2], {}, r"values of shape \(3,\), but its axes require \(2,\) \(x: 2\)"),
-        ([0, 1], [0, 1], {"outside": "extrapolate"}, "outside='extrapolate' is none of error, clip, linear"),
-        ([0, 1], [0, 1], {"method": "cubic"}, "method='cubic' is none of linear, smooth"),
+        ([0, 1], [0, 1], {"outside": "extrapolate"}, "outside='extrapolate' must be one of error, clip, linear"),
+        ([0, 1], [0, 1], {"method": "cubic"}, "method='cubic' must be one of linear, smooth"),
         ([0, 1, 2], [0, 1, 2], {"method": "smooth"}, "needs at least 4 points on every axis, x has 3"),
     ],
 )

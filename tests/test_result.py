@@ -332,7 +332,7 @@ def test_the_ending_of_a_file_says_its_format(result: Result[Drive], tmp_path: P
         load(tmp_path / "run.CSV")
     for name in "run.xlsx", "run.parquet", "run":
         for act in result.save, load:
-            with pytest.raises(pt.ParameterError, match=r"ends in none of \.nc, \.csv"):
+            with pytest.raises(pt.ParameterError, match=r"must end in \.nc or \.csv"):
                 act(str(tmp_path / name))
     assert [path.name for path in tmp_path.iterdir()] == ["run.CSV"]
 

@@ -102,7 +102,7 @@ def test_a_case_that_cannot_be_sent() -> None:
 def test_a_worker_that_compiles_other_equations_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     worker._plant_of.cache_clear()
     monkeypatch.setattr(worker, "model_identity", lambda _: "another")
-    with ThreadPoolExecutor(1) as threads, pytest.raises(pt.ModelError, match="another version of powertrain"):
+    with ThreadPoolExecutor(1) as threads, pytest.raises(pt.ModelError, match="a different version of powertrain"):
         sweep(executor=threads)
 
 
@@ -292,11 +292,11 @@ def test_a_case_that_simulate_does_not_know_is_refused_before_any_run(case: Any,
         ({"scalars": ["w"]}, "scalars = "),
         ({"scalars": {"w": 3}}, "'w': 3 is not a named function"),
         ({"scalars": {"inertia.J": last_speed}}, "'inertia.J' is already a column"),
-        ({"scalars": {"w": spin_down.two_numbers}}, "'w' gives 2 numbers"),
-        ({"record": 3}, "record = 3: give a list"),
+        ({"scalars": {"w": spin_down.two_numbers}}, "'w' returns 2 numbers"),
+        ({"record": 3}, "record = 3: pass a list"),
         ({"record": ["nothing"]}, "no signal nothing"),
         ({"to": 3}, "to = 3"),
-        ({"to": "/dev/null/x"}, "cannot be written"),
+        ({"to": "/dev/null/x"}, "cannot write to"),
         ({"to": "a\0b"}, "is not the path"),
     ],
 )
@@ -336,7 +336,7 @@ def test_scalars_are_told_apart_by_their_code_and_what_they_hold(tmp_path: Path)
         def __call__(self, run: Any) -> float:
             return 1.0
 
-    with pytest.raises(pt.ParameterError, match="cannot be told"):
+    with pytest.raises(pt.ParameterError, match="cannot tell whether"):
         sweep(2, to=tmp_path, scalars={"odd": Odd()})
 
 

@@ -48,8 +48,8 @@ class LimPID(_Controller):
     Ti der(integral) = u_s - u_m + (y - v)/(k Ni)
     derivative = Nd (wd u_s - u_m - x),  Td der(x) = derivative
 
-    Beyond a limit the integral goes back so far, over the time Ni Ti, that the output would leave the limit as soon as the error turns
-    (back-calculation). ``controllerType`` leaves parts out: "P", "PI", "PD". At the start both parts are zero.
+    Beyond a limit the integral part is reduced with the time constant Ni Ti, so that the output leaves the limit as soon as the error
+    changes sign (back-calculation). ``controllerType`` selects the parts: "P", "PI", "PD", "PID". Both parts are zero at the start.
     Source: Modelica Standard Library 4.0.0, Blocks.Continuous.LimPID.
     """
 
@@ -82,7 +82,7 @@ class LimPID(_Controller):
 
 
 class SampledPI(_Controller):
-    """A proportional-integral controller as a control unit computes it: at the times period, 2 period, ..., and held in between.
+    """A proportional-integral controller as computed by a control unit: sampled at period, 2 period, ..., and held in between.
 
     e_n = u_s - u_m;  y_n = v_n within yMin..yMax,  v_n = k e_n + x_n
     x_(n+1) = x_n + k period/Ti e_n, but as it is where v_n lies beyond a limit and e_n drives it further (conditional integration)

@@ -1,4 +1,4 @@
-"""Control of an electrically driven car: drives and brakes with its machine as far as machine and battery may."""
+"""Control of an electrically driven car: drives and brakes with the machine as far as machine and battery allow."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class ElectricDriveControl(Component):
     tau = accelerator min(limit, discharge_power/w) - regenerated/k,  friction = brake - regenerated/F_brake
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1
 
-    ``regenerated`` [N] is the force of recovery, counted without the losses of the gears; what the driver asks for beyond it the friction
-    brakes give, so that the car brakes alike with a full and with an empty battery. F_brake is the force of all brakes with a full pedal,
-    F_most what the driven axle is trusted with. Towards standstill recovery fades. With F_most = 0 nothing is recovered. ``limit`` is the
-    largest torque of the machine at its speed, which its vehicle tells.
-    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
+    ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The friction brakes supply the rest of the
+    demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of all brakes with the pedal fully
+    pressed, F_most the largest regenerative force on the driven axle. Regeneration fades out towards standstill. With F_most = 0 there
+    is none. ``limit`` is the largest torque of the machine at its speed, an input from the vehicle. Source: L. Guzzella, A. Sciarretta,
+    Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
     """
 
     F_brake: Parameter = parameter("N", "Force of all brakes with a full pedal", default=15e3, above=0)

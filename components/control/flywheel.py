@@ -1,4 +1,4 @@
-"""Control of a car that keeps its energy in a flywheel: the ratio moves the car, the engine only fills the flywheel."""
+"""Control of a car that stores its energy in a flywheel: the ratio moves the car, and the engine only charges the flywheel."""
 
 from __future__ import annotations
 
@@ -32,11 +32,10 @@ class FlywheelDrive(Component):
     clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
     friction = brake - recovery share engaged room brake within 0..share
 
-    An actuator with the time constant T that follows the demand changes the ratio at the rate lead u/(T w_in): the pedals command an
-    acceleration lead/T of the output, which takes the car's energy from the flywheel or returns it; from an empty flywheel nothing is
-    taken. At the least ratio the clutch slips as the accelerator says; braking, it opens there. The friction brakes do what exceeds
-    ``share`` of the pedal, and everything where the clutch is open or the flywheel is full. recovery = 0: they do it all, with the
-    clutch open.
+    An actuator with the time constant T changes the ratio at the rate lead u/(T w_in): the pedals command an acceleration lead/T of the
+    output, which takes energy from the flywheel or returns it. Nothing is taken from an empty flywheel. At the lowest ratio the clutch
+    slips depending on the accelerator; during braking it opens there. The friction brakes supply the demand beyond ``share`` of the
+    pedal, and all of it if the clutch is open or the flywheel is full. With recovery = 0 they do all the braking, with the clutch open.
     """
 
     lead: Parameter = parameter("rad/s", "How far a full pedal moves the demand at the output", default=8.4, above=0)
@@ -77,13 +76,13 @@ class FlywheelDrive(Component):
 
 
 class FlywheelCharge(Component):
-    """Runs the engine while the flywheel is slow, at a throttle of good efficiency, and stops it while the flywheel is fast.
+    """Runs the engine at an efficient throttle position while the flywheel is slow, and stops it while the flywheel is fast.
 
     on = 1 from where w_in < w_rest - slope |v|,  on = 0 from where w_in > w_rest - slope |v| + hysteresis
     throttle = on u_charge,  clutch = on (w/w_in - 1 + slip)/slip within 0..1
 
-    A car that is fast has the energy that the flywheel will get back, hence ``slope``. The clutch closes as the engine comes up to the
-    speed of the flywheel's shaft.
+    A fast car holds energy that the flywheel will recover, hence ``slope``. The clutch closes as the engine approaches the speed of the
+    flywheel shaft.
     """
 
     w_rest: Parameter = parameter(

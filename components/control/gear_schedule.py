@@ -1,4 +1,4 @@
-"""Who changes gears: a schedule of speeds with hysteresis, and what clutch, lever and throttle do during a shift."""
+"""Gear changes: a schedule of speeds with hysteresis, and the actions of clutch, lever and throttle during a shift."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 
 
 class Shifting(Component):
-    """Partial: what moves the lever, and clutch and throttle with it; the clutch closes with the speed of the engine."""
+    """Partial: operates the gear lever, the clutch and the throttle; the clutch closes with the speed of the engine."""
 
     w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
     w_closed: Parameter = parameter(
@@ -51,7 +51,7 @@ class Shifting(Component):
 
 
 class FixedGear(Shifting):
-    """One gear that is always in: for measurements.
+    """A single gear that is always engaged, for measurements.
 
     lever = gear,  throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """
@@ -116,7 +116,7 @@ class _Scheduled(Shifting):
 
 
 class GearSchedule(_Scheduled):
-    """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
+    """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
       up from gear to gear + 1 where v > up (1 + eager pressed)
       down to gear where v < min(down (1 + eager pressed), (up + down)/2)
@@ -127,11 +127,11 @@ class GearSchedule(_Scheduled):
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
 
     ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
-    up, and the difference is the hysteresis. A pressed accelerator shifts up later and, up to the middle between both speeds, down earlier,
-    so that no movement of the pedal alone shifts up and down again. A kick-down goes further; for the time ``patience`` after it only
-    v > up (1 + eager) shifts up. Between two shifts at least ``dwell`` passes. With the engine's speed the clutch closes as a centrifugal
-    one does: below w_open it is open, so that the vehicle starts and stops in first gear. Errors: ParameterError for speeds without
-    hysteresis or not in order.
+    up, and the difference is the hysteresis. A pressed accelerator shifts up later and, up to the middle between both speeds, down
+    earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time ``patience``
+    after it, only v > up (1 + eager) shifts up. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a
+    centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
+    without hysteresis or not in order.
     """
 
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
@@ -157,10 +157,10 @@ class GearSchedule(_Scheduled):
 
 
 class PowerShiftSchedule(_Scheduled):
-    """Changes gears by the speed of the vehicle without a pause of the engine, for gearboxes whose clutches take over from each other.
+    """Changes gears depending on the vehicle speed without interrupting the torque, for gearboxes with overlapping clutches.
 
     The gear is chosen as by ``GearSchedule``.
-    t = time since the shift began, 0..t_shift: the lever goes evenly to the new gear
+    t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
     throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """
 

@@ -1,4 +1,4 @@
-"""Who moves the pedals."""
+"""Operation of the pedals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ SOON = 1e-3
 
 
 class Pedals(Component):
-    """Partial: an accelerator and a brake pedal, and what their foot may know: the speed to drive, the acceleration to come, the speed."""
+    """Partial: accelerator and brake pedal, with the desired speed, the acceleration ahead and the vehicle speed as inputs."""
 
     v_ref: Input = signal_input("m/s", "Speed to drive", default=0.0)
     a_ref: Input = signal_input("m/s2", "Acceleration to come", default=0.0)

@@ -1,4 +1,4 @@
-"""Control of a continuously variable transmission: the engine on its line of least fuel."""
+"""Control of a continuously variable transmission: the engine runs on its line of least fuel."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ PRESSED = 0.05
 
 
 class OperatingLineControl(Component):
-    """Gives the engine the speed at which it makes the demanded power with the least fuel, and the torque that is left to make.
+    """Sets the engine speed at which the demanded power takes the least fuel, and the torque for this power.
 
     power = accelerator F_max (v + v_0),  throttle = (power/w + tau_drag pressed)/(tau_open + tau_drag),  ratio = w_out/w_best
     pressed = accelerator/0.05 within 0..1,  clutch = (w - w_open)/(w_closed - w_open)
 
-    What the engine can do its vehicle says: ``w_best`` is the speed of least fuel for the ``power`` that goes out
-    (``engine.operating_line()`` is a map for it), ``tau_open`` the torque with an open throttle, ``tau_drag`` what turns it without fuel.
-    Combustion makes up for the drag, so that the power is what the crank gives. ``throttle`` is the part of the largest torque of
-    combustion; where that is not in proportion to the throttle, ``engine.opening`` has the throttle for it. With the accelerator released
-    the throttle is closed and the engine brakes. v_0 is what makes an accelerator ask for power at standstill. The ratio is
-    the speed at the transmission's output over that at its input, held within [ratio_min, ratio_max]. The start clutch closes with
-    the engine's speed as a centrifugal one does: where it is not positive, it is open.
+    The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``
+    (``engine.operating_line()`` is a map for it), ``tau_open`` the torque with open throttle, ``tau_drag`` the motoring torque without
+    fuel. Combustion compensates for the drag, so the power is that at the crank. ``throttle`` is the fraction of the largest combustion
+    torque; if that is not proportional to the throttle, ``engine.opening`` gives the throttle for it. With the accelerator released,
+    the throttle is closed and the engine brakes. Through v_0 the accelerator demands power at standstill. The ratio is the speed at the
+    transmission's output over that at its input, held within [ratio_min, ratio_max]. The start clutch closes with the engine speed like
+    a centrifugal clutch; if ``clutch`` is not positive, it is open.
     """
 
     F_max: Parameter = parameter("N", "Tractive force that a full accelerator asks for", default=6000.0, above=0)

@@ -1,4 +1,4 @@
-"""Control of a power-split hybrid: how much the engine gives, at which speed, and what the machines do beside it."""
+"""Control of a power-split hybrid: power and speed of the engine, and torques of the machines."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class PowerSplitControl(Component):
     tau_1 = held - torque/(1 + ratio),  tau_2 = wanted - ratio (torque/(1 + ratio) - held)
     held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as torque until it fires and where it overspeeds
 
-    The battery gives or takes what the engine's power is below or above what is needed: a charge below soc_0 asks for more. Machine 1
-    holds the engine at the speed at which it makes the power with the least fuel; machine 2 makes up for what reaches the ring
-    without it, and recovers what the battery may take. Machine 1 starts the engine with the same control of speed.
+    The battery covers the difference between the power of the engine and the power demanded; a charge below soc_0 increases the demand.
+    Machine 1 holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers
+    as much as the battery accepts. Machine 1 starts the engine with the same speed control.
 
-    What the engine can do its vehicle says: ``w_best`` is the speed of least fuel for the ``power`` that goes out, ``tau_open`` the torque
+    The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``, ``tau_open`` the torque
     with an open throttle, ``opening`` the throttle for the ``torque`` that goes out.
     """
 

@@ -1,4 +1,4 @@
-"""Whether the engine runs."""
+"""Switching the engine on and off."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from powertrain import (
 
 
 class EngineSwitch(Component):
-    """Partial: says whether the engine runs, from the accelerator and the speed of the vehicle."""
+    """Partial: switches the engine on and off depending on the accelerator and the vehicle speed."""
 
     accelerator: Input = signal_input("1", "Accelerator pedal", default=0.0)
     v: Input = signal_input("m/s", "Speed of the vehicle", default=0.0)
@@ -38,11 +38,11 @@ class AlwaysOn(EngineSwitch):
 
 
 class StartStop(EngineSwitch):
-    """Stops the engine at rest, starts it with the accelerator.
+    """Stops the engine at standstill and starts it with the accelerator.
 
     The signal ``on``:
-      on = 0 from where |v| < v_stop and accelerator < u_stop have held for ``delay``,  if it has been running for t_least
-      on = 1 from where accelerator > u_start
+      on = 0 as soon as |v| < v_stop and accelerator < u_stop have held for ``delay``,  if it has been running for t_least
+      on = 1 as soon as accelerator > u_start
     """
 
     v_stop: Parameter = parameter("m/s", "Speed below which the engine is stopped", default=0.1, above=0)

@@ -16,9 +16,9 @@ class ElectricVariator(VariableUnit):
     der(E) = T_a w_a + T_b w_b - losses,  losses = copper (T_a^2 + T_b^2) + iron (w_a^2 + w_b^2)
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
 
-    The torque into each flange is positive where the machine generates. E is the energy in the link, E_0 what is aimed at: at low speed
-    of flange_a, and beyond its torque, the link is drawn down; a link drawn empty ends a simulation with an error. Machines as
-    quasi-static losses, without inertia. ``ratio`` may be any number, also through zero (geared neutral).
+    The torque into each flange is positive where the machine generates. E is the energy in the link and E_0 its set point. At low speed
+    of flange_a, and beyond its torque limit, the link discharges; an empty link ends a simulation with an error. The machines have
+    quasi-static losses and no inertia. ``ratio`` may have any value, also zero (geared neutral).
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)

@@ -1,4 +1,4 @@
-"""Variable units that transmit by friction: their speed ratio gives way under load."""
+"""Variable units that transmit by friction: their speed ratio drops under load (creep)."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ class VBelt(_Creeping):
     creep = (V w_a - w_b)/w_rolling,  w_rolling^2 = slow^2 + (V w_a)^2/2 + w_b^2/2
     T_b = -tau,  T_a = V tau,  tau = tau_max x/sqrt(1 + x^2),  x = creep/creep_max
 
-    ``clamp`` presses the sheaves together axially; both flanks of a pulley rub, so that the belt carries the force F_max at most:
-    beyond it slips as a whole. Below it creeps in proportion to its load. The power tau (V w_a - w_b) is lost. That r_a + r_b stays
-    constant holds to (r_b - r_a)^2/(2 pi C), C the distance of the shafts. V > 0. Bearings and belt bending: add
+    ``clamp`` is the axial clamping force of the sheaves. Both flanks of a pulley transmit friction, so the belt carries at most F_max;
+    beyond that it slips as a whole, below it creeps in proportion to the load. The power tau (V w_a - w_b) is lost. That r_a + r_b
+    stays constant holds to (r_b - r_a)^2/(2 pi C), C the distance of the shafts. V > 0. Bearings and belt bending: add
     rotational.BearingFriction, ChurningLoss.
     """
 
@@ -86,7 +86,7 @@ class TractionDrive(_Creeping):
     ``clamp`` is the normal force of each of the n contacts, ``mue`` the traction coefficient at which the fluid yields (0.05 to 0.1),
     ``creep_max`` the limit over the first slope of the traction curve. The rollers are tilted by the angle whose sine
     is (e/r_roller) (1 - |V|)/(1 + |V|), r_roller their radius. V < 0, or V > 0 with a reversing gear behind the discs. The power tau (V
-    w_a - w_b) is lost by creep; spin and bearings are parts of their own.
+    w_a - w_b) is lost by creep; model spin and bearing losses as separate components.
     """
 
     ratio_min: Parameter = parameter("1", "Least ratio that the tilt of the rollers allows", default=-10.0)

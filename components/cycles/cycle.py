@@ -37,9 +37,9 @@ GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
 
 @dataclass(frozen=True)
 class DriveCycle:
-    """Speed over time: rows (time in s, speed in m/s), joined by straight lines; times increase and speeds are not negative.
+    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase and speeds are not negative.
 
-    ``named`` takes one of the legislated cycles, ``from_csv`` a file, ``from_distance`` speeds over distance. ``grades``, where given,
+    ``named`` returns a legislated cycle, ``from_csv`` reads a file, ``from_distance`` takes speeds over distance. ``grades`` (optional)
     are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road.
 
     >>> wltc = DriveCycle.named("wltc")

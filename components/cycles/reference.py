@@ -9,11 +9,11 @@ AT_REST = DriveCycle("rest", ((0.0, 0.0), (1.0, 0.0)))
 
 
 class CycleSpeed(Component):
-    """The speed that a drive cycle asks for now, and the acceleration that it asks for after ``preview`` seconds.
+    """The speed of a drive cycle, and its mean acceleration over the next ``preview`` seconds.
 
     v_ref = v(t),  a_ref = (v(t + preview) - v(t))/preview
 
-    A driver sees what comes: the preview is how far. Errors: ParameterError where the preview is not positive.
+    The preview is how far ahead the driver looks. Errors: ParameterError if the preview is not positive.
     """
 
     cycle: DriveCycle = AT_REST

@@ -30,7 +30,7 @@ class _SunAndRing(Epicyclic):
 
 
 class PlanetaryGear(_SunAndRing):
-    """A simple planetary gear, without inertia: a sun and a ring, joined by planets on a carrier.
+    """A simple planetary gear without inertia: a sun and a ring, connected by planets on a carrier.
 
     (1 + ratio) w_carrier = w_sun + ratio w_ring,  R_o = -ratio = -Z_ring/Z_sun (type 2K-H(-))
     sun.tau + ring.tau + carrier.tau = 0,  ring.tau = ratio eta_ab sun.tau where the sun drives relative to the carrier, else ratio
@@ -78,8 +78,8 @@ class DoublePinionPlanetaryGear(_SunAndRing):
 
     w_sun - w_carrier = +ratio (w_ring - w_carrier),  R_o = ratio = Z_ring/Z_sun > 1 (type 2K-H(+))
 
-    With ratio = 2 it is a differential of equal shares between sun and carrier, driven at the ring.
-    For ratio < 1/eta_ab the sun cannot drive the carrier with the ring held, nor the ring with the sun held: the gear locks itself.
+    With ratio = 2, driven at the ring, it is a differential with equal torques at sun and carrier. For ratio < 1/eta_ab the sun cannot
+    drive the carrier while the ring is held, nor the carrier the ring while the sun is held: the gear is self-locking.
     """
 
     def equations(self) -> Equations:

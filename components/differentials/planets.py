@@ -1,4 +1,4 @@
-"""Gear sets with several meshes, made of pairs of wheels around explicit planets."""
+"""Gear sets with several meshes, built from pairs of wheels around explicit planets."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from powertrain.components.thermal import HeatPort
 
 
 class PlanetTrain(Epicyclic):
-    """A planetary gear made of its two meshes, sun with planet and planet with ring, around a planet that has inertia.
+    """A planetary gear with two explicit meshes, sun with planet and planet with ring, and planets with inertia.
 
     w_sun - w_carrier = -sun_ratio (w_planet - w_carrier),  sun_ratio = Z_planet/Z_sun  (external)
     w_planet - w_carrier = ring_ratio (w_ring - w_carrier),  ring_ratio = Z_ring/Z_planet  (internal; on stepped planets of the second
     wheel)
 
-    Both meshes lose power of their own, so that with the carrier fixed eta = eta_sun eta_ring; R_o = -sun_ratio ring_ratio. ``J``: all
+    Each mesh has its own loss, so with the carrier fixed eta = eta_sun eta_ring; R_o = -sun_ratio ring_ratio. ``J``: all
     planets about their own axes; their mass around the centre, m e^2 each, belongs to the carrier's inertia.
     """
 

@@ -1,4 +1,4 @@
-"""Numbers of teeth: the basic speed ratio that they give, and whether such a gear set can be put together and turn.
+"""Numbers of teeth: the basic speed ratio that they give, and whether such a gear set can be assembled and turn.
 
 D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology (July/August 1986), eq. (3), p. 11.
 """
@@ -82,7 +82,7 @@ def train_value(*pairs: tuple[int, int, bool]) -> float:
 
 
 def basic_ratio(a: Central, b: Central, planets: Planets | Pairs) -> float:
-    """R_o of a fundamental differential. Errors: ParameterError where these wheels cannot be put together.
+    """R_o of a fundamental differential. Errors: ParameterError if these wheels cannot be assembled.
 
     >>> basic_ratio(Sun(90), Ring(153), Planets(31))
     -1.7
@@ -101,7 +101,7 @@ def basic_ratio(a: Central, b: Central, planets: Planets | Pairs) -> float:
 
 
 def eccentric_ratio(planet: int, ring: int) -> float:
-    """R_o of a KHV gear: a single planet in a ring, whose rotation is taken off by an angular velocity mechanism."""
+    """R_o of a KHV gear: a single planet in a ring, whose rotation is transmitted by an angular velocity mechanism."""
     _check(planet, "planet")
     check_pair(Ring(ring), planet)
     return ring / planet

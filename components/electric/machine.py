@@ -1,4 +1,4 @@
-"""An electric machine with its inverter: a torque on demand, within limits, and what it loses."""
+"""An electric machine with its inverter: a torque on demand within limits, and its losses."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ LEAST = 1e-3
 
 
 class ElectricMachine(Lossy):
-    """A motor and generator whose torque follows a demand as far as its limits let it.
+    """A motor and generator whose torque follows a demand within its limits.
 
     J der(w) = tau + shaft.tau,  bus.v bus.i = tau w + lossPower,  w = der(shaft.phi)
     tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max supply/|w|) fade,  fade = (w_max supply - |w|)/band within 0..1
     supply = bus.v/V_full within 0..1,  lossPower = P_0 + copper warm tau^2 + iron |w| + windage w^2,  or loss_map
     warm = 1 + alpha (heat_port.T - 293.15 K)
 
-    Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full the field has to be weakened at a lower speed:
-    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] takes the place of the formula: over |w|
-    [rad/s] and |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives,
-    negative where it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the
-    bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for a machine of 50 kW. Errors:
+    Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full, field weakening begins at a lower speed:
+    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] replaces the formula: over |w| [rad/s] and
+    |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
+    it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the bus, also at
+    rest and without torque. The torque follows without delay. The default values are invented, for a machine of 50 kW. Errors:
     ParameterError for a loss map with other axes or a negative loss.
     """
 

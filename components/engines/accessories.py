@@ -1,4 +1,4 @@
-"""What a combustion engine drives beside the vehicle: alternator, pumps, fan."""
+"""Accessories of a combustion engine: alternator, pumps, fan."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class AccessoryDrive(OneFlangeAndSupport, Lossy):
-    """A belt that takes a constant power from the crank; below w_0 its torque falls to zero at rest, so that a starter overcomes it.
+    """A belt drive that takes a constant power from the crank.
+
+    Below w_0 its torque falls to zero at rest, so that the starter can overcome it.
 
     tau = P w/max(|w|, w_0)^2,  w = der(flange.phi - support.phi)
     """

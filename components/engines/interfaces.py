@@ -1,4 +1,4 @@
-"""What engines have in common: crank, throttle, fuel, idle control, rev limit, starter, and their operating points as numbers."""
+"""The common interface of engines: crank, throttle, fuel, idle control, rev limit, starter, and operating points as numbers."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ class Engine(Component):
     w > 0: drag = motoring(w);  w < 0: drag = -motoring(-w);  w = 0: |drag| <= motoring(0)
     fuel_rate heating_value = fuel power(w, firing),  der(fuel) = fuel_rate,  power = tau w
 
-    The firing torque is what combustion gives beside the motoring drag, zero with closed throttle: in overrun no fuel flows. Its throttle
-    is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and
-    started = w/w_fire within 0..1;  starter = on (1 - started) tau_starter
-    limited = (w_limit - w)/band_limit within 0..1: the rev limiter
-    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and
-    begins with the throttle that idling takes
+    The firing torque is the torque of combustion in addition to the motoring drag. It is zero with closed throttle: in overrun no fuel
+    flows. The throttle is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and started = w/w_fire
+    within 0..1; starter = on (1 - started) tau_starter limited = (w_limit - w)/band_limit within 0..1: the rev limiter idle = x +
+    k_idle (w_idle - w) within 0..1, der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and begins
+    with the throttle that idling takes
 
-    With ``on`` = 0 the engine burns nothing and comes to rest by its drag, which then holds it; back at 1 the starter turns it.
-    A boundary: it supplies the chemical power of its fuel and the starter's power; its loss is what the crank does not get of them.
+    With ``on`` = 0 the engine burns no fuel and comes to rest by its drag, which then holds it; when ``on`` returns to 1, the starter
+    turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the part
+    that does not reach the crank.
     """
 
     boundary: ClassVar[bool] = True

@@ -1,4 +1,4 @@
-"""An engine by two tables: torque over speed and throttle, fuel over speed and torque."""
+"""An engine described by two tables: torque over speed and throttle, fuel over speed and torque."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ ROUND = 1e-9
 
 
 class MappedEngine(Engine):
-    """An engine whose torque and fuel are measured, or computed, tables.
+    """An engine with measured or computed tables of torque and fuel.
 
     firing = torque_map(w, u) - torque_map(w, 0),  motoring(w) = -torque_map(w, 0),  full load(w) = torque_map(w, 1)
     fuel_rate = fuel_map(w, firing - motoring), not below zero, times firing/cut_off within 0..1: without firing no fuel
 
     ``torque_map`` [N.m] is over speed [rad/s] and throttle [1] from 0 (motored, not above zero) to 1. ``fuel_map`` is over speed and
-    torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its lowest
-    torque the fuel goes on in the straight line through its two lowest torques at each speed (a Willans line). What holds
-    outside of a table its axes say: refused, or held at the edge and counted. A specific consumption is held as such, so that beyond the
-    table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic
-    tables, see ``synthetic``; ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
+    torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its
+    lowest torque the fuel is extrapolated linearly from the two lowest torques at each speed (a Willans line). The axes of a table
+    determine what holds outside it: an error, or the value at the edge, with a count of the steps. A specific consumption is held as
+    such, so beyond the table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
+    ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
     """
 
     torque_map: Map

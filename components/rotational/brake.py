@@ -10,14 +10,14 @@ from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupp
 
 
 class Brake(TwoFlangesAndSupport, Lossy):
-    """Coulomb friction between a shaft and the support, in proportion to a normal force that a signal controls.
+    """Coulomb friction between a shaft and the support, proportional to a normal force controlled by a signal.
 
     phi = flange_a.phi - support.phi = flange_b.phi - support.phi,  w = der(phi),  flange_a.tau + flange_b.tau = tau
     fn = fn_max f_normalized;  w > 0: tau = cgeo mue_pos(w) fn;  w < 0: tau = -cgeo mue_pos(-w) fn;
     w = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0
 
     ``mue_pos``: rows (speed rad/s, coefficient of friction), linear between them and beyond the last.
-    For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.
+    For N friction faces with radii ri, ro and uniform wear cgeo = N (ro + ri)/2.
     """
 
     mue_pos: Table = ((0.0, 0.5),)

@@ -35,14 +35,14 @@ class _Pressed(CompliantWithRelativeStates, Lossy):
 
 
 class Clutch(_Pressed):
-    """Coulomb friction between two shafts, in proportion to a normal force that a signal controls.
+    """Coulomb friction between two shafts, proportional to a normal force controlled by a signal.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
     fn = fn_max f_normalized;  w_rel > 0: tau = cgeo mue_pos(w_rel) fn;  w_rel < 0: tau = -cgeo mue_pos(-w_rel) fn;
     w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0
 
     ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
-    For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.
+    For N friction faces with radii ri, ro and uniform wear cgeo = N (ro + ri)/2.
     """
 
     def equations(self) -> Equations:
@@ -54,13 +54,13 @@ class Clutch(_Pressed):
 
 
 class OneWayClutch(_Pressed):
-    """A clutch with a freewheel beside it: flange_b may run ahead of flange_a, against friction, but never fall behind.
+    """A clutch with a freewheel in parallel: flange_b may run ahead of flange_a, against friction, but never fall behind.
 
     w_rel = der(flange_b.phi - flange_a.phi) >= 0,  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
     w_rel > 0: tau = cgeo mue_pos(w_rel) fn (0 where fn <= 0);  w_rel = 0: tau <= peak cgeo mue_pos(0) fn
 
     ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
-    One element, because the torques of a locked clutch and a locked freewheel side by side would not be determined.
+    It is a single component because the torques of a stuck clutch and a stuck freewheel in parallel are not determined individually.
     """
 
     def equations(self) -> Equations:

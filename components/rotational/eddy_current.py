@@ -7,7 +7,7 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
-    """A disc that brakes by eddy currents; a warm disc brakes most at a higher speed.
+    """An eddy-current brake disc; a warm disc has its largest torque at a higher speed.
 
     tau = flange.tau = 2 tau_nominal v/(1 + v^2),  v = w/(w_nominal R(T)/R(TRef)),  w = der(phi)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))

@@ -62,7 +62,7 @@ class SupportFriction(_SlidesOnSupport):
 
 
 class Brake(_SlidesOnSupport):
-    """Coulomb friction between a rod and the support, in proportion to a normal force that a signal controls.
+    """Coulomb friction between a rod and the support, proportional to a normal force controlled by a signal.
 
     s = flange_a.s - support.s = flange_b.s - support.s,  v = der(s),  flange_a.f + flange_b.f = f
     fn = fn_max f_normalized;  v > 0: f = cgeo mue_pos(v) fn;  v < 0: f = -cgeo mue_pos(-v) fn;

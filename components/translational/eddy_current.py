@@ -7,7 +7,7 @@ from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSu
 
 
 class EddyCurrentForce(OneFlangeAndSupport, Lossy):
-    """A fin that brakes by eddy currents; a warm fin brakes most at a higher speed.
+    """An eddy-current brake fin; a warm fin has its largest force at a higher speed.
 
     f = flange.f = 2 f_nominal x/(1 + x^2),  x = v/(v_nominal R(T)/R(TRef)),  v = der(s)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))

@@ -27,16 +27,16 @@ OVERRUN = 1e-6
 
 
 class MassWithStopAndFriction(Rigid, Lossy):
-    """A mass of length L that rubs on the housing and cannot leave smin <= flange_a.s, flange_b.s <= smax.
+    """A mass of length L with friction against the housing, confined to smin <= flange_a.s, flange_b.s <= smax.
 
     v = der(s),  a = der(v),  m a = flange_a.f + flange_b.f - f + f_min - f_max
     v > 0: f = F_prop v + F_Coulomb + F_Stribeck exp(-fexp v);  v < 0: its mirror image;
     v = 0: |f| <= 1.001 (F_Coulomb + F_Stribeck)
     flange_a.s = smin with f_min >= 0, or flange_a.s > smin with f_min = 0; likewise flange_b, smax and f_max
 
-    A mass that hits a stop at speed v leaves it at restitution v, in no time. The energy it loses there is not in
-    lossPower, which has no value at that instant. The signals stop_min and stop_max are 1 while the mass is pressed
-    against a stop. How much of the pressing force friction takes then is not determined; no motion depends on it.
+    A mass that hits a stop at speed v instantly rebounds at restitution v. The energy lost in the impact is not in lossPower, which has
+    no value at that instant. The signals stop_min and stop_max are 1 while the mass is pressed against a stop. How much of the pressing
+    force friction takes then is not determined; no motion depends on it.
     """
 
     m: Parameter = parameter("kg", "Mass", min=0)

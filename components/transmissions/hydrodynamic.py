@@ -1,4 +1,4 @@
-"""Torque by flowing oil: torque converter and fluid coupling."""
+"""Hydrodynamic torque: torque converter and fluid coupling."""
 
 from __future__ import annotations
 
@@ -52,18 +52,17 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
 
 
 class TorqueConverter(_Hydrodynamic):
-    """A hydrodynamic torque converter by its K factor and torque ratio, with a lock-up clutch.
+    """A hydrodynamic torque converter described by its K factor and torque ratio, with a lock-up clutch.
 
     nu = w_b/w_a within 0..1;  tau_drive = (w_a/K(nu))^2 for w_b < w_a,  tau_coast = (w_b/K(1/nu))^2 for w_b > w_a,  else 0
     flange_a.tau = tau_drive - tau_coast - tau_lock,  flange_b.tau = tau_coast - R(nu) tau_drive + tau_lock
     w_rel = w_b - w_a > 0: tau_lock = tau_max lockup;  w_rel < 0: tau_lock = -tau_max lockup;  w_rel = 0: |tau_lock| <= tau_max lockup
 
     ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 on, K = w_a/root(flange_a.tau) at the pump; between them 1/K^2 and R are
-    linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil as the pump does else, and the stator
-    freewheels: no torque is multiplied. The stator's torque goes to the support. Loss is what the wheels' slip takes: never negative, as
-    R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, or gives more power than it takes.
-
-    The default numbers are made up for an engine of 150 N.m: it stalls at 2,000 rpm and doubles the torque.
+    linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil in place of the pump, and the stator
+    freewheels, so torque is not multiplied. The stator torque acts on the support. The loss is due to the slip of the wheels and is
+    never negative, because R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, or delivers more
+    power than it receives. The default values are invented, for an engine of 150 N.m: stall at 2,000 rpm, with twice the torque.
     Source: SAE J643, hydrodynamic drive test code (K factor, torque ratio over speed ratio).
     """
 

@@ -82,7 +82,7 @@ class Felt(pt.Component):
 
 
 def test_motion_that_follows_a_torque_that_nothing_determines() -> None:
-    text = ("bearing: yield friction(", "other parts move", "t = 0.5 s", "-2 to 2 N.m")
+    text = ("bearing: yield friction(", "the motion of other parts depends on its torque", "t = 0.5 s", "-2 to 2 N.m")
     refused(pt.SimulationError, *text, do=lambda: pt.simulate(Felt(), 1.0))
     assert pt.simulate(Felt(), 0.4)["J.w"][-1] == pytest.approx(2 * 0.4)
 

@@ -54,7 +54,7 @@ TEXTS: dict[str, tuple[Callable[[Any], Any], list[str]]] = {
     "column": (lambda m: ca.vertcat(m.J.w, 1), ["between single expressions, this one has 2 x 1"]),
     "array": (lambda m: np.array([1.0, 2.0]), ["single expressions"]),
     "foreign symbol": (lambda m: ca.SX.sym("gain"), ["gain is not a variable of the model"]),
-    "switch of a text": (lambda m: pt.switch("w > 0", 1, 2), ["switch takes expressions", "not 'w > 0'"]),  # type: ignore[arg-type]
+    "switch of a text": (lambda m: pt.switch("w > 0", 1, 2), ["switch requires expressions", "not 'w > 0'"]),  # type: ignore[arg-type]
     "der of a text": (lambda m: pt.der("w"), ["der requires expressions of variables and numbers, not 'w'"]),  # type: ignore[arg-type]
     "schedule of a text": (lambda m: pt.schedule("t", [1]), ["schedule requires sequences of numbers"]),
     "wrong function": (lambda m: ca.if_else(m.J.w, "a", 1), ["CasADi cannot compute this", "if_else"]),  # type: ignore[arg-type]
@@ -121,7 +121,7 @@ class Terms(pt.Component):
     ("terms", "said"),
     [
         (lambda: None, ["the model: loss() of Terms returns None instead of one expression", "return ..."]),
-        (lambda: "much", ["gives 'much'"]),
+        (lambda: "much", ["returns 'much'"]),
         (lambda: ca.SX.ones(2), ["instead of one expression"]),
         (lambda: 1 / 0, ["the model: ", "ZeroDivisionError", "test_users_code_errors.py:"]),
     ],

@@ -274,10 +274,10 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=Clutch", "engine takes a component of kind Engine, which Clutch is not; these are:"),
         ("engine=WillansEngine(J=-1)", "outside its range"),
         ("engine=WillansEngine(Jay=1)", "has no field Jay"),
-        ("engine=MappedEngine.gasolin()", "did you mean gasoline"),
+        ("engine=MappedEngine.gasolin()", "no variant 'gasolin'; choose from from_csv, gasoline, diesel"),
         ("engine=MappedEngine", "must be given"),
         ("engine=2", "engine is a component: give the name of a component"),
-        ("transmission.layout=aHc", "is none of bHa"),
+        ("transmission.layout=aHc", "must be one of bHa"),
         ("crown.mesh.ratio=3", "cannot be set: crown determines it"),
         ("cycle.cycle=wltc", "cannot be set from text"),
     ],
@@ -495,7 +495,7 @@ def test_split_path_with_a_duty(tmp_path: Path) -> None:
     few = ("--basic", "-2:-1.5:2", "--coupling", "input", "--no-combinations")
     assert "any V" in done("split-path", "--duty", str(duty), *few)
     duty.write_text("r,share\n0.6,1\n")
-    assert "columns r, weight" in refused("split-path", "--duty", str(duty), *few)
+    assert "columns r (required), weight" in refused("split-path", "--duty", str(duty), *few)
     assert "does not go upwards" in refused("split-path", "--ratio", "2:0.5")
     assert "low:high" in refused("split-path", "--ratio", "2")
 

@@ -244,7 +244,7 @@ def test_self_locking_is_said() -> None:
     """eta < R_o < 1/eta: no torque at a moves a carrier that resists (w_h = w_a/(1 - R_o) < 0, so a positive torque does)."""
     with pytest.raises(
         pt.PowertrainError,
-        match=r"\(the mechanism jams\)[^$]*parts\[0\]\.mode .*torque .* N\.m, bounds[^$]*Self-locking",
+        match=r"\(the mechanism jams\)[^$]*parts\[0\]\.mode .*torque .* N\.m, bounds[^$]*self-locking",
     ):
         run(locking(1.02, 1.0), 1.0)
     with pytest.raises(pt.InitializationError, match=r"2 combinations of modes are possible[^$]*self-locking"):
