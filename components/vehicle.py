@@ -34,7 +34,7 @@ G_N = 9.80665
 
 
 class GradeForce(OneFlangeAndSupport):
-    """What gravity pulls a vehicle back with on a slope; the height it climbs is not followed as energy.
+    """The force of gravity along a slope; the potential energy is not tracked.
 
     flange.f = m g sin(alpha),  tan(alpha) = inclination
     """
@@ -60,7 +60,7 @@ class Vehicle(Component):
     fDrag = Cd A rho (v - vWind) |v - vWind|/2,  fRoll = Cr m g cos(alpha) sign(v),  fGrav = m g sin(alpha)
 
     tan(alpha) is the inclination. The sign is smoothed to v/vReg below vReg. With ``useWindInput``, ``useCrInput`` and
-    ``useInclinationInput`` the signals vWind, cr and inclination take the place of the constants.
+    ``useInclinationInput`` the signals vWind, cr and inclination replace the constants.
     Source: Modelica Standard Library 4.0.0, Translational.Components.Vehicle.
     """
 

@@ -1,4 +1,4 @@
-"""What the wheels have in common: a hub, a road under them, a load, and the resistance of rolling."""
+"""The common interface of wheels: hub, road, load and rolling resistance."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class Wheel(Lossy):
     J der(w) = hub.tau - radius f - tau_roll,  w = der(hub.phi),  v = der(road.s),  f = -road.f,  fn = load_nominal + load
     w > 0: tau_roll = limit;  w < 0: tau_roll = -limit;  w = 0: |tau_roll| <= limit,  limit = (Cr + Cr_2 (radius w)^2) radius fn
 
-    ``Cr_2`` [s2/m2] is the rise of the coefficient with the speed squared, some 1e-6 to 5e-6 for car tyres.
-    ``road`` moves with the vehicle; f is what the road pushes the vehicle forward with.
-    The load is what a body or an axle sends; a wheel without one stands under ``load_nominal``. The mass of the wheel counts in the body.
-    A load below zero ends the simulation: no wheel is followed in the air.
+    ``Cr_2`` [s2/m2] is the rise of the coefficient with the speed squared, some 1e-6 to 5e-6 for car tyres. ``road`` moves with the
+    vehicle; f is the force of the road on the vehicle, positive forward. The load is a signal from a body or an axle; without it the
+    wheel carries ``load_nominal``. The mass of the wheel is part of the body. A load below zero ends the simulation, because wheels
+    that lift off are not modelled.
     """
 
     Cr_2: float = 0.0

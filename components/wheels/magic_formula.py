@@ -1,4 +1,4 @@
-"""The Magic Formula tyre along the road, in a form that also stands still."""
+"""The longitudinal Magic Formula tyre, in a form that is also valid at standstill."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def inverse_shape(t: Symbol, E: Symbol) -> Symbol:
 
 
 class MagicFormulaWheel(SlippingWheel):
-    """A wheel with a tyre after the Magic Formula: force over slip rises to a peak and falls beyond it.
+    """A wheel with a Magic Formula tyre: the force rises with slip to a peak and falls beyond it.
 
     steady: f = D sin(C atan(B kappa - E (B kappa - atan(B kappa)))),  kappa = v_slip/|v|
     C = pCx1,  E = pEx1,  D = mu (pDx1 + pDx2 dfz) Fz,  B C D = K = (pKx1 + pKx2 dfz) exp(pKx3 dfz) Fz,  dfz = Fz/Fz0 - 1
@@ -44,7 +44,7 @@ class MagicFormulaWheel(SlippingWheel):
     that no loss is negative in transients; the load does no work. C <= 2 keeps the force from turning round at large slip.
 
     Sources: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4 (names, formula without shifts), ch. 7 (carcass spring and
-    contact patch). The defaults are plain values of a car tyre's order, not a measured tyre.
+    contact patch). The defaults are typical values for a car tyre, not a measured tyre.
     """
 
     pCx1: Parameter = parameter("1", "Shape factor C", default=1.65, above=1, max=2)

@@ -15,9 +15,9 @@ INTRODUCTION = {
 Numbered scripts, best read in order. Run a script with `python examples/NAME.py`. Pass a file name to save the figure.""",
     "reproductions": """# Reproductions
 
-Tables and figures of four papers on which components of this library are based: printed and computed values. A row agrees if the computed value
-rounds to the printed digits. Misprints are listed with their correction, and values that do not follow from the paper's own data are marked as not
-reproducible. `powertrain reproduce NAME` writes the same page.""",
+Tables and figures of four papers on which components of this library are based: printed and computed values. A row agrees if the
+computed value rounds to the printed digits. Misprints are listed with their correction, and values that do not follow from the paper's
+own data are marked as not reproducible. `powertrain reproduce NAME` writes the same page.""",
 }
 
 

@@ -38,9 +38,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CycleRun:
-    """A vehicle that drove a cycle; ``message`` says why it ended early or stood, if it did.
+    """The run of a vehicle over a cycle; ``message`` gives the reason if it ended early or did not move.
 
-    ``anatomy`` says which of the vehicle's parts are its body, engines and batteries. ``table`` is what is usually asked.
+    ``anatomy`` has the paths of the vehicle's body, engines and batteries. ``table`` has the main results.
     """
 
     cycle: DriveCycle
@@ -221,12 +221,12 @@ def drive_cycle(
     progress: bool | Callable[[float], None] = False,
     **options: Any,
 ) -> CycleRun:
-    """Let a vehicle drive a cycle (``None``: the one it has; a name: one of the legislated).
+    """Drive a vehicle over a cycle (``None``: the one of the vehicle; a name: a legislated cycle).
 
-    ``options`` go to ``pt.simulate``. The grades of a cycle become the vehicle's road. A cycle that the vehicle cannot follow is driven as
-    well as it goes; where the simulation ends early, what was driven is kept and ``message`` says why; it also tells of an engine that
-    stalled for good and of a vehicle that stood.
-    Errors: those of building the model, and ParameterError for wrong names.
+    ``options`` are passed to ``pt.simulate``. The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a
+    cycle, it drives as well as it can. If the simulation ends early, the run so far is kept and ``message`` gives the reason; it also
+    reports an engine that stalled for good and a vehicle that did not move. Errors: those of building the model, and ParameterError for
+    wrong names.
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)

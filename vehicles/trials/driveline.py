@@ -22,9 +22,9 @@ SLOWEST = 2 / 3.6
 
 
 def on_rolling_road(vehicle: pt.Component) -> pt.Component:
-    """The vehicle with its body on a level rolling road, its pedals set, and its actuators where they want to be.
+    """The vehicle with its body on a level rolling road, its pedals set, and its actuators at their demands.
 
-    Errors: ParameterError for a vehicle with a part that remembers, such as the gear that is in.
+    Errors: ParameterError for a vehicle with a component that depends on its history, such as the engaged gear.
     """
     _refuse_memory(vehicle, vehicle)
     at_rest = {
@@ -59,15 +59,15 @@ def driveline_map(
     variator: str | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, fuel and efficiency from the tank to the road.
+    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, fuel and efficiency from tank to road.
 
     Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``fuel_rate`` [kg/s], ``w`` [rad/s] and
     ``tau`` [N.m] of the engine, ``efficiency`` = force speed/(fuel_rate heating_value), ``status``. With the path of a ``variator`` also
-    ``K`` and the ``case`` of its power flow, of which Fig. 8 of Yu & Beachley 1986 shows the kinds.
+    ``K`` and the ``case`` of its power flow (Yu & Beachley 1986, Fig. 8).
 
-    Points without a steady state have no numbers, and their status says why. Where there are several (in overrun a centrifugal clutch may
-    hold or let the engine idle) the status says so too, and the numbers are those of the one whose clutch holds.
-    The vehicle has a body, pedals and one combustion engine. Errors: those of ``on_rolling_road``.
+    Points without an operating point are nan, and their status gives the reason. If there are several (in overrun a centrifugal clutch may
+    hold, or release the engine to idle), the status says so, and the numbers are those with the clutch holding.
+    The vehicle needs a body, pedals and one combustion engine. Errors: those of ``on_rolling_road``.
     Source: pt.steady of the vehicle on a rolling road.
     """
     import xarray as xr

@@ -20,10 +20,10 @@ FAINT = (1, 1, 1, 0.35)
 
 
 def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Axes | None = None) -> Axes:
-    """Efficiency from the tank to the road over speed and tractive force, up to what the vehicle can pull.
+    """Efficiency from tank to road over speed and tractive force, up to the largest force of the vehicle.
 
-    ``found`` is what ``driveline_map`` gives. Shown are the speeds at which all its points are steady states; where it knows the cases of a
-    power flow these are hatched. The points are where a cycle was driven, one for every second with a pulling force.
+    ``found`` is the result of ``driveline_map``. The plot shows the speeds at which all points have an operating point; the cases of a
+    power flow are hatched if they are known. The dots are the operating points of a cycle, one per second with a tractive force.
     """
     import matplotlib.pyplot as plt
 

@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 
 
 def cycle_figure(run: CycleRun) -> Figure:
-    """All pictures of a run on one page."""
+    """All plots of a run on one page."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 15), layout="constrained")
@@ -61,7 +61,7 @@ def cycle_figure(run: CycleRun) -> Figure:
 
 
 def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
-    """Speed and acceleration over time of a run with a full accelerator."""
+    """Speed and acceleration over time with the accelerator fully pressed."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 5.5), layout="constrained")
@@ -80,7 +80,7 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
 
 
 def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Speed [km/h] over time [s] with the cycle and the regulation's band; where the speed leaves the band the line is red."""
+    """Speed [km/h] over time [s] with the cycle and the speed tolerance of the regulation; the line is red outside the tolerance."""
     ax = _axes(ax)
     t, low, high = run.band
     ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="tolerance: ±2 km/h, ±1 s")
@@ -115,8 +115,8 @@ def plot_engine_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Power [kW] of the engine at the crank, into the variable unit and into the brakes over time.
 
-    Where there is a variable unit, the cases of its power flow are shaded; the legend says which part of the transmission's energy went
-    through it in each.
+    If there is a variable unit, the cases of its power flow are shaded; the legend gives the share of the transmission's energy that flowed
+    through it in each case.
     """
     ax = _axes(ax)
     ax.plot(run.result.time, run.result["engine.power"] / 1e3, color="C1", lw=0.9, label="engine")
@@ -138,7 +138,7 @@ def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Where the supplied energy went, by component [MJ], the largest on top, with its share of the supply."""
+    """The energy balance by component [MJ], the largest on top, with its share of the energy supplied."""
     ax = _axes(ax)
     table = run.audit.components
     supplied, all_lost, stored = (float(table[name][""]) for name in ("sources", "lost", "stored"))
@@ -161,9 +161,9 @@ def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """The engine's operating points on its consumption map; the area of a point is the fuel that was burnt there.
+    """Operating points of the engine in its consumption map; the area of a dot is proportional to the fuel burnt there.
 
-    Points are gathered in cells of 100 rpm by a thirtieth of the largest torque.
+    Points are grouped in cells of 100 rpm by a thirtieth of the largest torque.
     """
     from powertrain.components.engines.figures import plot_engine_map
 
@@ -186,9 +186,9 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def transmission_ratio(run: CycleRun) -> Array | None:
-    """Output speed over input speed of the part ``transmission`` or ``gearbox`` at ``run.result.time``.
+    """Output speed over input speed of the component ``transmission`` or ``gearbox`` at ``run.result.time``.
 
-    NaN where the input (nearly) rests; None where the vehicle has no such part between two shafts.
+    NaN while the input is (nearly) at rest; None if the vehicle has no such component between two shafts.
     """
     parts = dict(children(run.plant.model))
     name = next((n for n in ("transmission", "gearbox") if isinstance(parts.get(n), TwoFlanges)), None)
@@ -201,7 +201,7 @@ def transmission_ratio(run: CycleRun) -> Array | None:
 
 
 def parts_of(model: pt.Component, kind: type[pt.Component], path: str = "") -> Iterator[str]:
-    """The paths of all parts of a kind; parts of such parts are not looked for."""
+    """The paths of all components of a class; components inside such components are not included."""
     for name, part in children(model):
         if isinstance(part, kind):
             yield f"{path}{name}"

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def is_geared(vehicle: pt.Component) -> bool:
-    """Whether it changes the gears of a ``ManualGearbox`` by a ``GearSchedule``."""
+    """Whether a ``GearSchedule`` shifts a ``ManualGearbox``."""
     return bool(_named(vehicle, GearSchedule) and _named(vehicle, ManualGearbox))
 
 
@@ -30,8 +30,8 @@ def _named(vehicle: pt.Component, kind: type[pt.Component]) -> str:
 def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
     """``driveline_map`` of the vehicle in each of its gears.
 
-    Points without a steady state that lie between others, as near idle speed where the start clutch begins to hold, are interpolated.
-    Errors: ParameterError for points at the edge without a steady state, and those of ``driveline_map``.
+    Isolated points without an operating point, as near idle speed where the start clutch begins to hold, are interpolated.
+    Errors: ParameterError for such points at the edge of the map, and those of ``driveline_map``.
     """
     shifting, box = _named(vehicle, GearSchedule), _named(vehicle, ManualGearbox)
     schedule, gearbox = getattr(vehicle, shifting), getattr(vehicle, box)
@@ -50,7 +50,7 @@ def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list
 def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
     """The gear, from 1 on, in every row between two times [s], for speeds [m/s] and forces [N] in the rows.
 
-    It is what the schedule takes with the pedal that the force takes; a long row counts with the gear that it ends with.
+    It is chosen by the schedule for the pedal position that gives the force; a long row has the gear in which it ends.
     """
     schedule: GearSchedule = getattr(vehicle, _named(vehicle, GearSchedule))
     shifter, gears = _Shifter(schedule), []
@@ -96,7 +96,7 @@ class _Shifter:
 
 
 def accelerator(found: xr.Dataset, v: float, force: float) -> float:
-    """The pedal that gives a force [N] at the nearest speed of a map, 1 where none does."""
+    """The pedal position for a force [N] at the nearest speed of a map; 1 if the force is too large."""
     row = int(np.argmin(np.abs(found["speed"].values - v)))
     forces = np.maximum.accumulate(found["force"].values[row])
     return float(np.interp(force, forces, found["accelerator"].values))

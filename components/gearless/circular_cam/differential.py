@@ -94,7 +94,7 @@ class CircularCamDifferential(Differential, Lossy):
     relative motion has the kinetic energy I(theta) theta'^2/2,  I = n sum of (D/2)^2 (m tan(alpha)^2 + J/(r cos(alpha))^2), and tau in
     left.tau - right.tau = 2 tau is joined by (d(I theta')/dt - I' theta'^2/2)/2. Their forces of inertia do not enter the friction.
 
-    Otherwise without inertia: put inertias at its flanges. The data of Table 1 are the defaults. Source: C. Provatidis, Eng 4 (2023)
+    Otherwise it has no inertia: connect inertias to its flanges. The defaults are the data of Table 1. Source: C. Provatidis, Eng 4 (2023)
     2309-2335. Errors: ParameterError for contact angles outside (0, 90 degrees), an odd number of rollers, tracks or disks inside out, or
     an unknown name of a rule. ``from_design`` also has the whole geometry checked.
     """
