@@ -169,7 +169,7 @@ class FixedHeatFlow(Component):
 
     boundary: ClassVar[bool] = True
     Q_flow: Parameter = parameter("W", "Heat flow out of the source at T_ref")
-    T_ref: Parameter = parameter("K", "Temperature that Q_flow belongs to", default=293.15, min=0)
+    T_ref: Parameter = parameter("K", "Reference temperature of Q_flow", default=293.15, min=0)
     alpha: Parameter = parameter("1/K", "Temperature coefficient of the heat flow", default=0.0)
     port: HeatPort = port(HeatPort)
 
@@ -186,7 +186,7 @@ class PrescribedHeatFlow(Component):
 
     boundary: ClassVar[bool] = True
     Q_flow: Input = signal_input("W", "Heat flow out of the source at T_ref")
-    T_ref: Parameter = parameter("K", "Temperature that Q_flow belongs to", default=293.15, min=0)
+    T_ref: Parameter = parameter("K", "Reference temperature of Q_flow", default=293.15, min=0)
     alpha: Parameter = parameter("1/K", "Temperature coefficient of the heat flow", default=0.0)
     port: HeatPort = port(HeatPort)
 

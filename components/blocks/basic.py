@@ -124,7 +124,7 @@ class _Periodic(_StartingSource):
 
     period: Parameter = parameter("s", "Time for one period", min=1e-60)
     nperiod: Parameter = parameter("1", "Number of periods, or -1 for no end", default=-1.0)
-    count: Discrete = discrete("1", "Number of periods that are over")
+    count: Discrete = discrete("1", "Number of completed periods")
 
     def _elapsed(self) -> Symbol:
         """Time since the period began."""

@@ -62,7 +62,7 @@ class LimPID(_Controller):
     v: Variable = variable("1", "Actuating signal before its limits")
     integral: Variable = variable("1", "Integral part", start=0.0)
     derivative: Variable = variable("1", "Derivative part")
-    x: Variable = variable("1", "What the derivative's filter has followed")
+    x: Variable = variable("1", "State of the derivative filter")
 
     def equations(self) -> Equations:
         """Three parts and two limits."""
@@ -90,11 +90,11 @@ class SampledPI(_Controller):
     Before the first sample y = y_start.
     """
 
-    period: Parameter = parameter("s", "Time from one sample to the next", default=0.01, above=0)
+    period: Parameter = parameter("s", "Sampling period", default=0.01, above=0)
     y_start: Parameter = parameter("1", "y before the first sample", default=0.0)
     n: Discrete = discrete("1", "Number of samples taken")
     x: Discrete = discrete("1", "Integral part", start=0.0)
-    held: Discrete = discrete("1", "What was computed last")
+    held: Discrete = discrete("1", "Last computed value")
 
     def equations(self) -> Equations:
         """A program that runs once in a period."""

@@ -19,10 +19,10 @@ class KinematicPTP(Component):
     follows acceleration directly. Source: Modelica Standard Library 4.0.0, Blocks.Sources.KinematicPTP2, for one axis.
     """
 
-    deltaq: Parameter = parameter("1", "Way")
-    qd_max: Parameter = parameter("1/s", "Greatest speed", above=0)
-    qdd_max: Parameter = parameter("1/s2", "Greatest acceleration", above=0)
-    startTime: Parameter = parameter("s", "Time at which it begins", default=0.0)
+    deltaq: Parameter = parameter("1", "Displacement")
+    qd_max: Parameter = parameter("1/s", "Maximum speed", above=0)
+    qdd_max: Parameter = parameter("1/s2", "Maximum acceleration", above=0)
+    startTime: Parameter = parameter("s", "Start time", default=0.0)
     q: Output = signal_output("1", "Position")
     qd: Output = signal_output("1/s", "Speed")
     qdd: Output = signal_output("1/s2", "Acceleration")

@@ -41,7 +41,7 @@ class Hysteresis(Filter):
     uLow: Parameter = parameter("1", "Value below which y is 0")
     uHigh: Parameter = parameter("1", "Value above which y is 1")
     y_start: Parameter = parameter("1", "y at the start between the two, 0 or 1", default=0.0, min=0, max=1)
-    held: Discrete = discrete("1", "What u was last: 1 above uHigh, -1 below uLow, 0 neither yet")
+    held: Discrete = discrete("1", "Last state of u: 1 above uHigh, -1 below uLow, 0 neither")
 
     def equations(self) -> Equations:
         """A memory, which an input outside of the band does not need."""
@@ -59,7 +59,7 @@ class AllPass(Filter):
     delayTime/2 der(x) + x = u,  y = 2 x - u;  it starts as if u had been constant before.
     """
 
-    delayTime: Parameter = parameter("s", "Time by which slow signals are late", above=0)
+    delayTime: Parameter = parameter("s", "Delay of slow signals", above=0)
     x: Output = signal_output("1", "Signal after a first-order lag")
 
     def equations(self) -> Equations:

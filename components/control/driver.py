@@ -28,11 +28,11 @@ class Driver(Pedals):
     and ``a_ref`` are outputs of ``CycleSpeed``.
     """
 
-    k_p: Parameter = parameter("s/m", "Pedal for a speed that is 1 m/s too low", default=0.5, min=0)
-    k_i: Parameter = parameter("1/m", "Rate of the pedal for a speed that is 1 m/s too low", default=0.1, min=0)
-    k_a: Parameter = parameter("s2/m", "Pedal for an acceleration of 1 m/s2", default=0.3, min=0)
-    hold: Parameter = parameter("1", "Least brake pedal while the vehicle shall stand", default=0.1, min=0, max=1)
-    error: Variable = variable("m/s", "How much the vehicle is too slow")
+    k_p: Parameter = parameter("s/m", "Pedal position per speed error", default=0.5, min=0)
+    k_i: Parameter = parameter("1/m", "Rate of the pedal position per speed error", default=0.1, min=0)
+    k_a: Parameter = parameter("s2/m", "Pedal position per acceleration", default=0.3, min=0)
+    hold: Parameter = parameter("1", "Brake pedal position at standstill", default=0.1, min=0, max=1)
+    error: Variable = variable("m/s", "Speed error, reference minus actual")
     u: Variable = variable("1", "Demand before the stops of the pedals")
     x: Variable = variable("1", "Integral part of the demand")
 

@@ -36,19 +36,19 @@ class ElectricDriveControl(Component):
     Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
     """
 
-    F_brake: Parameter = parameter("N", "Force of all brakes with a full pedal", default=15e3, above=0)
-    F_most: Parameter = parameter("N", "Largest force of recovery", default=5000.0, min=0)
-    v_fade: Parameter = parameter("m/s", "Speed below which recovery fades", default=3.0, above=0)
+    F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
+    F_most: Parameter = parameter("N", "Maximum regenerative braking force", default=5000.0, min=0)
+    v_fade: Parameter = parameter("m/s", "Speed below which regenerative braking fades out", default=3.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the machine")
     limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
-    charge_power: Input = signal_input("W", "Power that the battery may take", default=1e9)
-    discharge_power: Input = signal_input("W", "Power that the battery may give", default=1e9)
+    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
+    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
     tau: Output = signal_output("N.m", "Torque of the machine")
     friction: Output = signal_output("1", "Demand on the friction brakes")
-    regenerated: Variable = variable("N", "Force of recovery")
+    regenerated: Variable = variable("N", "Regenerative braking force")
 
     def equations(self) -> Equations:
         """Pedals to torque."""

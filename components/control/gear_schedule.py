@@ -35,10 +35,8 @@ SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 class Shifting(Component):
     """Partial: operates the gear lever, the clutch and the throttle; the clutch closes with the speed of the engine."""
 
-    w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
-    w_closed: Parameter = parameter(
-        "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
-    )
+    w_open: Parameter = parameter("rad/s", "Engine speed below which the clutch is open", default=95.0, above=0)
+    w_closed: Parameter = parameter("rad/s", "Engine speed at which the clutch is fully closed", default=160.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the engine")
@@ -69,11 +67,15 @@ class _Scheduled(Shifting):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
 
     speeds: tuple[tuple[float, float], ...] = SPEEDS
-    eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
-    relaxed: Parameter = parameter("1", "Accelerator up to which it makes no difference", default=0.0, min=0, max=0.99)
-    kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.8, min=0, max=1)
-    patience: Parameter = parameter("s", "Time in which it does not shift up from a kick-down", default=10.0, min=0)
-    dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
+    eager: Parameter = parameter(
+        "1", "Relative increase of the upshift speed with the accelerator fully pressed", default=1.0, min=0
+    )
+    relaxed: Parameter = parameter(
+        "1", "Accelerator position up to which shift speeds do not change", default=0.0, min=0, max=0.99
+    )
+    kick: Parameter = parameter("1", "Accelerator position for kick-down", default=0.8, min=0, max=1)
+    patience: Parameter = parameter("s", "Time after a kick-down without upshifts", default=10.0, min=0)
+    dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
@@ -164,7 +166,7 @@ class PowerShiftSchedule(_Scheduled):
     throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """
 
-    t_shift: Parameter = parameter("s", "Time that a shift takes", default=0.4, above=0)
+    t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
 
     def equations(self) -> Equations:
         """When to shift, and where the lever is."""

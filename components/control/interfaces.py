@@ -11,8 +11,8 @@ SOON = 1e-3
 class Pedals(Component):
     """Partial: accelerator and brake pedal, with the desired speed, the acceleration ahead and the vehicle speed as inputs."""
 
-    v_ref: Input = signal_input("m/s", "Speed to drive", default=0.0)
-    a_ref: Input = signal_input("m/s2", "Acceleration to come", default=0.0)
+    v_ref: Input = signal_input("m/s", "Reference speed", default=0.0)
+    a_ref: Input = signal_input("m/s2", "Acceleration ahead", default=0.0)
     v: Input = signal_input("m/s", "Speed of the vehicle", default=0.0)
     accelerator: Output = signal_output("1", "Accelerator pedal, 0 to 1")
     brake: Output = signal_output("1", "Brake pedal, 0 to 1")

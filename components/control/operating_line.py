@@ -38,23 +38,21 @@ class OperatingLineControl(Component):
     a centrifugal clutch; if ``clutch`` is not positive, it is open.
     """
 
-    F_max: Parameter = parameter("N", "Tractive force that a full accelerator asks for", default=6000.0, above=0)
-    v_0: Parameter = parameter("m/s", "Speed for which power is asked at standstill", default=4.0, above=0)
-    ratio_min: Parameter = parameter("1", "Least ratio of the transmission", default=0.5, above=0)
-    ratio_max: Parameter = parameter("1", "Greatest ratio of the transmission", default=2.0, above=0)
-    w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
-    w_closed: Parameter = parameter(
-        "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
-    )
+    F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
+    v_0: Parameter = parameter("m/s", "Equivalent speed for the power demand at standstill", default=4.0, above=0)
+    ratio_min: Parameter = parameter("1", "Minimum ratio of the transmission", default=0.5, above=0)
+    ratio_max: Parameter = parameter("1", "Maximum ratio of the transmission", default=2.0, above=0)
+    w_open: Parameter = parameter("rad/s", "Engine speed below which the clutch is open", default=95.0, above=0)
+    w_closed: Parameter = parameter("rad/s", "Engine speed at which the clutch is fully closed", default=160.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the engine")
     w_out: Input = signal_input("rad/s", "Speed at the output of the transmission")
-    w_best: Input = signal_input("rad/s", "Speed of the engine with the least fuel for the power")
+    w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
     tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
-    tau_drag: Input = signal_input("N.m", "Torque that turns the engine without fuel", default=0.0)
+    tau_drag: Input = signal_input("N.m", "Motoring torque of the engine", default=0.0)
     power: Output = signal_output("W", "Demanded power")
-    throttle: Output = signal_output("1", "Part of the engine's largest torque of combustion")
+    throttle: Output = signal_output("1", "Fraction of the maximum combustion torque")
     ratio: Output = signal_output("1", "Demanded ratio of the transmission")
     clutch: Output = signal_output("1", "Pressure of the start clutch")
 

@@ -46,11 +46,15 @@ class StartStop(EngineSwitch):
     """
 
     v_stop: Parameter = parameter("m/s", "Speed below which the engine is stopped", default=0.1, above=0)
-    u_stop: Parameter = parameter("1", "Accelerator below which it is stopped", default=0.01, above=0, max=1)
-    u_start: Parameter = parameter("1", "Accelerator above which it is started", default=0.02, above=0, max=1)
-    delay: Parameter = parameter("s", "Time at rest before it is stopped", default=0.0, min=0)
-    t_least: Parameter = parameter("s", "Least time that it runs", default=2.0, above=0)
-    running: Discrete = discrete("1", "1: runs, 0: is stopped", start=1.0)
+    u_stop: Parameter = parameter(
+        "1", "Accelerator position below which the engine may stop", default=0.01, above=0, max=1
+    )
+    u_start: Parameter = parameter(
+        "1", "Accelerator position above which the engine starts", default=0.02, above=0, max=1
+    )
+    delay: Parameter = parameter("s", "Time at standstill before the engine stops", default=0.0, min=0)
+    t_least: Parameter = parameter("s", "Minimum running time", default=2.0, above=0)
+    running: Discrete = discrete("1", "1: running, 0: stopped", start=1.0)
     since: Discrete = discrete("s", "Time at which it was started", start=0.0)
     rested: Discrete = discrete("s", "Time at which the vehicle came to rest", start=0.0)
 

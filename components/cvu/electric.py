@@ -22,12 +22,12 @@ class ElectricVariator(VariableUnit):
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)
-    tau_max_a: Parameter = parameter("N.m", "Greatest torque of the machine at flange_a", default=300.0, above=0)
-    tau_max_b: Parameter = parameter("N.m", "Greatest torque of the machine at flange_b", default=300.0, above=0)
+    tau_max_a: Parameter = parameter("N.m", "Maximum torque of the machine at flange_a", default=300.0, above=0)
+    tau_max_b: Parameter = parameter("N.m", "Maximum torque of the machine at flange_b", default=300.0, above=0)
     copper: Parameter = parameter("W/(N2.m2)", "Loss of each machine over its torque squared", default=0.05, min=0)
     iron: Parameter = parameter("W.s2/rad2", "Loss of each machine over its speed squared", default=2e-3, min=0)
     k_E: Parameter = parameter("1/s", "Gain of the control of the link's energy", default=50.0, above=0)
-    E_0: Parameter = parameter("J", "Energy that the link is kept at", default=5e3, above=0)
+    E_0: Parameter = parameter("J", "Set point of the energy in the link", default=5e3, above=0)
     slow: Parameter = parameter(
         "rad/s", "Speed of flange_a below which the machine gives less power", default=1.0, above=0
     )

@@ -19,10 +19,10 @@ class _Creeping(VariableUnit):
     """
 
     creep_max: Parameter = parameter(
-        "1", "Creep that carries the limit, if the first slope were kept", default=0.01, above=0
+        "1", "Creep at the limit force, extrapolated from the initial slope", default=0.01, above=0
     )
     slow: Parameter = parameter(
-        "rad/s", "Speed at flange_b below which creep counts against this speed", default=1.0, above=0
+        "rad/s", "Speed at flange_b below which creep is relative to this speed", default=1.0, above=0
     )
     w_slide: Variable = variable("rad/s", "Sliding speed at flange_b, V w_a - w_b")
     creep: Variable = variable("1", "Sliding speed over rolling speed")
@@ -59,8 +59,8 @@ class VBelt(_Creeping):
     rotational.BearingFriction, ChurningLoss.
     """
 
-    ratio_min: Parameter = parameter("1", "Least ratio that the pulleys allow", default=0.1, above=0)
-    ratio_max: Parameter = parameter("1", "Greatest ratio that the pulleys allow", default=10.0, above=0)
+    ratio_min: Parameter = parameter("1", "Minimum ratio of the pulleys", default=0.1, above=0)
+    ratio_max: Parameter = parameter("1", "Maximum ratio of the pulleys", default=10.0, above=0)
     r_mean: Parameter = parameter("m", "Mean of the two running radii", default=0.05, above=0)
     clamp: Parameter = parameter("N", "Axial clamping force of a pulley", default=2e4, min=0)
     mue: Parameter = parameter("1", "Coefficient of friction between belt and sheave", default=0.09, min=0)
@@ -89,12 +89,12 @@ class TractionDrive(_Creeping):
     w_a - w_b) is lost by creep; model spin and bearing losses as separate components.
     """
 
-    ratio_min: Parameter = parameter("1", "Least ratio that the tilt of the rollers allows", default=-10.0)
-    ratio_max: Parameter = parameter("1", "Greatest ratio that the tilt of the rollers allows", default=10.0)
+    ratio_min: Parameter = parameter("1", "Minimum ratio within the tilt of the rollers", default=-10.0)
+    ratio_max: Parameter = parameter("1", "Maximum ratio within the tilt of the rollers", default=10.0)
     e: Parameter = parameter("m", "Distance of the roller's centre from the axis of the discs", default=0.06, above=0)
     n: Parameter = parameter("1", "Number of rollers", default=6.0, above=0)
     clamp: Parameter = parameter("N", "Normal force of a contact", default=1e4, min=0)
-    mue: Parameter = parameter("1", "Greatest traction coefficient", default=0.06, min=0)
+    mue: Parameter = parameter("1", "Maximum traction coefficient", default=0.06, min=0)
     r_a: Variable = variable("m", "Radius of the contact on the disc at flange_a")
     r_b: Variable = variable("m", "Radius of the contact on the disc at flange_b")
 

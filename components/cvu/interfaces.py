@@ -14,8 +14,8 @@ class VariableUnit(TwoFlangesAndSupport, Lossy):
     """
 
     ratio: Input = signal_input("1", "Speed ratio V, speed of flange_b over speed of flange_a")
-    ratio_min: Parameter = parameter("1", "Least ratio that the unit can take", default=-1e3)
-    ratio_max: Parameter = parameter("1", "Greatest ratio that the unit can take", default=1e3)
+    ratio_min: Parameter = parameter("1", "Minimum ratio of the unit", default=-1e3)
+    ratio_max: Parameter = parameter("1", "Maximum ratio of the unit", default=1e3)
     w_a: Variable = variable("rad/s", "Speed of flange_a against the housing")
     w_b: Variable = variable("rad/s", "Speed of flange_b against the housing")
 

@@ -16,7 +16,7 @@ class TorqueLimiter(CompliantWithRelativeStates, Lossy):
     w_rel > 0: tau = tau_max;  w_rel < 0: tau = -tau_max;  w_rel = 0: |tau| <= tau_max
     """
 
-    tau_max: Parameter = parameter("N.m", "Greatest torque", min=0)
+    tau_max: Parameter = parameter("N.m", "Maximum torque", min=0)
 
     def equations(self) -> Equations:
         """Dry friction."""
@@ -35,7 +35,7 @@ class LimitedUnit(VariableUnit):
     A unit with exact ratio and a torque limiter between it and flange_b.
     """
 
-    tau_max: Parameter = parameter("N.m", "Greatest torque at flange_b", min=0)
+    tau_max: Parameter = parameter("N.m", "Maximum torque at flange_b", min=0)
     unit: VariableUnit = CVU()
     limiter: TorqueLimiter = TorqueLimiter(tau_max=1)
 
@@ -60,7 +60,7 @@ class ActuatedUnit(VariableUnit):
     A demand outside [ratio_min, ratio_max] is limited; the range of the unit must include that of the actuator.
     """
 
-    rate: Parameter = parameter("1/s", "Greatest rate of the ratio", default=1.0, above=0)
+    rate: Parameter = parameter("1/s", "Maximum rate of the ratio", default=1.0, above=0)
     ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
     actuator: RatioActuator = RatioActuator()
     unit: VariableUnit = CVU()

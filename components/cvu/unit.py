@@ -30,8 +30,8 @@ class CVU(VariableUnit):
     other axes or values outside (0, 1]; SimulationError if the ratio leaves its range.
     """
 
-    eta_ab: Parameter = parameter("1", "Efficiency where flange_a drives", default=1.0, above=0, max=1)
-    eta_ba: Parameter = parameter("1", "Efficiency where flange_b drives", default=1.0, above=0, max=1)
+    eta_ab: Parameter = parameter("1", "Efficiency if flange_a drives", default=1.0, above=0, max=1)
+    eta_ba: Parameter = parameter("1", "Efficiency if flange_b drives", default=1.0, above=0, max=1)
     map_ab: Map | None = None
     map_ba: Map | None = None
     tauLoss: Variable = variable("N.m", "Torque loss, counted at flange_a")

@@ -18,8 +18,8 @@ class CycleSpeed(Component):
 
     cycle: DriveCycle = AT_REST
     preview: float = 1.0
-    v_ref: Output = signal_output("m/s", "Speed that the cycle asks for")
-    a_ref: Output = signal_output("m/s2", "Mean acceleration that the cycle asks for during the preview")
+    v_ref: Output = signal_output("m/s", "Speed of the cycle")
+    a_ref: Output = signal_output("m/s2", "Mean acceleration of the cycle over the preview")
 
     def equations(self) -> Equations:
         """The cycle twice: now and later."""

@@ -98,8 +98,8 @@ class CrownGear(TwoFlanges):
     """
 
     ratio: Parameter = parameter("1", "Speed of the pinion over speed of the crown wheel", exclude=(0.0, 1.0))
-    eta_ab: Parameter = parameter("1", "Efficiency where the pinion drives", default=1.0, above=0, max=1)
-    eta_ba: Parameter = parameter("1", "Efficiency where the crown wheel drives", default=1.0, above=0, max=1)
+    eta_ab: Parameter = parameter("1", "Efficiency if the pinion drives", default=1.0, above=0, max=1)
+    eta_ba: Parameter = parameter("1", "Efficiency if the crown wheel drives", default=1.0, above=0, max=1)
     heat_port: HeatPort = support(HeatPort)
     mesh: Mesh = Mesh(ratio=-1)
     housing: Fixed = Fixed()

@@ -14,7 +14,9 @@ from powertrain.components.thermal import HeatPort
 class _SunAndRing(Epicyclic):
     """Partial: sun and ring mesh through planets that need no flange of their own."""
 
-    ratio: Parameter = parameter("1", "Size of the basic speed ratio; teeth of the ring over teeth of the sun", above=0)
+    ratio: Parameter = parameter(
+        "1", "Magnitude of the basic speed ratio: teeth of the ring over teeth of the sun", above=0
+    )
     eta_ab: Parameter = parameter("1", "Efficiency from sun to ring, carrier fixed", default=1.0, above=0, max=1)
     eta_ba: Parameter = parameter("1", "Efficiency from ring to sun, carrier fixed", default=1.0, above=0, max=1)
     heat_port: HeatPort = support(HeatPort)

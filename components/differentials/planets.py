@@ -27,10 +27,10 @@ class PlanetTrain(Epicyclic):
     sun_ratio: Parameter = parameter("1", "Teeth of the planet over teeth of the sun", above=0)
     ring_ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the planet", above=1)
     eta_sun: Parameter = parameter(
-        "1", "Efficiency of the mesh of sun and planet, both ways", default=1.0, above=0, max=1
+        "1", "Efficiency of the mesh of sun and planet in both directions", default=1.0, above=0, max=1
     )
     eta_ring: Parameter = parameter(
-        "1", "Efficiency of the mesh of planet and ring, both ways", default=1.0, above=0, max=1
+        "1", "Efficiency of the mesh of planet and ring in both directions", default=1.0, above=0, max=1
     )
     J: Parameter = parameter("kg.m2", "Moment of inertia of all planets about their own axes", default=0.0, min=0)
     heat_port: HeatPort = support(HeatPort)
@@ -86,7 +86,7 @@ class RavigneauxGear(Component):
     small_ratio: Parameter = parameter("1", "Teeth of the short planet over teeth of the small sun", above=0)
     pair_ratio: Parameter = parameter("1", "Teeth of the long planet over teeth of the short planet", above=0)
     ring_ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the long planet", above=1)
-    eta: Parameter = parameter("1", "Efficiency of each mesh, both ways", default=1.0, above=0, max=1)
+    eta: Parameter = parameter("1", "Efficiency of each mesh in both directions", default=1.0, above=0, max=1)
     J_long: Parameter = parameter(
         "kg.m2", "Moment of inertia of the long planets about their own axes", default=0.0, min=0
     )

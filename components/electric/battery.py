@@ -42,20 +42,20 @@ class _Battery(Lossy):
     ocv: Map = cells_in_series(56)
     beyond: Literal["count", "error"] = "count"
     Q: Parameter = parameter("A.s", "Capacity", default=6.5 * 3600, above=0)
-    i_discharge: Parameter = parameter("A", "Largest current when it discharges", default=150.0, above=0)
-    i_charge: Parameter = parameter("A", "Largest current when it is charged", default=100.0, above=0)
+    i_discharge: Parameter = parameter("A", "Maximum discharge current", default=150.0, above=0)
+    i_charge: Parameter = parameter("A", "Maximum charge current", default=100.0, above=0)
     soc_min: Parameter = parameter("1", "State of charge at which discharge_power is zero", default=0.2, min=0, max=1)
     soc_max: Parameter = parameter("1", "State of charge at which charge_power is zero", default=0.9, min=0, max=1)
     B: Parameter = parameter(
-        "K", "How steeply the resistance rises in the cold, some 2000 K for lithium-ion cells", default=0.0, min=0
+        "K", "Temperature coefficient of the resistance, about 2000 K for lithium-ion cells", default=0.0, min=0
     )
-    band: Parameter = parameter("1", "Range of the state of charge over which they fade", default=0.05, above=0)
+    band: Parameter = parameter("1", "Range of the state of charge in which they fade out", default=0.05, above=0)
     bus: DCTerminal = port(DCTerminal)
     state_of_charge: Output = signal_output("1", "State of charge")
-    discharge_power: Output = signal_output("W", "Power that it may give")
-    charge_power: Output = signal_output("W", "Power that it may take")
+    discharge_power: Output = signal_output("W", "Maximum discharge power")
+    charge_power: Output = signal_output("W", "Maximum charge power")
     soc: Variable = variable("1", "State of charge", start=0.6)
-    i: Variable = variable("A", "Current, positive when it is charged")
+    i: Variable = variable("A", "Current, positive when charging")
 
     def check(self) -> Equations:
         """The limits of the state of charge are in order."""
@@ -130,8 +130,8 @@ class PolarizedBattery(_Battery):
     """
 
     R: Parameter = parameter("Ohm", "Resistance at constant current", default=0.15, above=0)
-    ohmic: Parameter = parameter("1", "Part of it that acts at once", default=0.5, min=0, max=0.99)
-    T: Parameter = parameter("s", "Time in which the voltage follows the current", default=1.0, above=0)
+    ohmic: Parameter = parameter("1", "Fraction of the resistance that acts at once", default=0.5, min=0, max=0.99)
+    T: Parameter = parameter("s", "Time constant of the voltage", default=1.0, above=0)
     u: Variable = variable("V", "Voltage over the RC element", start=0.0)
 
     def equations(self) -> Equations:

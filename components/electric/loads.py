@@ -18,7 +18,7 @@ class AccessoryLoad(Lossy):
     """
 
     bus: DCTerminal = port(DCTerminal)
-    demand: Input = signal_input("1", "Part of P that is switched on", default=1.0)
+    demand: Input = signal_input("1", "Fraction of P that is switched on", default=1.0)
     P: Parameter = parameter("W", "Power", default=300.0, min=0)
 
     def equations(self) -> Equations:

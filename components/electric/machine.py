@@ -56,14 +56,14 @@ class ElectricMachine(Lossy):
 
     shaft: Flange = port(Flange)
     bus: DCTerminal = port(DCTerminal)
-    torque_demand: Input = signal_input("N.m", "Torque that is asked for; positive, it drives forward")
+    torque_demand: Input = signal_input("N.m", "Torque demand, positive in the forward direction")
     speed: Output = signal_output("rad/s", "Speed of the shaft")
     loss_map: Map | None = None
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=0.03, min=0)
     tau_max: Parameter = parameter("N.m", "Largest torque", default=200.0, above=0)
     P_max: Parameter = parameter("W", "Largest power at the shaft", default=50e3, above=0)
     w_max: Parameter = parameter("rad/s", "Speed from which there is no torque", default=1200.0, above=0)
-    band: Parameter = parameter("rad/s", "Range of speed below it in which the torque fades", default=20.0, above=0)
+    band: Parameter = parameter("rad/s", "Speed range below it in which the torque fades out", default=20.0, above=0)
     V_full: Parameter = parameter("V", "Voltage of the bus from which P_max and w_max hold", default=0.0, min=0)
     alpha: Parameter = parameter("1/K", "Rise of the winding's resistance, 0.0039 for copper", default=0.0, min=0)
     P_0: Parameter = parameter("W", "Loss at rest without torque", default=50.0, min=0)
@@ -71,8 +71,8 @@ class ElectricMachine(Lossy):
     iron: Parameter = parameter("W.s/rad", "Loss over speed", default=1.0, min=0)
     windage: Parameter = parameter("W.s2/rad2", "Loss over speed squared", default=1e-3, min=0)
     w: Variable = variable("rad/s", "Speed of the shaft", prefer=True)
-    tau: Variable = variable("N.m", "Torque of the machine before its inertia")
-    power: Variable = variable("W", "Power of the machine before its inertia, positive where it drives")
+    tau: Variable = variable("N.m", "Torque of the machine, without its inertia")
+    power: Variable = variable("W", "Power of the machine, without its inertia, positive when driving")
 
     def equations(self) -> Equations:
         """A limited torque, and the balance of power."""

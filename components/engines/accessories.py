@@ -17,7 +17,7 @@ class AccessoryDrive(OneFlangeAndSupport, Lossy):
     """
 
     P: Parameter = parameter("W", "Power", default=0.0, min=0)
-    w_0: Parameter = parameter("rad/s", "Speed from which all of it is taken", default=50.0, above=0)
+    w_0: Parameter = parameter("rad/s", "Speed from which the full power is taken", default=50.0, above=0)
     w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:

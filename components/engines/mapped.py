@@ -43,7 +43,7 @@ class MappedEngine(Engine):
 
     torque_map: Map
     fuel_map: Map
-    cut_off: Parameter = parameter("N.m", "Torque of combustion below which the fuel is cut off", default=2.0, above=0)
+    cut_off: Parameter = parameter("N.m", "Combustion torque below which the fuel is cut off", default=2.0, above=0)
 
     @classmethod
     def from_csv(

@@ -27,8 +27,8 @@ class WillansEngine(Engine):
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
     tau_0: Parameter = parameter("N.m", "Motoring torque at rest", default=18.0, min=0)
-    P_heat: Parameter = parameter("W", "Heat lost to the walls while it fires", default=0.0, min=0)
-    tau_heat: Parameter = parameter("N.m", "Torque of combustion from which it is lost", default=1.0, above=0)
+    P_heat: Parameter = parameter("W", "Heat loss to the cylinder walls while firing", default=0.0, min=0)
+    tau_heat: Parameter = parameter("N.m", "Combustion torque from which the full heat is lost", default=1.0, above=0)
     tau_2: Parameter = parameter("N.m.s2/rad2", "Rise of the motoring torque with speed squared", default=4e-5, min=0)
     tau_max: Parameter = parameter("N.m", "Largest torque", default=150.0, above=0)
     w_tau: Parameter = parameter("rad/s", "Speed of the largest torque", default=420.0, above=0)

@@ -24,7 +24,7 @@ class BandBrake(TwoFlangesAndSupport, Lossy):
     """
 
     radius: Parameter = parameter("m", "Radius of the drum", default=0.1, above=0)
-    wrap: Parameter = parameter("rad", "Angle over which the band lies on the drum", default=5.2, above=0)
+    wrap: Parameter = parameter("rad", "Wrap angle of the band", default=5.2, above=0)
     mue: Parameter = parameter("1", "Coefficient of friction", default=0.12, min=0)
     F_max: Parameter = parameter("N", "Force at the pulled end at f_normalized = 1", default=2000.0, min=0)
     f_normalized: Input = signal_input("1", "Force over F_max, 0 to 1", default=0.0)

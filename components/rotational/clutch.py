@@ -15,7 +15,7 @@ class _Pressed(CompliantWithRelativeStates, Lossy):
     """Partial: plates that a signal presses together."""
 
     mue_pos: Table = ((0.0, 0.5),)
-    peak: Parameter = parameter("1", "Coefficient at which the clutch breaks loose over mue_pos(0)", default=1.0, min=1)
+    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
     cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
     fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
     f_normalized: Input = signal_input("1", "Normal force over fn_max; the clutch is open where it is not positive")

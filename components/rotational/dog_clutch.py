@@ -32,11 +32,11 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
     shafts need inertia. The angle between two dogs is assumed to be small, so they engage at once.
     """
 
-    w_in: Parameter = parameter("rad/s", "Difference of speed below which the dogs go in", default=5.0, above=0)
-    tau_out: Parameter = parameter("N.m", "Torque below which they come out", default=20.0, above=0)
-    tau_max: Parameter = parameter("N.m", "Torque that they hold", default=3000.0, above=0)
-    engage: Input = signal_input("1", "1: shall be in, 0: shall be out")
-    inside: Discrete = discrete("1", "1: in, 0: out", start=0.0)
+    w_in: Parameter = parameter("rad/s", "Speed difference below which the dogs engage", default=5.0, above=0)
+    tau_out: Parameter = parameter("N.m", "Torque below which the dogs disengage", default=20.0, above=0)
+    tau_max: Parameter = parameter("N.m", "Torque capacity of the dogs", default=3000.0, above=0)
+    engage: Input = signal_input("1", "Command: 1 engage, 0 disengage")
+    inside: Discrete = discrete("1", "1: engaged, 0: disengaged", start=0.0)
 
     def equations(self) -> Equations:
         """A latch, and friction that it switches."""

@@ -15,7 +15,7 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
 
     f_nominal: Parameter = parameter("N", "Largest force; it brakes in both directions", min=0)
     v_nominal: Parameter = parameter("m/s", "Speed of the largest force at TRef", min=1e-15)
-    TRef: Parameter = parameter("K", "Temperature that v_nominal belongs to", default=293.15, min=0)
+    TRef: Parameter = parameter("K", "Reference temperature of v_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the fin's resistance at 293.15 K", default=0.0)
     v: Variable = variable("m/s", "Speed of the fin against the support")
     f: Variable = variable("N", "Braking force, flange.f")

@@ -46,7 +46,7 @@ class MassWithStopAndFriction(Rigid, Lossy):
     fexp: Parameter = parameter("s/m", "Decay of the Stribeck friction with speed", min=0)
     smax: Parameter = parameter("m", "Stop for flange_b")
     smin: Parameter = parameter("m", "Stop for flange_a")
-    restitution: Parameter = parameter("1", "Speed after a hit over speed before it", default=0.0, min=0, max=1)
+    restitution: Parameter = parameter("1", "Coefficient of restitution", default=0.0, min=0, max=1)
     s: Variable = variable("m", "Position of the middle between the flanges", start=0.0, prefer=True)
     v: Variable = variable("m/s", "Speed, der(s)", start=0.0, prefer=True)
     a: Variable = variable("m/s2", "Acceleration, der(v)")

@@ -35,8 +35,8 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
 
     w_a: Variable = variable("rad/s", "Speed of the pump against the support")
     w_b: Variable = variable("rad/s", "Speed of the turbine against the support")
-    tau_drive: Variable = variable("N.m", "Torque that the pump takes to drive the oil")
-    tau_coast: Variable = variable("N.m", "Torque that the turbine takes to drive it, in overrun")
+    tau_drive: Variable = variable("N.m", "Torque of the pump to drive the oil")
+    tau_coast: Variable = variable("N.m", "Torque of the turbine to drive the oil, in overrun")
 
     def _flows(self, capacity: Map) -> Equations:
         """The two circulations, each after the square of the speed of the wheel that drives it; ``capacity`` ends with 0 at 1."""

@@ -71,7 +71,7 @@ class StartingConverter(StartingDevice):
     """
 
     w_lock: Parameter = parameter("rad/s", "Speed of the turbine from which the lock-up closes", default=105.0, above=0)
-    band: Parameter = parameter("rad/s", "Range of speed in which it closes", default=10.0, above=0)
+    band: Parameter = parameter("rad/s", "Speed range in which it closes", default=10.0, above=0)
     converter: TorqueConverter = TorqueConverter()
 
     def equations(self) -> Equations:

@@ -54,10 +54,10 @@ class MagicFormulaWheel(SlippingWheel):
     pKx1: Parameter = parameter("1", "Slip stiffness over load at Fz0", default=20.0, above=0)
     pKx2: Parameter = parameter("1", "Change of the slip stiffness over load with dfz", default=0.0)
     pKx3: Parameter = parameter("1", "Exponent of the slip stiffness with dfz", default=0.0)
-    Fz0: Parameter = parameter("N", "Load that the factors are for", default=4000.0, above=0)
+    Fz0: Parameter = parameter("N", "Nominal load of the coefficients", default=4000.0, above=0)
     c: Parameter = parameter("N/m", "Stiffness of the tyre along the road", default=2.5e5, above=0)
     sigma_c: Parameter = parameter("m", "Relaxation length of the contact in sliding", default=0.1, above=0)
-    T: Parameter = parameter("s", "Time in which the contact follows the load", default=0.02, above=0)
+    T: Parameter = parameter("s", "Time constant of the contact for changes of load", default=0.02, above=0)
     Fz: Variable = variable("N", "Load on the contact")
     kappa_c: Variable = variable("1", "Slip of the contact, without sign", start=0.0)
 

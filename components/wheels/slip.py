@@ -34,11 +34,11 @@ class SlippingWheel(Wheel):
 
     mu: Parameter = parameter("1", "Factor on the friction coefficient", default=1.0, min=0)
     d: Parameter = parameter("N.s/m", "Damping of the tyre along the road", default=1000.0, above=0)
-    d_low: Parameter = parameter("N.s/m", "What is added to it at standstill", default=1e4, min=0)
+    d_low: Parameter = parameter("N.s/m", "Additional damping at standstill", default=1e4, min=0)
     u: Variable = variable("m", "Deflection of the tyre along the road", start=0.0)
     v_slip: Variable = variable("m/s", "Slip speed, radius w - v", start=0.0)
-    v_creep: Variable = variable("m/s", "Part of the slip speed that rubber takes through the contact")
-    v_slide: Variable = variable("m/s", "Part of the slip speed above the limit of friction")
+    v_creep: Variable = variable("m/s", "Slip speed due to creep in the contact")
+    v_slide: Variable = variable("m/s", "Sliding speed beyond the friction limit")
 
     def _slip(self, stiffness: Symbol, slip_per_force: Symbol, grip: Symbol, load: Symbol) -> Equations:
         yield from self._roll()

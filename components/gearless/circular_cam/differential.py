@@ -103,7 +103,7 @@ class CircularCamDifferential(Differential, Lossy):
     D_in: Parameter = parameter("m", "Mean diameter of the inner track", default=0.050, above=0)
     alpha_out: Parameter = parameter(
         "rad",
-        "Greatest contact angle of the outer track",
+        "Maximum contact angle of the outer track",
         default=math.radians(15),
         above=0,
         max=UPRIGHT,
@@ -111,7 +111,7 @@ class CircularCamDifferential(Differential, Lossy):
     )
     alpha_in: Parameter = parameter(
         "rad",
-        "Greatest contact angle of the inner track",
+        "Maximum contact angle of the inner track",
         default=math.radians(27.25),
         above=0,
         max=UPRIGHT,
