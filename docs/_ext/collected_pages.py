@@ -10,9 +10,9 @@ import pagetext
 from computed import RESULTS, ROOT
 
 INTRODUCTION = {
-    "examples": """# Examples
+    "examples": """# Gallery
 
-Numbered scripts, best read in order. Run a script with `python examples/NAME.py`. Pass a file name to save the figure.""",
+Examples: numbered scripts, best read in order. Run a script with `python examples/NAME.py`. Pass a file name to save the figure.""",
     "reproductions": """# Reproductions
 
 Tables and figures of four papers on which components of this library are based: printed and computed values. A row agrees if the
@@ -61,10 +61,10 @@ def write_examples(docs: Path) -> None:
         )
         parts += ["## Source", f"```{{literalinclude}} ../../examples/{name}.py\n:language: python\n```"]
         pagetext.write(docs / "examples" / f"{name}.md", "\n\n".join(parts) + "\n")
-        shown = f"```{{image}} {picture}\n:alt: {short}\n:width: 60%\n:target: {name}.html\n```"
-        rows.append(f"## [{pagetext.escaped(short)}]({name}.md)\n\n{shown}\n\n`examples/{name}.py`")
+        shown = f":alt: {short}\n:target: {name}.html\n\n[{pagetext.escaped(short)}]({name}.md)"
+        rows.append(f"```{{figure}} {picture}\n{shown}\n```")
         names.append(name)
-    _write_index(docs / "examples", rows, names)
+    _write_index(docs / "examples", ["\n\n".join(["````{container} pictures", *rows, "````"])], names)
 
 
 def _write_index(folder: Path, rows: list[str], names: list[str]) -> None:
