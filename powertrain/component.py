@@ -265,7 +265,7 @@ class Component:
         kind = self._slot_types().get(name)
         if isinstance(kind, type) and issubclass(kind, Component) and not isinstance(value, kind):
             given = value.__name__ + " itself" if isinstance(value, type) else type(value).__name__
-            raise ModelError(f"{where} must be a {kind.__name__}, not {given}; write {kind.__name__}(...)")
+            raise ModelError(f"{where} must be of class {kind.__name__}, not {given}; write {kind.__name__}(...)")
         if isinstance(value, list | dict | set) and any(isinstance(item, Component) for item in value):
             raise ModelError(
                 f"{where} is a {type(value).__name__} of components; use a tuple, whose members are parts of the model"
@@ -287,7 +287,7 @@ class Component:
             raise ModelError(f"{where} must have {len(kinds)} parts, not {len(values)}")
         for i, (item, wanted) in enumerate(zip(values, kinds, strict=True)):
             if isinstance(wanted, type) and issubclass(wanted, Component) and not isinstance(item, wanted):
-                raise ModelError(f"{where}[{i}] must be a {wanted.__name__}, not {type(item).__name__}")
+                raise ModelError(f"{where}[{i}] must be of class {wanted.__name__}, not {type(item).__name__}")
 
     @classmethod
     def _slot_types(cls) -> dict[str, Any]:

@@ -170,7 +170,7 @@ def test_any_wheels_fit() -> None:
 
 def test_slot_takes_a_differential_only() -> None:
     with pytest.raises(
-        pt.ModelError, match=r"RearDriveCar\.differential takes a component of kind Differential, not RigidWheel"
+        pt.ModelError, match=r"RearDriveCar\.differential must be of class Differential, not RigidWheel"
     ):
         RearDriveCar(differential=RigidWheel())  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"left\.nu"):

@@ -116,7 +116,7 @@ def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
         if not other or other[0] in fits:
             raise
     names = ", ".join(entry.name for entry in fits)
-    raise pt.ParameterError(f"{where} takes a component of kind {said}, which {name} is not; these are: {names}")
+    raise pt.ParameterError(f"{where} must be of class {said}, which {name} is not; choose from {names}")
 
 
 def _built(node: ast.expr, where: str, kind: Any = None) -> Any:
