@@ -26,13 +26,13 @@ LEAST_WIDTH = 0.2
 
 @dataclass(frozen=True)
 class CircularCams:
-    """Two concentric tracks on each cam, half an arc out of phase, so that one is steepest where the other cannot transmit.
+    """Two concentric tracks on each cam, half an arc out of phase, so that one is steepest where the other cannot transmit torque.
 
-    theta = 0 is where the outer rollers stand in the middle of their arcs (Fig. 15a). Rollers of both tracks share the grooves of the
-    cage; they are slices of spheres, and the slices of a groove turn side by side.
+    At theta = 0 the outer rollers are in the middle of their arcs (Fig. 15a). Rollers of both tracks share the grooves of the cage;
+    they are slices of spheres, two in each groove, which turn independently.
 
-    Errors: ParameterError where the inner track is not smaller or leaves the rollers no width, the numbers of arcs differ, or the tracks
-    are not half an arc apart.
+    Errors: ParameterError if the inner track is not smaller or leaves no width for the rollers, if the numbers of arcs differ, or if
+    the tracks are not half an arc apart.
     """
 
     outer: Track

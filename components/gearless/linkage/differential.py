@@ -29,14 +29,14 @@ class LinkageDifferential(Differential, Lossy):
     is no product w u, because a half-turn about the C axis exchanges left and right) in the coordinates crown.phi and alpha: a virtual
     turn of the shafts is crown.phi +- alpha, so that left.tau + right.tau works on crown.phi and left.tau - right.tau on alpha. ' is
     d/d alpha. J' w^2/2 is the centrifugal torque that turns the lever towards its outermost place, alpha = 0 or 180 degrees.
-    Gravity is left out, as in the source. Without masses and friction it is the open bevel differential.
+    Gravity is neglected, as in the source. Without masses and friction it is the open bevel differential.
 
-    Friction in the joints is reckoned with the joint forces of the torque that the sides share (see ``kappa``). At rest and in slow motion
+    Friction in the joints is computed from the joint forces due to the transmitted torque (see ``kappa``). At rest and in slow motion
     right.tau/left.tau is within (1 + kappa)/(1 - kappa), hence the efficiency from one side to the other, cage held, is eta_0(alpha) =
-    (1 - kappa)/(1 + kappa); for kappa >= 1 the linkage locks itself.
+    (1 - kappa)/(1 + kappa); for kappa >= 1 the linkage is self-locking.
 
     The lengths must satisfy |offset| < a < 2 b - offset (without offset 0 < a/b < 2). Errors: ParameterError at construction otherwise,
-    SimulationError where other lengths are given to a compiled model. Defaults: lengths and masses of the source (Table 5.1), no friction.
+    SimulationError if such lengths are given to a compiled model. Defaults: lengths and masses of the source (Table 5.1), no friction.
     Source: B. Madhavan, Systematic design of gearless differentials and analysis of a potential mechanism, M.S. 96-7, Univ. of Maryland,
     1996, ch. 5, which computes the motion of DADS models and asks for these equations in 7.2.
     """
