@@ -19,7 +19,8 @@ def animate(
 ) -> FuncAnimation:
     """Animate one internal cycle of the mechanism, during which the cage makes ``turns`` revolutions.
 
-    ``turns`` is 10 in the bend of the source and 0 for a view from the cage. ``ax`` is a three-dimensional Axes. Save it with ``animate().save("linkage.gif", writer="pillow")``.
+    ``turns`` is 10 in the bend of the source and 0 for a view from the cage. ``ax`` is a three-dimensional Axes. Save it with
+    ``animate().save("linkage.gif", writer="pillow")``.
     """
     if ax is None:
         ax = plt.figure(layout="constrained").add_subplot(projection="3d", proj_type="ortho")
