@@ -24,12 +24,12 @@ _POINTS = 31
 
 @dataclass(frozen=True)
 class Duty:
-    """The points at which a transmission works: ratio r, share of the delivered energy, size of the output torque, input speed.
+    """The operating points of a transmission: ratio r, share of the delivered energy, magnitude of the output torque, input speed.
 
-    ``low`` and ``high`` are the wanted range of r; its ends, and r = 1 within it, are looked at too, with no share. Between the points
-    torque and speed are interpolated over r, before the first and after the last they are as there; a ``sampled`` duty has its points
-    only. Points at r = 0 deliver no energy: they ask for a ratio of the unit and count for nothing else. Errors: ParameterError for
-    shares that are negative or all zero.
+    ``low`` and ``high`` are the required range of r; its ends, and r = 1 within it, are also checked, with zero share. Between the
+    points torque and speed are interpolated over r, and held before the first and after the last; a ``sampled`` duty consists of its
+    points only. Points at r = 0 deliver no energy: they only require a ratio of the unit. Errors: ParameterError for shares that are
+    negative or all zero.
     """
 
     r: Vector
@@ -145,7 +145,7 @@ def check_unit(unit: Unit) -> None:
 
 
 def unit_margins(V: Vector, unit: Unit) -> Vector:
-    """Not negative where the unit can do it."""
+    """Not negative if the unit meets the demand."""
     if unit is None:
         return np.zeros(1)
     low, high = float(V.min()), float(V.max())

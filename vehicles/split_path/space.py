@@ -50,7 +50,7 @@ def split_path_space(
     efficiencies: Efficiencies | None = None,
     progress: bool = True,
 ) -> SplitPathSpace:
-    """Searches structures and units: ``candidates`` of each in every one of ``rounds``, the later ones near the best of those before.
+    """Search structures and units: ``candidates`` of each in every one of ``rounds``, later ones near the best of the earlier ones.
 
     ``points``: mechanical points that are tried, by default from a tenth to twice the greatest r. ``basic``: sizes |R_o| of planetaries
     (R_o < 0). Gears beside the unit bring it to its range of V, and to its speed where that is limited. Errors: ParameterError
