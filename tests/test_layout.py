@@ -43,7 +43,7 @@ ORDER = [
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",
     "equilibrium: fraction points balance system choices search",
-    "equilibrium: laws corrector continuation solutions operating",
+    "equilibrium: laws corrector beginnings continuation solutions operating",
     "steadystate: axes neighbours rowwise results",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",

@@ -76,3 +76,18 @@ def test_steady_is_where_simulations_end(seed: int) -> None:
     if status == OK:
         for name in names:
             assert point[name].item() == pytest.approx(result[name][-1], rel=1e-5, abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_point_is_the_same_in_any_grid(seed: int) -> None:
+    """Status and values of a point alone, and among others in another order."""
+    rng = np.random.default_rng(seed)
+    plant = pt.compile(random_chain(rng))
+    torques = np.concatenate([[0.0], rng.uniform(-30, 30, 12)])
+    names = [n for n in plant.compiled.signals if n.endswith(".w") and "flange" not in n]
+    together = pt.steady(plant, {"tau": torques}, outputs=names)
+    for k in rng.permutation(torques.size)[:6].tolist():
+        alone = pt.steady(plant, {"tau": float(torques[k])}, outputs=names)
+        assert alone.status.item() == together.status.values[k]
+        for name in names:
+            np.testing.assert_allclose(alone[name].item(), together[name].values[k], rtol=1e-9, atol=1e-9)

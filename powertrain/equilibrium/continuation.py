@@ -19,20 +19,17 @@ from itertools import product
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.equilibrium.corrector import CHANGES, Near, corrected, solved
+from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
+from powertrain.equilibrium.corrector import CHANGES, Near, corrected
 from powertrain.equilibrium.laws import FORWARD, NO_WIDTH, REST, STUCK, Points, SteadyLaws
 from powertrain.modes.complementarity import Answer, Complementarity, Linear, Mask, Point
 from powertrain.numerics.buffers import Array
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """Lengths of steps in seconds: some that follow the motion, then Newton's."""
-SHORT_STEP = 0.1
-"""The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
 ROUNDS = 20
 FAR = 1e10
 """Unknowns beyond this run away."""
-GIVEN = 1e-11
-"""A law's own torque moves it where its speed changes by more than this share of the terms."""
 MOST_PIECES = 8
 
 
@@ -83,26 +80,20 @@ class _StepLaws:
         laws, n = self.laws, point.x.size
         one = Points(point.p[None], point.x[None], point.m[None], tau[None])
         many = laws.values(one, point.lossless)
-        zone = laws.zone(many, one)[0]
-        v = type(many)(*(getattr(many, name)[0] for name in many.__dataclass_fields__))
-        matrix = v.rows_[:, :n].copy()
-        matrix[laws.rates, laws.rate_of[laws.rates]] -= 1.0 / point.step
-        right = -np.column_stack([v.rows, v.rows_[:, n:]])
-        response = solved(np.repeat(matrix[None], right.shape[1], 0), right.T).T
-        move, along = response[:, 0], response[:, 1:]
+        moves, alongs = euler_step(laws, many, point.step)
+        givens, reaches, rate_slopes = mobilities(many, alongs)
+        zone, v = laws.zone(many, one)[0], type(many)(*(getattr(many, name)[0] for name in many.__dataclass_fields__))
+        move, along, given, reach = moves[0], alongs[0], givens[0], reaches[0]
 
         def after(value: Array, slope: Array) -> tuple[Array, Array]:
             return value + slope[:, :n] @ move, slope[:, n:] + slope[:, :n] @ along
 
-        terms = np.abs(v.speed_[:, n:]) + np.abs(v.speed_[:, :n]) @ np.abs(along)
-        (rate, rate_slope), (lower, lower_slope) = after(v.speed, v.speed_), after(v.lower, v.lower_)
-        (upper, upper_slope), (g, g_slope) = after(v.upper, v.upper_), after(v.g, v.g_)
-        own = np.abs(np.diagonal(rate_slope))
-        given = own <= GIVEN * np.diagonal(terms)
-        reach = np.where(given, 1.0, own)
+        rate = v.speed + v.speed_[:, :n] @ move
+        (lower, lower_slope), (upper, upper_slope) = after(v.lower, v.lower_), after(v.upper, v.upper_)
+        g, g_slope = after(v.g, v.g_)
         yields = COMPLIANCE * reach
         rate = np.where(given & (np.abs(rate) <= zone), 0.0, rate)
-        slopes = rate_slope, lower_slope, upper_slope, g_slope
+        slopes = rate_slopes[0], lower_slope, upper_slope, g_slope
         peak = np.ones(laws.count)  # where a law breaks loose is no operating point
         return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, zone)
 
@@ -137,31 +128,13 @@ class Continuation:
                 return found
         return None
 
-    def near(self, grid: Array) -> Near:
-        """Which laws their own torque does not move, and how much the others yield, at the start of the unknowns."""
-        step = self._first(grid)
-        return Near(step.given, step.yields)
-
-    def sliding(self, grid: Array) -> Array | None:
-        """The motion that torques change most, as a change of the unknowns by which laws slide at one unit of speed; None without."""
-        step = self._first(grid)
-        movable = np.flatnonzero(~step.given & ~self.laws.contact)
-        slopes = step.rate_slope[np.ix_(movable, movable)]
-        if not movable.size or not np.isfinite(slopes).all():
-            return None
-        size = np.sqrt(step.reach[movable])
-        torques = np.linalg.svd(slopes / np.outer(size, size))[2][0] / size
-        return np.asarray(step.along[:, movable] @ torques / np.abs(slopes @ torques).max())
-
-    def _first(self, grid: Array) -> _Step:
-        laws = self.laws
-        modes, every = np.zeros(laws.balance.modes.numel()), np.ones(laws.count, bool)
-        start = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid, SHORT_STEP, True, every)
-        return self._steps.at(start, np.zeros(laws.count))
+    def _near(self, grid: Array) -> Near:
+        found = beginnings(self.laws, grid[None]).near
+        return Near(found.given[0], found.yields[0])
 
     def _held(self, point: _Trial, tau: Array, side: Array) -> Found | None:
         """The solution that semismooth Newton's method finds with all laws held at first."""
-        near = self.near(point.p)
+        near = self._near(point.p)
         here = Points(point.p[None], point.x[None], point.m[None], tau[None])
         value = self.laws.values(here, point.lossless)
         modes = self.laws.next_modes(here, value, near.given[None], side[None], None)[0]
@@ -170,7 +143,7 @@ class Continuation:
 
     def _corrected(self, point: _Trial, tau: Array, side: Array) -> Found | None:
         """The solution to which semismooth Newton's method leads from the modes of ``point``."""
-        near = self.near(point.p)
+        near = self._near(point.p)
         here = Points(point.p[None], point.x[None], point.m[None], tau[None])
         some = Near(near.given[None], near.yields[None])
         end, fine = corrected(self.laws, here, some, side[None], point.lossless, CHANGES, True)
@@ -178,7 +151,7 @@ class Continuation:
 
     def _settled(self, point: _Trial, tau: Array, side: Array) -> Found | None:
         """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
-        laws, near = self.laws, self.near(point.p)
+        laws, near = self.laws, self._near(point.p)
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
             if answer is None or answer.tau is None:

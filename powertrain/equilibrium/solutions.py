@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, Found
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.equilibrium.laws import BACKWARD, NO_WIDTH, STUCK, Mask, Points, SteadyLaws
@@ -72,11 +73,10 @@ class Solutions:
         laws, count = self.laws, len(grid)
         number = np.zeros(count, np.intp)
         differing = np.zeros((count, laws.balance.modes.numel()), bool)
-        near = self.continuation.near(grid[0])
-        best, begun = self._nothing(count, near), list[Array]()
-        along = self.continuation.sliding(grid[0])
-        for speed in SPEEDS if along is not None else SPEEDS[:1]:
-            found = self._from(speed if along is None else speed * along, grid, side, near, begun)
+        start = beginnings(laws, grid)
+        best, begun = self._nothing(start.near), list[Array]()
+        for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
+            found = self._from(speed * start.sliding, grid, side, start.near, begun)
             both = best.done & found.done
             other = both & self._differ(grid, best, found)
             number[other] = 2
@@ -91,17 +91,16 @@ class Solutions:
         number[known[undetermined(laws, at, Near(best.given[known], best.yields[known]), side[known])]] = 2
         return Best(best, number, self._rest(grid, best), differing)
 
-    def _nothing(self, count: int, near: Near) -> Solved:
-        laws = self.laws
+    def _nothing(self, near: Near) -> Solved:
+        laws, count = self.laws, len(near.given)
         sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
-        given, yields = np.repeat(near.given[None], count, 0), np.repeat(near.yields[None], count, 0)
         y, modes, tau = (np.zeros((count, n)) for n in sizes)
-        return Solved(np.zeros(count, bool), y, modes, tau, given, yields)
+        return Solved(np.zeros(count, bool), y, modes, tau, near.given.copy(), near.yields.copy())
 
-    def _from(self, moved: Array | float, grid: Array, side: Array, near: Near, begun: list[Array]) -> Solved:
+    def _from(self, moved: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> Solved:
         """The solutions from one start, with the modes that its speeds say; at points where another began with these there are none."""
         laws, count = self.laws, len(grid)
-        found = self._nothing(count, near)
+        found = self._nothing(near)
         found.y += laws.balance.start + moved
         at = Points(grid, found.y, found.modes, found.tau)
         modes = laws.next_modes(at, laws.values(at), found.given, side, None)

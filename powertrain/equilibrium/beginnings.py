@@ -1,0 +1,75 @@
+"""What a step of implicit Euler from the start of the unknowns says of each point, before anything is known of its solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from powertrain.compiler.torques import COMPLIANCE
+from powertrain.equilibrium.corrector import Near, solved
+from powertrain.equilibrium.laws import Mask, Points, SteadyLaws, Values
+from powertrain.numerics.buffers import Array
+
+SHORT_STEP = 0.1
+"""The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
+GIVEN = 1e-11
+"""A law's own torque moves it where its speed changes by more than this share of the terms."""
+
+
+@dataclass(frozen=True)
+class Beginnings:
+    """For each point: laws that their own torque does not move and how much the others yield; a motion, as a change of the unknowns.
+
+    ``sliding`` is the motion that torques change most, by which laws slide at one unit of speed; zero where there is none.
+    """
+
+    near: Near
+    sliding: Array
+
+
+def euler_step(laws: SteadyLaws, value: Values, step: float) -> tuple[Array, Array]:
+    """What a step of ``step`` seconds adds to the unknowns (point, unknown), and its change with torques (point, unknown, law)."""
+    n = laws.unknowns
+    matrix = value.rows_[:, :, :n].copy()
+    matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / step
+    right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
+    points, _, sides = right.shape
+    found = solved(np.repeat(matrix, sides, 0), right.transpose(0, 2, 1).reshape(points * sides, n))
+    found = found.reshape(points, sides, n).transpose(0, 2, 1)
+    return found[:, :, 0], found[:, :, 1:]
+
+
+def mobilities(value: Values, along: Array) -> tuple[Mask, Array, Array]:
+    """Laws that their own torque does not move, how much it moves the others, and the change of all speeds with all torques."""
+    n = along.shape[1]
+    slope = value.speed_[:, :, n:] + value.speed_[:, :, :n] @ along
+    terms = np.abs(value.speed_[:, :, n:]) + np.abs(value.speed_[:, :, :n]) @ np.abs(along)
+    own = np.abs(np.diagonal(slope, axis1=1, axis2=2))
+    given = own <= GIVEN * np.diagonal(terms, axis1=1, axis2=2)
+    return given, np.where(given, 1.0, own), slope
+
+
+def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
+    """For the points of ``grid``, a row each."""
+    count = len(grid)
+    start = np.repeat(laws.balance.start[None], count, 0)
+    at = Points(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
+    value = laws.values(at, lossless=True)
+    along = euler_step(laws, value, SHORT_STEP)[1]
+    given, reach, slope = mobilities(value, along)
+    return Beginnings(Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, along))
+
+
+def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:
+    """The leading singular vector of the mobilities, each law counted by its own."""
+    size = np.where(movable, np.sqrt(reach), np.inf)
+    even = slope / (size[:, :, None] * size[:, None, :])
+    good = np.isfinite(even).all(axis=(1, 2)) & movable.any(axis=1)
+    even[~good] = 0.0
+    torques = np.linalg.svd(even)[2][:, 0] / size if even.shape[1] else np.zeros(movable.shape)
+    speed = np.abs(np.where(movable, np.einsum("pij,pj->pi", np.nan_to_num(slope), torques), 0.0)).max(
+        axis=1, initial=0.0
+    )
+    moved = np.einsum("pij,pj->pi", np.nan_to_num(along), torques)
+    return np.where((good & (speed > 0.0))[:, None], moved / np.where(speed > 0.0, speed, 1.0)[:, None], 0.0)
