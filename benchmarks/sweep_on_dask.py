@@ -61,7 +61,7 @@ class Watch(threading.Thread):
         return [float(np.polyfit(self.ended, m, 1)[0] * 1e5) for m in np.transpose(self.memory)]
 
 
-def run(count: int = 20_000) -> list[Row]:
+def run(count: int = 100_000) -> list[Row]:
     """All rows of this benchmark; none without Dask."""
     if find_spec("distributed") is None:
         return []

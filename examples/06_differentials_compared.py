@@ -1,8 +1,8 @@
 """One car, six differentials: a road with ice on one side, then a bend of 10 m.
 
 The same rear-wheel-drive car starts with its left wheel on ice (mu = 0.15) and its right wheel on dry ground, and drives through a bend
-to the left with a little throttle. Only the differential changes. Nothing is prescribed: which wheel spins, which differential locks and
-where the energy goes follows from the laws of the tyres and of the differential.
+to the left with the accelerator slightly pressed. Only the differential changes. Nothing is prescribed: which wheel spins, which
+differential locks and where the energy goes follows from the laws of the tyres and of the differential.
 
 On ice, open differentials give both wheels the small torque that the left one can transmit. A differential with friction between its
 sides gives the right wheel more, up to its torque-bias ratio; a locking one turns both wheels at the same speed. In the bend the same
@@ -37,24 +37,24 @@ DIFFERENTIALS: dict[str, Differential] = {
     "linkage": LinkageDifferential.of(joints=JOINTS),
 }
 ROADS: dict[str, dict[str, Any]] = {
-    "left wheel on ice": {"parameters": {"left.mu": 0.15}, "inputs": {"throttle": 0.5}},
-    "bend of 10 m": {"inputs": {"throttle": 0.25, "curvature": 0.1}},
+    "left wheel on ice": {"parameters": {"rear.left.mu": 0.15}, "inputs": {"driver.accelerator_pedal": 0.5}},
+    "bend of 10 m": {"inputs": {"driver.accelerator_pedal": 0.25, "curvature": 0.1}},
 }
 STARTS = {"body.v": 3.0, "engine.w": 3.0 / 0.3 * 3.5 * 3.9}
-"""3 m/s with the clutch closed: wheels of 0.3 m, gear and crown gear."""
+"""3 m/s with the clutch closed: wheels of 0.3 m, gear and final drive."""
 STOP, LAST = 4.0, 1.0
 """Seconds simulated, and the part of them at the end over which torques are averaged."""
 
 
 def drive(differential: Differential) -> dict[str, pt.Result[RearDriveCar]]:
     """The car on every road."""
-    plant = pt.compile(RearDriveCar(differential=differential))
+    plant = pt.compile(pt.replace(RearDriveCar.in_one_gear(), {"rear.differential": differential}))
     return {road: plant.simulate(STOP, starts=STARTS, points=2000, **options) for road, options in ROADS.items()}
 
 
 def torques(result: pt.Result[RearDriveCar], side: str) -> Any:
     """What the differential gives to a half shaft during the last second."""
-    return -result[f"differential.{side}.tau"][result.time > STOP - LAST]
+    return -result[f"rear.differential.{side}.tau"][result.time > STOP - LAST]
 
 
 def row(result: pt.Result[RearDriveCar]) -> dict[str, float]:
@@ -67,11 +67,11 @@ def row(result: pt.Result[RearDriveCar]) -> dict[str, float]:
         "T_left": left,
         "T_right": right,
         "share": max(left, right) / (left + right),
-        "traction": (result["left.f"] + result["right.f"])[late].mean(),
+        "traction": (result["rear.left.f"] + result["rear.right.f"])[late].mean(),
         "v": result["body.v"][-1],
-        "spin": result["left.v_slip"][-1],
-        "lost_differential": lost["differential"],
-        "lost_tyres": lost["left"] + lost["right"],
+        "spin": result["rear.left.v_slip"][-1],
+        "lost_differential": lost["rear.differential"],
+        "lost_tyres": lost["rear.left"] + lost["rear.right"],
         "closure": audit.closure,
     }
 

@@ -37,6 +37,17 @@ def positive(what: str, value: Any) -> float:
     return float(value)
 
 
+def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float]:
+    """(low, high), which may be infinite, and equal where ``closed``."""
+    try:
+        low, high = (float(v) for v in given)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{what} = {short(given)}: give (low, high)") from None
+    if not (low < high or (closed and low == high)):
+        raise ParameterError(f"{what}: the range {low:g} to {high:g} is empty")
+    return low, high
+
+
 def count(what: str, value: Any) -> int:
     """A whole number from 1 on."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):

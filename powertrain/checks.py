@@ -14,7 +14,7 @@ import numpy as np
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.recorder import Place, lines
 from powertrain.symbols import Symbol, column, free_symbols, key
-from powertrain.units import with_unit
+from powertrain.units import told_apart, with_unit
 
 _TRUTHS = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR, ca.OP_NOT})
 
@@ -43,7 +43,10 @@ def checked_condition(row: Any, place: Place) -> Symbol:
 
 def unmet(place: Place, given: Mapping[str, tuple[float, str]], said: str = "") -> str:
     """The message for parameters (name: value, unit) that do not go together."""
-    values = ", ".join(f"{name} = {with_unit(f'{value:g}', unit)}" for name, (value, unit) in given.items())
+    others = [value for value, _ in given.values()]
+    values = ", ".join(
+        f"{name} = {with_unit(told_apart(value, others), unit)}" for name, (value, unit) in given.items()
+    )
     return f"{place}\n  {said or 'this does not hold'}{' with ' * bool(values)}{values}"
 
 
@@ -61,6 +64,28 @@ def check_kind(where: str, kind: Any, value: Any) -> None:
     said = ", ".join([k.__name__ for k in kinds if k is not type(None)] + [repr(c) for c in choices])
     wanted = f"none of {said}{near}" if choices else f"not {'an' if said[0] in 'aeiou' else 'a'} {said}"
     raise ParameterError(f"{where} = {value!r} is {wanted}")
+
+
+def check_rows(where: str, kind: Any, value: Any) -> None:
+    """ParameterError where a field ``tuple[tuple[float, ...], ...]`` gets anything but rows of finite numbers, one as long as the other."""
+    (of, *_), rows = typing.get_args(kind), value if isinstance(value, Sequence | np.ndarray) else None
+    if rows is None:
+        raise ParameterError(f"{where} = {value!r} is no table of rows of numbers")
+    wanted = typing.get_args(of)
+    length = None if Ellipsis in wanted else len(wanted)
+    for row in rows:
+        listed = row if isinstance(row, Sequence | np.ndarray) and not isinstance(row, str) else ()
+        length = len(listed) if length is None else length
+        if not len(listed) or len(listed) != length or not all(_is_a(v, float) and np.isfinite(v) for v in listed):
+            said = f"the row {row!r} is not {f'{length} ' if length else ''}finite numbers"
+            raise ParameterError(f"{where} is no table of rows of numbers: {said}")
+
+
+def is_rows(kind: Any) -> bool:
+    """Whether a field is a table of numbers."""
+    members = typing.get_args(kind) if typing.get_origin(kind) is tuple else ()
+    rows = members[0] if len(members) == 2 and members[1] is Ellipsis else None
+    return typing.get_origin(rows) is tuple and set(typing.get_args(rows)) <= {float, Ellipsis}
 
 
 def _is_class(option: Any) -> bool:

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeV
 
 import numpy as np
 
-from powertrain.checks import check_conditions, check_kind
+from powertrain.checks import check_conditions, check_kind, check_rows, is_rows
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.quantities import quantity
 from powertrain.symbols import Symbol
-from powertrain.units import checked_unit, with_unit
+from powertrain.units import checked_unit, told_apart, with_unit
 
 if TYPE_CHECKING:
     from powertrain.laws import Law
@@ -98,7 +98,8 @@ class Parameter(Quantity):
             raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})")
         inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
         if not (inside and math.isfinite(number)):
-            said, allowed = with_unit(f"{number:g}", self.unit), with_unit(self.range, self.unit)
+            shown = told_apart(number, (self.min, self.max, self.above, *self.exclude))
+            said, allowed = with_unit(shown, self.unit), with_unit(self.range, self.unit)
             raise ParameterError(f"{where} = {said} is outside its range {allowed} ({self.doc})")
         return number
 
@@ -272,7 +273,9 @@ class Component:
             )
         if isinstance(value, type) and issubclass(value, Component):
             raise ModelError(f"{where} is the class {value.__name__}; write {value.__name__}(...)")
-        if isinstance(value, tuple):
+        if is_rows(kind):
+            check_rows(where, kind, value)
+        elif isinstance(value, tuple):
             self._check_items(where, kind, value)
         elif not (isinstance(kind, type) and issubclass(kind, Component)):
             check_kind(where, kind, value)

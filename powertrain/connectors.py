@@ -41,18 +41,24 @@ class Signal(Connector):
 
 
 class Input(Signal):
-    """A signal that the component reads. If it is unconnected at the top level, it is an input of the model."""
+    """A signal that the component reads. If it is unconnected at the top level, or ``outside``, it is an input of the model."""
 
     default: float | None = None
+    outside: bool = False
 
 
 class Output(Signal):
     """A signal that the component determines."""
 
 
-def signal_input(unit: str, doc: str, *, default: float | None = None, init: Literal[False] = False) -> Any:
-    """A causal input; with a ``default`` it need not be connected."""
-    return Port(Input, values={"unit": unit, "doc": doc, "default": default})
+def signal_input(
+    unit: str, doc: str, *, default: float | None = None, outside: bool = False, init: Literal[False] = False
+) -> Any:
+    """A causal input; with a ``default`` it need not be connected.
+
+    Unconnected at the top of a model it is an input of the model; with ``outside`` also in a part, as "driver.accelerator_pedal".
+    """
+    return Port(Input, values={"unit": unit, "doc": doc, "default": default, "outside": outside})
 
 
 def signal_output(unit: str, doc: str, *, init: Literal[False] = False) -> Any:

@@ -23,7 +23,7 @@ from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.laws import within
 from powertrain.recorder import recorder, recording
 from powertrain.symbols import Symbol
-from powertrain.units import checked_unit, with_unit
+from powertrain.units import checked_unit, told_apart, with_unit
 
 Outside: TypeAlias = Literal["error", "clip", "linear"]
 Method: TypeAlias = Literal["linear", "smooth"]
@@ -249,7 +249,7 @@ class Map:
         for axis, numbers in zip(self.axes, given, strict=True):
             bad = (numbers < axis.low - axis.slack) | (numbers > axis.high + axis.slack)
             if axis.outside == "error" and len(axis.points) > 1 and bad.any():
-                said = with_unit(f"{numbers[bad].flat[0]:g}", axis.unit)
+                said = with_unit(told_apart(numbers[bad].flat[0], (axis.low, axis.high)), axis.unit)
                 allowed = with_unit(f"[{axis.low:g}, {axis.high:g}]", axis.unit)
                 raise ParameterError(f"map {self.name}: {axis.name} = {said} is outside its range {allowed}")
         full = np.broadcast_arrays(*given)

@@ -158,10 +158,20 @@ def _number(symbol: Symbol) -> float:
     active = _active.get()
     if active is not None and not symbol.is_constant():
         raise ModelError(
-            f"{active.place}\n  a symbol has no value while the equations are read, so float(), math.sin() and other functions of numbers "
+            f"{active.place}\n  a symbol has no value while the equations are read, so float(), int() or math.sin() "
             "cannot be applied to it: use casadi's functions (casadi.sin, casadi.fmax), and switch(condition, a, b) instead of a Python if"
         )
     return float(_as_float(symbol))
 
 
 ca.SX.__float__ = _number  # type: ignore[method-assign]
+_as_int = ca.SX.__int__
+
+
+def _whole_number(symbol: Symbol) -> int:
+    """The whole number of a constant expression; in the text of a model a symbol is refused."""
+    _number(symbol)
+    return int(_as_int(symbol))
+
+
+ca.SX.__int__ = _whole_number  # type: ignore[method-assign]

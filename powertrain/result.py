@@ -368,6 +368,15 @@ class Result(Generic[M]):
         return list(self._kept)
 
 
+def complete(result: Any) -> Result[Any]:
+    """A result of simulate that reached its end; ParameterError for anything else."""
+    if not isinstance(result, Result):
+        raise ParameterError(f"pass a result of simulate, not a {type(result).__name__}")
+    if not result.ok:
+        raise ParameterError(f"the run ended early and has no derivative: {result.message.splitlines()[0]}")
+    return result
+
+
 def _sealed(values: Array) -> Array:
     values.flags.writeable = False
     return values

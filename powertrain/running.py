@@ -167,7 +167,7 @@ def joined(first: State, pieces: list[Trajectory]) -> Trajectory:
     return Trajectory(
         np.concatenate([p.times for p in pieces]), np.concatenate([p.sizes for p in pieces]),
         np.concatenate([p.dense for p in pieces]), np.concatenate(held), np.concatenate(mode), last.end, last.final,
-        last.final_held, last.states, tuple(instants), last.laws, statistics,
+        last.final_held, last.states, tuple(instants), last.laws, last.rests, statistics,
         tuple(dict.fromkeys(note for p in pieces for note in p.notes)),
     )  # fmt: skip
 

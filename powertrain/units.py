@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from powertrain.errors import ModelError
 
@@ -20,6 +21,16 @@ def with_unit(value: str, unit: str) -> str:
     ('0.3 m', '0.95')
     """
     return value if unit == "1" else f"{value} {unit}"
+
+
+def told_apart(value: float, others: Iterable[float]) -> str:
+    """A number with six digits, or with all where six make it look like one of ``others``.
+
+    >>> told_apart(0.3, [1.0]), told_apart(1 + 1e-9, [0.0, 1.0])
+    ('0.3', '1.000000001')
+    """
+    short = f"{value:g}"
+    return repr(float(value)) if short in {f"{other:g}" for other in others if other != value} else short
 
 
 def checked_unit(unit: str) -> str:

@@ -79,6 +79,8 @@ RUN = options(
     tol=values,
 )
 unwritable = st.sampled_from([w for w in WEIRD if not isinstance(w, str | bytes) or not w] + ["/dev/null/runs", "a\0b"])
+MEASURED = pt.Experiment(RESULT.time, {"J1.w": RESULT["J1.w"] + 0.1})
+WANTED = values | st.sampled_from([pt.final("J1.w"), pt.maximum("J1.w"), "J1.w", pt.integral("nothing")])
 NAMED = st.lists(st.sampled_from(NAMES), max_size=2) | values
 
 
@@ -202,7 +204,89 @@ CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
     "reinit": (st.tuples(values, values), lambda v: pt.reinit(*v)),
     "connect": (st.tuples(values, values), lambda v: pt.connect(*v)),
     "parameter": (st.tuples(values, values), lambda v: pt.parameter(*v)),
+    "gradient": (options(of=WANTED, wrt=NAMED), lambda o: pt.gradient(RESULT, **{"of": "J1.w", "wrt": "J1.J", **o})),
+    "gradient of anything": (st.tuples(values, values), lambda v: pt.gradient(*v)),
+    "sensitivity": (
+        options(signals=NAMED, wrt=NAMED, times=values),
+        lambda o: pt.sensitivity(RESULT, **{"signals": "J1.w", "wrt": "J1.J", **o}),
+    ),
+    "sensitivity of anything": (st.tuples(values, values, values), lambda v: pt.sensitivity(*v)),
+    "floquet": (
+        options(start=values, period=values),
+        lambda o: pt.floquet(RESULT, **{"start": 0.0, "period": 0.1, **o}),
+    ),
+    "floquet of anything": (values, lambda v: pt.floquet(v, 0.0, 0.1)),
+    "objective": (
+        st.tuples(st.sampled_from([pt.final, pt.integral, pt.maximum, pt.minimum]), values, values),
+        lambda v: pt.gradient(RESULT, v[0](v[1]) * v[2] if v[2] is not None else v[0](v[1]), "J1.J"),
+    ),
+    "at": (st.tuples(st.sampled_from(NAMES), values), lambda v: pt.gradient(RESULT, pt.at(*v), "J1.J")),
+    "squares": (st.tuples(values, values, values), lambda v: pt.gradient(RESULT, pt.squares("J1.w", *v), "J1.J")),
+    "experiment": (
+        options(times=values, values=mappings, parameters=mappings, starts=mappings, inputs=mappings, sigma=mappings),
+        lambda o: pt.Experiment(**{"times": [0.0, 0.1], "values": {"J1.w": [0.0, 0.1]}, **o}),
+    ),
+    "read_experiment": (values, pt.read_experiment),
+    "fit": (
+        options(data=values, wrt=NAMED, first=mappings, bounds=mappings, rtol=values, atol=values),
+        lambda o: pt.fit(PLANT, **{"data": MEASURED, "wrt": "J1.J", **o}),
+    ),
+    "fit of anything": (values, lambda v: pt.fit(v, MEASURED, "J1.J")),
+    "optimal_control": (
+        options(
+            minimize=WANTED,
+            guess=values,
+            inputs=mappings,
+            parameters=mappings,
+            limits=mappings,
+            ends=mappings,
+            stop=values,
+            smooth=values,
+            intervals=values.filter(
+                lambda v: (not isinstance(v, float | np.floating) and not isinstance(v, int)) or v < 9
+            ),
+        ),
+        lambda o: pt.optimal_control(
+            PLANT,
+            **{
+                "minimize": pt.integral(lambda m: m.J1.w**2),
+                "guess": RESULT,
+                "inputs": {"u": (-1.0, 1.0)},
+                "intervals": 2,
+                **o,
+            },
+        ),
+    ),
+    "optimal_control of anything": (values, lambda v: pt.optimal_control(v, "J1.w", RESULT, {"u": (-1.0, 1.0)})),
+    "function": (
+        options(outputs=NAMED, inputs=NAMED, modes=mappings | st.tuples(values, values)),
+        lambda o: PLANT.function(**o),
+    ),
+    "start": (
+        options(
+            start=values,
+            parameters=mappings,
+            starts=mappings,
+            guesses=mappings,
+            inputs=mappings,
+            rtol=values,
+            method=values,
+        ),
+        lambda o: PLANT.start(**o),
+    ),
+    "step": (
+        st.tuples(values.filter(lambda v: not (isinstance(v, float) and 1 < v < math.inf)), mappings),
+        lambda v: PLANT.start().step(v[0], **_texts(v[1])),
+    ),
+    "state of a run": (values, lambda v: setattr(PLANT.start(), "state", v)),
+    "signal of a run": (st.sampled_from(NAMES) | values, lambda v: PLANT.start()[v]),
+    "power_outputs": (values, pt.power_outputs),
+    "plot": (st.lists(st.sampled_from(NAMES) | values, max_size=2), lambda v: RESULT.plot(*v)),
 }
+
+
+def _texts(given: Any) -> dict[str, Any]:
+    return given if isinstance(given, dict) and all(isinstance(n, str) for n in given) else {}
 
 
 def fuzz(name: str, most: int) -> None:

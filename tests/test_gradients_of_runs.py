@@ -339,7 +339,14 @@ def test_fuel_of_the_split_path_car() -> None:
     plant = pt.compile(SplitPathCar())
     options: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11, "points": 1}
     found = pt.gradient(plant.simulate(200.0, **options), "engine.fuel")
-    for name in ("body.m", "body.A", "crown.ratio", "transmission.cvu.eta_ab", "front.J", "engine.J"):
+    for name in (
+        "body.m",
+        "body.A",
+        "front.final_drive.ratio",
+        "transmission.cvu.eta_ab",
+        "front.wheels.J",
+        "engine.J",
+    ):
         value = plant.parameters[name]
         ends = [
             plant.simulate(200.0, parameters={name: value * k}, **options)["engine.fuel"][-1] for k in (1.0001, 0.9999)

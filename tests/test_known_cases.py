@@ -18,7 +18,7 @@ OK, STUCK = 0, 1
 
 
 class FourSpeed(pt.Component):
-    """Ravigneaux set behind a converter: C1 drives the small sun, C2 the large one, C3 the carrier; B1 holds the large sun, B2 the carrier."""
+    """Ravigneaux set behind a converter: clutches drive the suns and the carrier, brakes hold one of each."""
 
     engine: rot.Inertia = rot.Inertia(J=0.15)
     drive: rot.Torque = rot.Torque()
@@ -60,7 +60,7 @@ class FourSpeed(pt.Component):
 
 
 def test_a_ravigneaux_four_speed_takes_off_and_shifts() -> None:
-    """From rest, where five elements, four meshes and the load hold each other; Z_ring/Z_small in first gear; the second run is the first."""
+    """From rest, where elements, meshes and the load hold each other; first gear is Z_ring/Z_small; the second run is the first."""
     plant = pt.compile(FourSpeed())
     shift: dict[str, Any] = {"b2": ([0.0, 4.0, 4.3], [1.0, 1.0, 0.0]), "b1": ([0.0, 4.0, 4.3], [0.0, 0.0, 1.0])}
     first = plant.simulate(8.0, inputs=shift)
@@ -155,7 +155,9 @@ def test_a_two_mode_transmission_at_its_synchronous_point() -> None:
     w = np.array([199.0, 199.9999, 200.0, 200.0001, 201.0])
     for pressed in ({"b": 1.0, "c": 0.0}, {"b": 0.0, "c": 1.0}):
         # the first sun turns with w - 200: at 200 rad/s of the engine the second ring and the first sun both stand
-        wanted = {"engine.w": w, "two.w": 400.0 / 3} | pressed | {"engine_torque": 100.0, "tau_load": -150.0}
+        wanted: dict[str, Any] = (
+            {"engine.w": w, "two.w": 400.0 / 3} | pressed | {"engine_torque": 100.0, "tau_load": -150.0}
+        )
         found = pt.steady(TwoMode(), wanted, free=["tau_1", "tau_2"], outputs=["output.w", "one.w"])
         assert found.status.values.tolist() == [OK] * 5
         np.testing.assert_allclose(found["one.w"], 3 * 400 / 3 - 2 * w, atol=1e-9)

@@ -35,7 +35,7 @@ ORDER = [
     "numerics: replay",
     "compiler: matching linear calls cancellation",
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
-    "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resolve",
+    "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resting resolve",
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity zeno failure loop engine",

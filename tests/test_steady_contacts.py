@@ -63,6 +63,18 @@ class Pressed(pt.Component):
         yield pt.connect(self.source.flange, self.mass.flange_a)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_friction_beside_a_stop_keeps_its_limit(sign: int) -> None:
+    """Both hold the mass; friction takes what it can, as where a simulation ends."""
+    plant = pt.compile(Pressed())
+    names = ["mass.f", "mass.f_max", "mass.f_min", "mass.mode"]
+    point = pt.steady(plant, {"force": [sign * 50.0]}, outputs=names)
+    result = plant.simulate(5.0, inputs={"force": sign * 50.0})
+    assert point["mass.f"].item() == pytest.approx(sign * 5.0)
+    for name in names:
+        assert point[name].item() == pytest.approx(result[name][-1], abs=1e-6)
+
+
 def test_friction_leaves_the_place_open() -> None:
     """Less than friction holds: it rests anywhere, and no value is invented."""
     found = pt.steady(Pressed(), {"force": [3.0]}, outputs=["mass.s"])

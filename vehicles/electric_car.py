@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, connect
-from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain import Component, Equations, Input, connect, signal_input
+from powertrain.components.body import (
+    Axle,
+    Body,
+    LumpedAxle,
+    RigidTransferCase,
+    RoadProfile,
+    RollingAxle,
+    TransferCase,
+    VehicleBody,
+)
 from powertrain.components.control import Driver, ElectricDriveControl, FixedGear, Pedals, PowerShiftSchedule, Shifting
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
-from powertrain.components.rotational import IdealGear, TwoFlanges
+from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
-from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
-from powertrain.vehicles.lumped_axles import to_the_road
+from powertrain.vehicles.driving import on_the_cycle
+from powertrain.vehicles.road import to_the_road
 
 BATTERY = PolarizedBattery(
     ocv=cells_in_series(96), Q=150 * 3600, R=0.06, i_discharge=600, i_charge=400, soc_min=0.03, soc_max=0.98, band=0.02
@@ -28,8 +37,7 @@ class ElectricCar(Component):
 
     The control blends recovery and friction brakes. ``gearbox`` takes one gear, or ``ElectricCar.two_speed()``'s: two that shift under
     load by a ``PowerShiftSchedule``. ``CycleRun`` tells W.h/km, range and miles per gallon of gasoline equivalent.
-    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
-    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential. The numbers are made up for a compact car.
+    ``front`` and ``rear`` take axles, see ``to_the_road``. The numbers are made up for a compact car.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
@@ -42,13 +50,12 @@ class ElectricCar(Component):
         J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
     )
     gearbox: Shiftable = SingleGear(gear=IdealGear(ratio=2.5), churning=OIL)
-    final_drive: TwoFlanges = CrownGear(ratio=3.6, eta_ab=0.97, eta_ba=0.97)
-    front_brake: WheelBrake = WheelBrake(tau_max=3000)
-    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
-    front: Wheel = RigidWheel(J=2.0)
-    rear: Wheel = RigidWheel(J=2.0)
+    transfer: TransferCase = RigidTransferCase()
+    front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.6, eta_ab=0.97, eta_ba=0.97))
+    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1700, A=2.3, Cd=0.25)
     road: RoadProfile = RoadProfile()
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     @classmethod
     def two_speed(cls) -> ElectricCar:
@@ -65,14 +72,12 @@ class ElectricCar(Component):
         """The bus, and the way to the road."""
         yield connect(self.battery.bus, self.machine.bus, self.accessories.bus)
         yield connect(self.machine.shaft, self.gearbox.flange_a)
-        yield connect(self.gearbox.flange_b, self.final_drive.flange_a)
-        yield from to_the_road(self, self.final_drive.flange_b)
+        yield from to_the_road(self, self.gearbox.flange_b, self.control.friction)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield connect(self.cycle.v_ref, self.driver.v_ref)
-        yield connect(self.cycle.a_ref, self.driver.a_ref)
-        yield connect(self.body.v, self.driver.v, self.control.v, self.schedule.v)
+        yield from on_the_cycle(self)
+        yield connect(self.body.v, self.control.v, self.schedule.v)
         yield connect(self.driver.accelerator, self.schedule.accelerator)
         yield connect(self.schedule.throttle, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)
@@ -82,4 +87,3 @@ class ElectricCar(Component):
         yield connect(self.battery.discharge_power, self.control.discharge_power)
         yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.control.tau, self.machine.torque_demand)
-        yield connect(self.control.friction, self.front_brake.demand, self.rear_brake.demand)

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from powertrain import Component, Equations, connect
-from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain import Component, Equations, Input, connect, signal_input
+from powertrain.components.body import (
+    Axle,
+    Body,
+    LumpedAxle,
+    RigidTransferCase,
+    RoadProfile,
+    RollingAxle,
+    TransferCase,
+    VehicleBody,
+)
 from powertrain.components.control import Driver, FlywheelCharge, FlywheelDrive, Pedals
 from powertrain.components.cvu import RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
@@ -13,8 +22,9 @@ from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import BearingFriction, Clutch, IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import SplitPathTransmission, UnitRatio, unit_ratio
-from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
-from powertrain.vehicles.lumped_axles import to_the_road
+from powertrain.components.wheels import WheelBrake
+from powertrain.vehicles.driving import on_the_cycle
+from powertrain.vehicles.road import to_the_road
 from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION
 
 V_MIN, V_MAX = (unit_ratio(LAYOUT, BASIC_RATIO, r) for r in (0.15, 2.0))
@@ -29,8 +39,7 @@ class FlywheelHybrid(Component):
     most 1,700 rad/s, where it holds 1.6 MJ; the car at 130 km/h has 0.9 MJ. The engine charges it at a good load, or stands still.
     The transmission is that of the split-path car with a wider range, r from 0.15 to 2; below it the clutch at its output slips.
     With ``drive.recovery`` = 0 it leaves all braking to the friction brakes.
-    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
-    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
+    ``front`` and ``rear`` take axles, see ``to_the_road``.
     Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are made up.
     """
 
@@ -53,13 +62,14 @@ class FlywheelHybrid(Component):
     before: SpeedSensor = SpeedSensor()
     clutch: Clutch = Clutch(fn_max=600, mue_pos=((0.0, 1.0),))
     output: SpeedSensor = SpeedSensor()
-    crown: CrownGear = CrownGear(ratio=3.3, eta_ab=0.97, eta_ba=0.97)
-    front_brake: WheelBrake = WheelBrake(tau_max=1500)
-    rear_brake: WheelBrake = WheelBrake(tau_max=750)
-    front: Wheel = RigidWheel(J=2.0)
-    rear: Wheel = RigidWheel(J=2.0)
+    transfer: TransferCase = RigidTransferCase()
+    front: Axle = LumpedAxle(
+        final_drive=CrownGear(ratio=3.3, eta_ab=0.97, eta_ba=0.97), brakes=WheelBrake(tau_max=1500)
+    )
+    rear: Axle = RollingAxle(brakes=WheelBrake(tau_max=750))
     body: Body = VehicleBody(m=1400, A=2.1)
     road: RoadProfile = RoadProfile()
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """Engine and flywheel on one shaft, from there to the road."""
@@ -69,14 +79,13 @@ class FlywheelHybrid(Component):
         yield connect(self.flywheel.flange_b, self.bearing.flange_a, self.air.flange)
         yield connect(self.transmission.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.clutch.flange_a, self.before.flange)
-        yield connect(self.clutch.flange_b, self.crown.flange_a, self.output.flange)
-        yield from to_the_road(self, self.crown.flange_b)
+        yield connect(self.clutch.flange_b, self.output.flange)
+        yield from to_the_road(self, self.clutch.flange_b, self.drive.friction)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield connect(self.cycle.v_ref, self.driver.v_ref)
-        yield connect(self.cycle.a_ref, self.driver.a_ref)
-        yield connect(self.body.v, self.driver.v, self.charge.v)
+        yield from on_the_cycle(self)
+        yield connect(self.body.v, self.charge.v)
         yield connect(self.driver.accelerator, self.drive.accelerator)
         yield connect(self.driver.brake, self.drive.brake)
         yield connect(self.input.w, self.drive.w_in, self.charge.w_in)
@@ -86,7 +95,6 @@ class FlywheelHybrid(Component):
         yield connect(self.actuator.ratio, self.transmission.ratio)
         yield connect(self.before.w, self.drive.w_before)
         yield connect(self.drive.clutch, self.clutch.f_normalized)
-        yield connect(self.drive.friction, self.front_brake.demand, self.rear_brake.demand)
         yield connect(self.engine.speed, self.charge.w)
         yield connect(self.charge.on, self.engine.on)
         yield connect(self.charge.throttle, self.engine.throttle)

@@ -2,16 +2,39 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, connect
-from powertrain.components.body import Body, RoadProfile, VehicleBody
-from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, GearSchedule, Pedals, Shifting
+from typing import Any, Self
+
+from powertrain import Component, Equations, Input, connect, signal_input
+from powertrain.components.body import (
+    Axle,
+    Body,
+    LumpedAxle,
+    RigidTransferCase,
+    RoadProfile,
+    RollingAxle,
+    TransferCase,
+    VehicleBody,
+)
+from powertrain.components.control import (
+    AlwaysOn,
+    Driver,
+    EngineSwitch,
+    FixedGear,
+    GearSchedule,
+    OpenPedals,
+    Pedals,
+    Shifting,
+)
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear
 from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
-from powertrain.components.rotational import Clutch, TwoFlanges
-from powertrain.components.transmissions import ManualGearbox, Shiftable
-from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
-from powertrain.vehicles.lumped_axles import to_the_road
+from powertrain.components.rotational import Clutch, IdealGear
+from powertrain.components.transmissions import ManualGearbox, Shiftable, SingleGear
+from powertrain.vehicles.driving import by_schedule
+from powertrain.vehicles.road import to_the_road
+
+W_OPEN, W_CLOSED = 90.0, 120.0
+"""Speeds of the engine [rad/s] between which the clutch closes in a car with one gear."""
 
 
 class ManualCar(Component):
@@ -20,8 +43,7 @@ class ManualCar(Component):
     The driver follows ``cycle``; the schedule shifts by the vehicle's speed, with a real clutch and real synchronisers. ``start_stop``
     says whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox counts in the final
     drive. The numbers are made up for a compact car with an engine of 1.6 l.
-    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
-    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
+    ``front`` and ``rear`` take axles, see ``to_the_road``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
@@ -32,33 +54,29 @@ class ManualCar(Component):
     accessories: AccessoryDrive = AccessoryDrive()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     gearbox: Shiftable = ManualGearbox()
-    final_drive: TwoFlanges = CrownGear(ratio=4.1, eta_ab=0.95, eta_ba=0.95)
-    front_brake: WheelBrake = WheelBrake(tau_max=3000)
-    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
-    front: Wheel = RigidWheel(J=2.0)
-    rear: Wheel = RigidWheel(J=2.0)
+    transfer: TransferCase = RigidTransferCase()
+    front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.1, eta_ab=0.95, eta_ba=0.95))
+    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1300, A=2.1)
     road: RoadProfile = RoadProfile()
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
+
+    @classmethod
+    def in_one_gear(cls, ratio: float = 3.5, **parts: Any) -> Self:
+        """The car with one gear that is always in and ``OpenPedals``: for measurements of its axles. ``parts`` are its other fields."""
+        bench = {
+            "driver": OpenPedals(),
+            "schedule": FixedGear(w_open=W_OPEN, w_closed=W_CLOSED),
+            "gearbox": SingleGear(gear=IdealGear(ratio=ratio)),
+        }
+        return cls(**(bench | parts))
 
     def equations(self) -> Equations:
         """Engine to road."""
         yield connect(self.engine.crank, self.accessories.flange, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.gearbox.flange_a)
-        yield connect(self.gearbox.flange_b, self.final_drive.flange_a)
-        yield from to_the_road(self, self.final_drive.flange_b)
-        yield from self._signals()
-
-    def _signals(self) -> Equations:
-        yield connect(self.cycle.v_ref, self.driver.v_ref)
-        yield connect(self.cycle.a_ref, self.driver.a_ref)
-        yield connect(self.body.v, self.driver.v, self.schedule.v, self.start_stop.v)
-        yield connect(self.driver.brake, self.front_brake.demand, self.rear_brake.demand)
-        yield connect(self.driver.accelerator, self.schedule.accelerator, self.start_stop.accelerator)
-        yield connect(self.engine.speed, self.schedule.w)
-        yield connect(self.schedule.throttle, self.engine.throttle)
-        yield connect(self.schedule.clutch, self.clutch.f_normalized)
-        yield connect(self.schedule.lever, self.gearbox.lever)
-        yield connect(self.start_stop.on, self.engine.on)
+        yield from to_the_road(self, self.gearbox.flange_b, self.driver.brake)
+        yield from by_schedule(self, self.clutch.f_normalized)
 
     def initial(self) -> Equations:
         """At rest, with the engine idling and the first gear in."""

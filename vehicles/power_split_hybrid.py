@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from powertrain import Component, Equations, connect
-from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain import Component, Equations, Input, connect, signal_input
+from powertrain.components.body import (
+    Axle,
+    Body,
+    LumpedAxle,
+    RigidTransferCase,
+    RoadProfile,
+    RollingAxle,
+    TransferCase,
+    VehicleBody,
+)
 from powertrain.components.control import Driver, Pedals, PowerSplitControl
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
 from powertrain.components.engines import Engine, WillansEngine, throttle_table
 from powertrain.components.rotational import SpringDamper
-from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
-from powertrain.vehicles.lumped_axles import to_the_road
+from powertrain.vehicles.driving import on_the_cycle
+from powertrain.vehicles.road import to_the_road
 
 ENGINE = WillansEngine(
     e=0.4, tau_0=15, tau_max=115, w_tau=420, P_max=55e3, w_P=520, tau_low=85, w_low=100, tau_starter=0, J=0.13
@@ -28,8 +37,7 @@ class PowerSplitHybrid(Component):
     What the engine gives is split by the gear: 2.6/3.6 of its torque go to the ring, 1/3.6 to machine 1, whose power drives machine 2
     or charges the battery. So machine 1 chooses the engine's speed at every speed of the car. The engine stands still at low power and
     is started by machine 1. The rules are those of ``PowerSplitControl``; what they know of the engine comes from the engine in the slot.
-    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
-    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
+    ``front`` and ``rear`` take axles, see ``to_the_road``.
     The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
     """
 
@@ -44,28 +52,26 @@ class PowerSplitHybrid(Component):
     machine_2: ElectricMachine = ElectricMachine(J=0.03, tau_max=450, P_max=55e3, w_max=700, copper=0.015, iron=0.8)
     battery: PolarizedBattery = PolarizedBattery(R=0.2)
     accessories: AccessoryLoad = AccessoryLoad(P=300)
-    final_drive: CrownGear = CrownGear(ratio=3.93, eta_ab=0.97, eta_ba=0.97)
-    front_brake: WheelBrake = WheelBrake(tau_max=3000)
-    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
-    front: Wheel = RigidWheel(J=2.0)
-    rear: Wheel = RigidWheel(J=2.0)
+    transfer: TransferCase = RigidTransferCase()
+    front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.93, eta_ab=0.97, eta_ba=0.97))
+    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1450, A=2.2, Cd=0.27)
     road: RoadProfile = RoadProfile()
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """The gear, the bus, and the way to the road."""
         yield connect(self.engine.crank, self.damper.flange_a)
         yield connect(self.damper.flange_b, self.gear.carrier)
         yield connect(self.machine_1.shaft, self.gear.sun)
-        yield connect(self.machine_2.shaft, self.gear.ring, self.final_drive.flange_a)
+        yield connect(self.machine_2.shaft, self.gear.ring)
         yield connect(self.battery.bus, self.machine_1.bus, self.machine_2.bus, self.accessories.bus)
-        yield from to_the_road(self, self.final_drive.flange_b)
+        yield from to_the_road(self, self.gear.ring, self.control.friction)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield connect(self.cycle.v_ref, self.driver.v_ref)
-        yield connect(self.cycle.a_ref, self.driver.a_ref)
-        yield connect(self.body.v, self.driver.v, self.control.v)
+        yield from on_the_cycle(self)
+        yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)
         yield connect(self.engine.speed, self.control.w)
@@ -82,7 +88,6 @@ class PowerSplitHybrid(Component):
         yield connect(self.control.throttle, self.engine.throttle)
         yield connect(self.control.tau_1, self.machine_1.torque_demand)
         yield connect(self.control.tau_2, self.machine_2.torque_demand)
-        yield connect(self.control.friction, self.front_brake.demand, self.rear_brake.demand)
 
     def initial(self) -> Equations:
         """At rest, with the engine stopped."""

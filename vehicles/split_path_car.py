@@ -1,15 +1,24 @@
-"""Yu & Beachley's split-path CVT in a car: front-driven, the engine on its line of least fuel."""
+"""Yu & Beachley's split-path CVT in a car: the engine on its line of least fuel."""
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, Output, connect, signal_input
-from powertrain.components.body import Body, DrivenAxle, RoadProfile, VehicleBody
+from powertrain import Component, Equations, Input, connect, signal_input
+from powertrain.components.body import (
+    Axle,
+    Body,
+    LumpedAxle,
+    RigidTransferCase,
+    RoadProfile,
+    RollingAxle,
+    TransferCase,
+    VehicleBody,
+)
 from powertrain.components.control import Driver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
 from powertrain.components.engines import Engine, WillansEngine
-from powertrain.components.rotational import Clutch, Flange, Inertia, SpeedSensor
+from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
 from powertrain.components.transmissions import (
     Layout,
     RatioOfUnit,
@@ -17,8 +26,8 @@ from powertrain.components.transmissions import (
     UnitRatio,
     VariableTransmission,
 )
-from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
-from powertrain.vehicles.lumped_axles import to_the_road
+from powertrain.vehicles.driving import on_the_cycle
+from powertrain.vehicles.road import to_the_road
 
 LAYOUT: Layout = "abH"
 BASIC_RATIO = -1.7
@@ -32,8 +41,8 @@ SHARE = 0.85
 """Of the full-load torque: a sixth stays in hand for the acceleration of the engine itself."""
 
 
-class SplitPathDrive(Component):
-    """Partial: driver, engine, start clutch and split-path CVT of a car.
+class SplitPathCar(Component):
+    """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, final drive, wheels.
 
     The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a unit of 90 % whose ratio V
     passes zero, as that of a hydrostatic or electric one does: with V from -0.27 to 2.59 the ratio r goes from 0.2 to 2. Above r = 0.37 the
@@ -41,6 +50,7 @@ class SplitPathDrive(Component):
     and ``unit_ratio``, as one of the design program: ``NetworkTransmission.of(network)`` and ``NetworkRatio(network=network)``. The
     driver follows ``cycle``; the control gives the engine the speed of least fuel for the demanded power. Below r = 0.2, so below walking
     pace, the start clutch slips.
+    ``front`` and ``rear`` take axles, see ``to_the_road``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
     Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 4.
     """
 
@@ -54,18 +64,25 @@ class SplitPathDrive(Component):
     actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=-0.27)
     transmission: VariableTransmission = TRANSMISSION
     output: SpeedSensor = SpeedSensor()
+    transfer: TransferCase = RigidTransferCase()
+    front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97))
+    rear: Axle = RollingAxle()
+    body: Body = VehicleBody(m=1300, A=2.1)
+    road: RoadProfile = RoadProfile()
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
-    def _drive(self, pinion: Flange) -> Equations:
+    def equations(self) -> Equations:
+        """Engine to road."""
         yield connect(self.engine.crank, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.transmission.flange_a)
-        yield connect(self.transmission.flange_b, pinion, self.output.flange)
+        yield connect(self.transmission.flange_b, self.output.flange)
+        yield from to_the_road(self, self.transmission.flange_b, self.driver.brake)
+        yield from self._signals()
 
-    def _signals(self, v: Output, *brakes: Input) -> Equations:
-        yield connect(self.cycle.v_ref, self.driver.v_ref)
-        yield connect(self.cycle.a_ref, self.driver.a_ref)
-        yield connect(v, self.driver.v, self.control.v)
-        yield connect(self.driver.brake, *brakes)
+    def _signals(self) -> Equations:
+        yield from on_the_cycle(self)
+        yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.engine.speed, self.control.w)
         yield connect(self.output.w, self.control.w_out)
@@ -82,57 +99,3 @@ class SplitPathDrive(Component):
     def initial(self) -> Equations:
         """At rest, with the engine idling."""
         yield self.engine.w == self.engine.w_idle
-        yield self.shaft.w == 0
-
-
-class SplitPathCar(SplitPathDrive):
-    """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, crown gear, wheels.
-
-    It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here.
-    ``SplitPathAxleCar`` has a differential, half shafts and two tyres.
-    """
-
-    crown: CrownGear = CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97)
-    front_brake: WheelBrake = WheelBrake(tau_max=3000)
-    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
-    front: Wheel = RigidWheel(J=2.0)
-    rear: Wheel = RigidWheel(J=2.0)
-    body: Body = VehicleBody(m=1300, A=2.1)
-    road: RoadProfile = RoadProfile()
-
-    def equations(self) -> Equations:
-        """Engine to road."""
-        yield from self._drive(self.crown.flange_a)
-        yield from to_the_road(self, self.crown.flange_b)
-        yield from self._signals(self.body.v, self.front_brake.demand, self.rear_brake.demand)
-
-
-class SplitPathAxleCar(SplitPathDrive):
-    """The same car with a driven axle: crown gear, any differential, half shafts that twist, a brake and a tyre on either side.
-
-    ``axle.differential``, ``axle.left`` and ``axle.right`` are slots; the path may bend.
-    """
-
-    axle: DrivenAxle = DrivenAxle(
-        crown=CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97),
-        left_brake=WheelBrake(tau_max=1500),
-        right_brake=WheelBrake(tau_max=1500),
-    )
-    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
-    rear: Wheel = RigidWheel(J=2.0)
-    body: Body = VehicleBody(m=1300, A=2.1)
-    road: RoadProfile = RoadProfile()
-    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
-
-    def equations(self) -> Equations:
-        """Engine to road."""
-        yield from self._drive(self.axle.pinion)
-        yield connect(self.axle.axle, self.body.front)
-        yield connect(self.body.front_load, self.axle.load)
-        yield connect(self.rear_brake.flange_b, self.rear.hub)
-        yield connect(self.rear.road, self.body.rear)
-        yield connect(self.body.rear_load, self.rear.load)
-        yield connect(self.body.s, self.road.s)
-        yield connect(self.road.grade, self.body.grade)
-        yield connect(self.curvature, self.axle.curvature)
-        yield from self._signals(self.body.v, self.axle.brake, self.rear_brake.demand)

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Component, Equations, Parameter, connect, parameter
-from powertrain.components.body import Body, RoadProfile, VehicleBody
+from powertrain import Component, Equations, Input, Parameter, connect, parameter, signal_input
+from powertrain.components.body import (
+    Axle,
+    Body,
+    LumpedAxle,
+    RigidTransferCase,
+    RoadProfile,
+    RollingAxle,
+    TransferCase,
+    VehicleBody,
+)
 from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator, VariableUnit
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss
 from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
-from powertrain.components.rotational import IdealGear, Inertia, SpeedSensor, TwoFlanges
+from powertrain.components.rotational import IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import StartingConverter, StartingDevice
-from powertrain.components.wheels import RigidWheel, Wheel, WheelBrake
-from powertrain.vehicles.lumped_axles import to_the_road
+from powertrain.vehicles.driving import on_the_cycle
+from powertrain.vehicles.road import to_the_road
 
 
 class VariatorCar(Component):
@@ -44,13 +53,12 @@ class VariatorCar(Component):
     unit: VariableUnit = CVU(eta_ab=0.91, eta_ba=0.91)
     pulley: Inertia = Inertia(J=0.01)
     output: SpeedSensor = SpeedSensor()
-    final_drive: TwoFlanges = IdealGear(ratio=5.4)
-    front_brake: WheelBrake = WheelBrake(tau_max=3000)
-    rear_brake: WheelBrake = WheelBrake(tau_max=1500)
-    front: Wheel = RigidWheel(J=2.0)
-    rear: Wheel = RigidWheel(J=2.0)
+    transfer: TransferCase = RigidTransferCase()
+    front: Axle = LumpedAxle(final_drive=IdealGear(ratio=5.4))
+    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1300, A=2.1)
     road: RoadProfile = RoadProfile()
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """Engine to road."""
@@ -58,15 +66,13 @@ class VariatorCar(Component):
         yield connect(self.start.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.churning.flange, self.unit.flange_a)
         yield connect(self.unit.flange_b, self.pulley.flange_a)
-        yield connect(self.pulley.flange_b, self.final_drive.flange_a, self.output.flange)
-        yield from to_the_road(self, self.final_drive.flange_b)
+        yield connect(self.pulley.flange_b, self.output.flange)
+        yield from to_the_road(self, self.pulley.flange_b, self.driver.brake)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield connect(self.cycle.v_ref, self.driver.v_ref)
-        yield connect(self.cycle.a_ref, self.driver.a_ref)
-        yield connect(self.body.v, self.driver.v, self.control.v, self.start_stop.v)
-        yield connect(self.driver.brake, self.front_brake.demand, self.rear_brake.demand)
+        yield from on_the_cycle(self)
+        yield connect(self.body.v, self.control.v, self.start_stop.v)
         yield connect(self.driver.accelerator, self.control.accelerator, self.start_stop.accelerator)
         yield connect(self.start_stop.on, self.engine.on)
         yield connect(self.engine.speed, self.control.w)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import casadi as ca
 
@@ -202,6 +203,11 @@ class TimeTable(_Source):
     """
 
     table: tuple[tuple[float, float], ...]
+
+    def check(self) -> Equations:
+        """There are rows, in order."""
+        yield len(self.table) > 0  # it has rows
+        yield all(before[0] <= after[0] for before, after in pairwise(self.table))  # times do not decrease
 
     def equations(self) -> Equations:
         """The rows' polygon."""

@@ -1,42 +1,131 @@
-"""A driven axle: from the propeller shaft to the road."""
+"""Axles: from the propeller shaft to the road, and from the road to the body."""
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, connect, port, signal_input
+from powertrain import Component, Equations, Input, ParameterError, Symbol, connect, port, signal_input
 from powertrain.components.body.path import AxlePath
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
 from powertrain.components.rotational import Flange as Shaft
-from powertrain.components.rotational import Inertia, SpringDamper
+from powertrain.components.rotational import Inertia, SpringDamper, TwoFlanges
 from powertrain.components.translational import Flange
-from powertrain.components.wheels import MagicFormulaWheel, Wheel, WheelBrake
+from powertrain.components.wheels import MagicFormulaWheel, RigidWheel, Wheel, WheelBrake
 
 
-class DrivenAxle(Component):
-    """Crown gear, differential, half shafts that twist, brakes and two wheels, each on its own path and with its own load.
+def _rolls(wheel: Wheel) -> Symbol:
+    """At the start the road turns the wheel."""
+    return wheel.radius * wheel.w == wheel.v
 
-    ``pinion`` is driven; ``axle`` pushes the body; ``load`` is what the body sends. The differential and the wheels are slots.
-    """
 
-    pinion: Shaft = port(Shaft)
+def _as_one(*wheels: Wheel) -> RigidWheel:
+    """One wheel in the place of all, which bears what they bear and does not slip."""
+    radii = {float(wheel.radius) for wheel in wheels}
+    if len(radii) > 1:
+        raise ParameterError(
+            f"wheels of {' and '.join(f'{r:g}' for r in sorted(radii))} m on one axle do not turn as one"
+        )
+    n = len(wheels)
+    return RigidWheel(
+        radius=radii.pop(),
+        J=sum(float(wheel.J) for wheel in wheels),
+        Cr=sum(float(wheel.Cr) for wheel in wheels) / n,
+        Cr_2=sum(wheel.Cr_2 for wheel in wheels) / n,
+        load_nominal=sum(float(wheel.load_nominal) for wheel in wheels),
+    )
+
+
+class Axle(Component):
+    """Partial: an axle under a body. ``axle`` pushes the body; ``load`` is what the body sends."""
+
     axle: Flange = port(Flange)
     load: Input = signal_input("N", "Load on the axle")
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
     brake: Input = signal_input("1", "Brake demand, 0 to 1", default=0.0)
+
+    def lumped(self) -> Axle:
+        """The axle as it is on a straight road without slip: its wheels as one that does not slip."""
+        raise NotImplementedError(type(self).__name__)
+
+
+class PoweredAxle(Axle):
+    """Partial: an axle that a shaft drives at its ``pinion``."""
+
+    pinion: Shaft = port(Shaft)
+
+
+class RollingAxle(Axle):
+    """An axle that nothing drives. Its two wheels are one, with the inertia of both; in a bend it follows the middle of the axle."""
+
+    brakes: WheelBrake = WheelBrake(tau_max=1500)
+    wheels: Wheel = RigidWheel(J=2.0)
+
+    def equations(self) -> Equations:
+        """Brakes, wheels, road."""
+        yield connect(self.brakes.flange_b, self.wheels.hub)
+        yield connect(self.wheels.road, self.axle)
+        yield connect(self.load, self.wheels.load)
+        yield connect(self.brake, self.brakes.demand)
+
+    def initial(self) -> Equations:
+        """The wheels roll."""
+        yield _rolls(self.wheels)
+
+    def lumped(self) -> RollingAxle:
+        """The axle with wheels that do not slip."""
+        return RollingAxle(brakes=self.brakes, wheels=_as_one(self.wheels))
+
+
+class LumpedAxle(PoweredAxle):
+    """A driven axle whose two wheels are one, with the inertia of both.
+
+    On a straight road with equal ground the two wheels turn alike. A differential between them turns as one block then: its members do
+    not move against each other, whatever its kind, so that it loses nothing. In a bend the wheels turn on average as the middle of the
+    axle does, which is what is left of a differential without friction. Where the differential matters, in bends and on unequal ground,
+    take a ``DrivenAxle``.
+    """
+
+    final_drive: TwoFlanges = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
+    brakes: WheelBrake = WheelBrake(tau_max=3000)
+    wheels: Wheel = RigidWheel(J=2.0)
+
+    def equations(self) -> Equations:
+        """Final drive, brakes, wheels, road."""
+        yield connect(self.pinion, self.final_drive.flange_a)
+        yield connect(self.final_drive.flange_b, self.brakes.flange_a)
+        yield connect(self.brakes.flange_b, self.wheels.hub)
+        yield connect(self.wheels.road, self.axle)
+        yield connect(self.load, self.wheels.load)
+        yield connect(self.brake, self.brakes.demand)
+
+    def initial(self) -> Equations:
+        """The wheels roll."""
+        yield _rolls(self.wheels)
+
+    def lumped(self) -> LumpedAxle:
+        """The axle with wheels that do not slip."""
+        return LumpedAxle(final_drive=self.final_drive, brakes=self.brakes, wheels=_as_one(self.wheels))
+
+
+class DrivenAxle(PoweredAxle):
+    """Final drive, differential, half shafts that twist, brakes and two wheels, each on its own path and with its own load.
+
+    The differential and the wheels are slots.
+    """
+
     path: AxlePath = AxlePath(track=1.5, h=0.55)
     left: Wheel = MagicFormulaWheel()
     right: Wheel = MagicFormulaWheel()
-    left_brake: WheelBrake = WheelBrake(tau_max=1000)
-    right_brake: WheelBrake = WheelBrake(tau_max=1000)
+    left_brake: WheelBrake = WheelBrake(tau_max=1500)
+    right_brake: WheelBrake = WheelBrake(tau_max=1500)
     left_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
     right_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
     differential: Differential = BevelDifferential(eta=0.97)
     cage: Inertia = Inertia(J=0.1)
-    crown: CrownGear = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
+    final_drive: TwoFlanges = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
 
     def equations(self) -> Equations:
-        """Both sides alike. The parts stand from the road up: at the start the road turns the wheels, and they the rest."""
-        yield connect(self.pinion, self.crown.flange_a)
-        yield connect(self.crown.flange_b, self.cage.flange_a)
+        """Both sides alike."""
+        yield connect(self.pinion, self.final_drive.flange_a)
+        yield connect(self.final_drive.flange_b, self.cage.flange_a)
         yield connect(self.cage.flange_b, self.differential.crown)
         for side in ("left", "right"):
             shaft, brake = getattr(self, f"{side}_shaft"), getattr(self, f"{side}_brake")
@@ -53,7 +142,14 @@ class DrivenAxle(Component):
         yield connect(self.brake, self.left_brake.demand, self.right_brake.demand)
 
     def initial(self) -> Equations:
-        """The cage turns with the wheels, and the half shafts are not twisted."""
+        """The wheels roll, the cage turns with them, and the half shafts are not twisted."""
+        yield _rolls(self.left)
+        yield _rolls(self.right)
         yield self.cage.w == (self.left.w + self.right.w) / 2
         yield self.left_shaft.phi_rel == 0
         yield self.right_shaft.phi_rel == 0
+
+    def lumped(self) -> LumpedAxle:
+        """Its two wheels as one that does not slip. Errors: ParameterError for wheels of different radii."""
+        brakes = WheelBrake(tau_max=float(self.left_brake.tau_max) + float(self.right_brake.tau_max))
+        return LumpedAxle(final_drive=self.final_drive, brakes=brakes, wheels=_as_one(self.left, self.right))

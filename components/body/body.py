@@ -80,17 +80,15 @@ class _InAir(Body):
     rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
 
 
-class Chassis(_InAir, Lossy):
-    """The body in air that an own port brings, see ``VehicleBody``."""
+class MovingBody(Body, Lossy):
+    """Partial: a mass that moves along the road against a resistance."""
 
-    air: AirStream = support(AirStream)
     speed: Variable = variable("m/s", "Speed over the road", start=0.0, prefer=True)
     path: Variable = variable("m", "Path along the road", start=0.0)
     height: Variable = variable("m", "Height that was climbed", start=0.0)
     a: Variable = variable("m/s2", "Acceleration")
-    drag: Variable = variable("N", "Resistance of the air")
 
-    def equations(self) -> Equations:
+    def _moves(self, resistance: Symbol) -> Equations:
         """Newton's law, and the balance of moments about the contact points."""
         slope = self.grade.value
         cosine = 1 / ca.sqrt(1 + slope**2)
@@ -99,11 +97,8 @@ class Chassis(_InAir, Lossy):
         yield self.rear.s == self.path
         yield self.speed == der(self.path)
         yield self.a == der(self.speed)
-        yield self.m * self.a == push - self.drag - weight * slope
+        yield self.m * self.a == push - resistance - weight * slope
         yield der(self.height) == slope * cosine * self.speed
-        against = self.speed - self.air.v
-        yield self.drag == self.Cd * self.A * self.rho / 2 * against * ca.fabs(against)
-        yield self.air.f == -self.drag
         yield self.v.value == self.speed
         yield self.s.value == self.path
         yield self.front_load.value == weight * self.front_share - self.h / self.wheelbase * push
@@ -113,6 +108,20 @@ class Chassis(_InAir, Lossy):
     def energy(self) -> Symbol:
         """Kinetic energy, and potential energy above the start."""
         return self.m * self.speed**2 / 2 + self.m * self.g * self.height
+
+
+class Chassis(_InAir, MovingBody):
+    """The body in air that an own port brings, see ``VehicleBody``."""
+
+    air: AirStream = support(AirStream)
+    drag: Variable = variable("N", "Resistance of the air")
+
+    def equations(self) -> Equations:
+        """The drag of the air."""
+        yield from self._moves(self.drag)
+        against = self.speed - self.air.v
+        yield self.drag == self.Cd * self.A * self.rho / 2 * against * ca.fabs(against)
+        yield self.air.f == -self.drag
 
     def loss(self) -> Symbol:
         """Resistance of the air times speed against the air."""

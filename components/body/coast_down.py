@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, variable
-from powertrain.components.body.body import Body
-from powertrain.components.thermal import Lossy
+from powertrain import Equations, Parameter, Symbol, Variable, friction, parameter, variable
+from powertrain.components.body.body import MovingBody
 
 
-class CoastDownBody(Body, Lossy):
+class CoastDownBody(MovingBody):
     """The body of a vehicle whose whole road load is a polynomial in its speed, as a coast-down measures it.
 
     m a = front.f + rear.f - load - m g sin(alpha),  tan(alpha) = grade
@@ -27,10 +26,6 @@ class CoastDownBody(Body, Lossy):
     F_0: Parameter = parameter("N", "Road load at the least speed", default=110.0, min=0)
     F_1: Parameter = parameter("N.s/m", "Rise of the road load with the speed", default=1.5)
     F_2: Parameter = parameter("N.s2/m2", "Rise with the square of the speed", default=0.4, min=0)
-    speed: Variable = variable("m/s", "Speed over the road", start=0.0, prefer=True)
-    path: Variable = variable("m", "Path along the road", start=0.0)
-    height: Variable = variable("m", "Height that was climbed", start=0.0)
-    a: Variable = variable("m/s2", "Acceleration")
     load: Variable = variable("N", "Road load")
 
     def check(self) -> Equations:
@@ -38,27 +33,10 @@ class CoastDownBody(Body, Lossy):
         yield ca.fmin(self.F_1, 0) ** 2 <= 4 * self.F_0 * self.F_2
 
     def equations(self) -> Equations:
-        """Newton's law, and the balance of moments about the contact points."""
-        slope = self.grade.value
-        cosine = 1 / ca.sqrt(1 + slope**2)
-        weight, push = self.m * self.g * cosine, self.front.f + self.rear.f
-        yield self.front.s == self.path
-        yield self.rear.s == self.path
-        yield self.speed == der(self.path)
-        yield self.a == der(self.speed)
-        yield self.m * self.a == push - self.load - weight * slope
-        yield der(self.height) == slope * cosine * self.speed
+        """The road load, which holds at rest."""
+        yield from self._moves(self.load)
         limit = self.F_0 + self.F_1 * ca.fabs(self.speed) + self.F_2 * self.speed**2
         yield friction(self.speed, self.load, -limit, limit)
-        yield self.v.value == self.speed
-        yield self.s.value == self.path
-        yield self.front_load.value == weight * self.front_share - self.h / self.wheelbase * push
-        yield self.front_load.value + self.rear_load.value == weight
-        yield from self._dissipate()
-
-    def energy(self) -> Symbol:
-        """Kinetic energy, and potential energy above the start."""
-        return self.m * self.speed**2 / 2 + self.m * self.g * self.height
 
     def loss(self) -> Symbol:
         """Road load times speed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain.components.control.driver import Driver, SetPedals
+from powertrain.components.control.driver import Driver, OpenPedals, SetPedals
 from powertrain.components.control.electric_drive import ElectricDriveControl
 from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
 from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, PowerShiftSchedule, Shifting
@@ -20,6 +20,7 @@ __all__ = [
     "FlywheelCharge",
     "FlywheelDrive",
     "GearSchedule",
+    "OpenPedals",
     "OperatingLineControl",
     "Pedals",
     "PowerShiftSchedule",

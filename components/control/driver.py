@@ -1,10 +1,10 @@
-"""A driver who follows a speed, and pedals at fixed positions."""
+"""A driver who follows a speed, pedals at fixed positions, and pedals that are inputs of the model."""
 
 from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Variable, der, parameter, switch, variable
+from powertrain import Equations, Input, Parameter, Variable, der, parameter, signal_input, switch, variable
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.limited import limited
 
@@ -62,3 +62,18 @@ class SetPedals(Pedals):
         """What is set."""
         yield self.accelerator.value == self.accelerator_set
         yield self.brake.value == self.brake_set
+
+
+class OpenPedals(Pedals):
+    """Pedals that are inputs of the model: ``inputs={"driver.accelerator_pedal": ([0, 1, 10], [0, 0.3, 0.3])}``.
+
+    A pedal below 0 counts as 0, one above 1 as 1.
+    """
+
+    accelerator_pedal: Input = signal_input("1", "Accelerator pedal, 0 to 1", default=0.0, outside=True)
+    brake_pedal: Input = signal_input("1", "Brake pedal, 0 to 1", default=0.0, outside=True)
+
+    def equations(self) -> Equations:
+        """What is given."""
+        yield self.accelerator.value == limited(self.accelerator_pedal.value)
+        yield self.brake.value == limited(self.brake_pedal.value)

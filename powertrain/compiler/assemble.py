@@ -127,7 +127,12 @@ def _assemble(
     resolver = Resolver(reduced, solved, torques, column(x), values)
     laws = resolver.closed_laws()
     flags = [recorder.hold(f"{place.path}.{law.name}") for place, law in others if isinstance(law, WhenLaw)]
-    m = _held_symbols(flat, torques, flags)
+    rests = {
+        key(t.mode): recorder.hold(f"{t.mode.name()}.rests")
+        for k, t in enumerate(laws)
+        if isinstance(t.law, FrictionLaw) and resolver.shares(k)
+    }
+    m = [*_held_symbols(flat, torques, flags), *rests.values()]
     layout = {key(s): i for i, s in enumerate(m)}
     dae = HybridDae(
         t=time,
@@ -140,7 +145,7 @@ def _assemble(
         state_names=tuple(_state_names(reduced, states)),
         held_start=_held_start(flat, m),
         frictions=tuple(
-            _friction(k, t, resolver, layout) for k, t in enumerate(laws) if isinstance(t.law, FrictionLaw)
+            _friction(k, t, resolver, layout, rests) for k, t in enumerate(laws) if isinstance(t.law, FrictionLaw)
         ),
         contacts=tuple(_contact(t, layout) for t in laws if isinstance(t.law, UnilateralLaw)),
         opened=_opened(resolver, rates),
@@ -177,7 +182,7 @@ def _assemble(
         flat=flat,
         dae=dae,
         states=list(dae.state_names),
-        signals=_signals(flat, resolver, torques) | _nameless(reduced, dae, states),
+        signals=_signals(flat, resolver, torques, rests) | _nameless(reduced, dae, states),
         parameters={c.name: c for c in flat.parameters},
         inputs={u.name: u for u in inputs},
         resolve=resolver.model,
@@ -198,7 +203,7 @@ def _held_start(flat: Flat, held: list[Symbol]) -> Any:
     return np.array([start.get(key(s), 0.0) for s in held])
 
 
-def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> Friction:
+def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int], rests: dict[int, Symbol]) -> Friction:
     opened = resolver.laws[k]
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
@@ -217,7 +222,7 @@ def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int]) -> 
         known=resolver.known(k),
         rounding=resolver.rounding(k),
         reach=resolver.reach(k),
-        shared=resolver.shares(k),
+        rests=layout[key(rests[key(t.mode)])] if key(t.mode) in rests else None,
     )  # fmt: skip
 
 
@@ -338,12 +343,13 @@ def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str,
     return found
 
 
-def _signals(flat: Flat, resolver: Resolver, torques: list[Torque]) -> dict[str, SignalEntry]:
+def _signals(flat: Flat, resolver: Resolver, torques: list[Torque], rests: dict[int, Symbol]) -> dict[str, SignalEntry]:
     unknowns = list(flat.unknowns.values())
     expressions = resolver.model([u.symbol for u in unknowns])
     signals = {u.name: SignalEntry(u.unit, u.doc, e) for u, e in zip(unknowns, expressions, strict=True)}
     for t in torques:
-        signals[t.mode.name()] = SignalEntry("1", "Mode: 1 forward, 0 stuck, -1 backward, 2 free", t.mode)
+        shown = t.mode * (1 - rests[key(t.mode)]) if key(t.mode) in rests else t.mode
+        signals[t.mode.name()] = SignalEntry("1", "Mode: 1 forward, 0 stuck, -1 backward, 2 free", shown)
     for d in flat.discretes:
         signals[d.name] = SignalEntry(d.unit, d.doc, d.symbol)
     return signals

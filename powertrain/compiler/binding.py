@@ -20,7 +20,7 @@ from powertrain.compiler.flatten import Constant, Flat, rewritten
 from powertrain.errors import ModelError, ParameterError
 from powertrain.recorder import Place
 from powertrain.symbols import Symbol, column, free_symbols, key
-from powertrain.units import with_unit
+from powertrain.units import told_apart, with_unit
 
 
 def bind_parameters(flat: Flat) -> Flat:
@@ -142,4 +142,5 @@ def _said(limit: _Limit, value: float, low: float, high: float) -> str:
     """What is wrong with a quantity that has a name; a condition speaks for itself."""
     if not limit.name:
         return ""
-    return f"{limit.name} = {with_unit(f'{value:g}', limit.unit)} is outside {with_unit(f'[{low:g}, {high:g}]', limit.unit)}"
+    shown, allowed = told_apart(value, (low, high)), f"[{low:g}, {high:g}]"
+    return f"{limit.name} = {with_unit(shown, limit.unit)} is outside {with_unit(allowed, limit.unit)}"

@@ -26,13 +26,14 @@ def marks(expressions: Sequence[Symbol], mark: Callable[[ca.Function, int, list[
     ``mark`` gives those of the k-th instruction, from the marks of its operands.
     """
     everything = column(list(expressions))
-    tape = ca.Function("powertrain_marks", [column(free_symbols(everything))], list(expressions))
+    rows = everything.sparsity().row()
+    tape = ca.Function("powertrain_marks", [column(free_symbols(everything))], [everything])
     touched: dict[int, int] = {}
     found = [0] * len(expressions)
     for k in range(tape.n_instructions()):
         operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
         if operation == ca.OP_OUTPUT:
-            found[outputs[0]] |= touched[inputs[0]]
+            found[rows[outputs[1]]] |= touched[inputs[0]]
             continue
         inner = [] if operation in (ca.OP_CONST, ca.OP_INPUT, ca.OP_PARAMETER) else [touched[i] for i in inputs]
         bits = mark(tape, k, inner)

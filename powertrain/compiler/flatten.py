@@ -316,11 +316,11 @@ def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool)
     symbol = port._symbols["value"]
     if not isinstance(port, Input):
         return
-    if top:
+    if not top and _given_by_whole(flat, port):
+        return
+    if top or port.outside:
         flat.inputs.append(Unknown(port._path, symbol, port.unit, port.doc, guess=port.default or 0.0))
     elif port.default is not None:
-        if _given_by_whole(flat, port):
-            return
         constant = flat.recorder.hold(port._path)
         flat.parameters.append(Constant(port._path, constant, port.unit, port.doc, port.default))
         flat.equations.append(Equation(symbol - constant, place))

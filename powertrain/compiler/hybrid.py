@@ -26,7 +26,8 @@ class Friction:
     ``prescribed``: no torque of this law ever moves it; ``acts``: yet other motions follow that torque.
     ``limitless``: modes in which its own torque has no limit, so that it cannot move that way.
     ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``rounding``: what the rounding of angles and positions
-    adds to that; ``reach``: G_ii. ``shared``: torques of other laws take part in its motion.
+    adds to that; ``reach``: G_ii.
+    ``rests``: where other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest all the same.
     """
 
     name: str
@@ -47,7 +48,7 @@ class Friction:
     known: ca.SX = field(default_factory=lambda: ca.SX(LEAST_TORQUE))
     rounding: ca.SX = field(default_factory=lambda: ca.SX(0))
     reach: ca.SX = field(default_factory=lambda: ca.SX(1))
-    shared: bool = False
+    rests: int | None = None
 
     @property
     def hysteresis(self) -> ca.SX:

@@ -15,7 +15,7 @@ class Book:
     """``kinds``: (index, name, kind) of the held values whose changes are events; ``quiet``: held values that change without one.
 
     ``chattering``: the laws that may switch without end; ``counted``: guards of which only a number is kept;
-    ``modes``: places of all modes.
+    ``modes``: places of all modes; ``rests``: where it is held that a mode does not slide although it is at a limit, by the mode's place.
     """
 
     kinds: tuple[tuple[int, str, str], ...]
@@ -23,6 +23,7 @@ class Book:
     chattering: Mapping[int, Law]
     counted: tuple[Guard, ...]
     modes: tuple[int, ...]
+    rests: Mapping[int, int]
 
 
 def book(dae: HybridDae) -> Book:
@@ -43,4 +44,5 @@ def book(dae: HybridDae) -> Book:
         chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},
         counted=tuple(guard for guard in dae.guards if guard.action == "count"),
         modes=tuple(modes),
+        rests={f.index: f.rests for f in dae.frictions if f.rests is not None},
     )

@@ -270,7 +270,8 @@ class Engine:
             self.admissible.check(0)
             self.resolver.check_unique(0)
         except (NotConsistent, SimulationError) as error:
-            raise InitializationError(f"start at t = {t:.9g} s: {error}") from None
+            said = str(error).removeprefix(f"at t = {t:.9g} s ")
+            raise InitializationError(f"start at t = {t:.9g} s: {said}") from None
         return 0
 
     def _resolve_start(self) -> None:

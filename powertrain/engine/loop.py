@@ -54,7 +54,7 @@ class Run:
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
         self.book = engine.book
-        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.book.kinds)
+        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.book.kinds, self.book.rests)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.book.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
@@ -163,6 +163,7 @@ class Run:
             if counting and any(outside):
                 self.outside += outside
             if watch is not None:
+                self.t, self.side = t, side  # it may end the run
                 watch(t)
             if auto and (info[4] > _STIFF or self.stiff > 0) and self._too_stiff(info[4]):
                 steps, auto = self._implicit(), False

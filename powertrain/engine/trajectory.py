@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -38,7 +39,8 @@ class Trajectory:
     """The accepted steps of one run.
 
     Step i starts at ``times[i]`` with ``dense[i]`` (5 columns of y = (x, z) in powers of (t - times[i]) / sizes[i]) and lasts until the
-    next one starts; ``held[mode_of_step[i]]`` are its held values. ``notes`` says what is not unique in the result.
+    next one starts; ``held[mode_of_step[i]]`` are its held values. ``rests``: see ``powertrain.engine.catalogue``. ``notes`` says
+    what is not unique in the result.
     """
 
     times: Array
@@ -52,6 +54,7 @@ class Trajectory:
     states: int
     instants: tuple[Instant, ...]
     laws: tuple[tuple[int, str, str], ...]
+    rests: Mapping[int, int] = field(default_factory=dict)
     statistics: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -66,11 +69,16 @@ class Trajectory:
         found: list[Event] = []
         for instant in self.instants:
             for index, name, kind in self.laws:
-                old, new = float(instant.held_left[index]), float(instant.held_right[index])
+                old, new = self._shown(instant.held_left, index), self._shown(instant.held_right, index)
                 if old != new:
                     found.append(Event(instant.time, name, kind, old, new))
             found += [Event(instant.time, name, kind, np.nan, np.nan) for name, kind in instant.extra]
         return found
+
+    def _shown(self, held: Array, index: int) -> float:
+        """The mode of a law; 0 where it rests at a limit."""
+        at_rest = index in self.rests and held[self.rests[index]] > 0.0
+        return 0.0 if at_rest else float(held[index])
 
     def at(
         self, times: ArrayLike, with_events: bool = True
@@ -138,8 +146,15 @@ class Trajectory:
 class Recorder:
     """Collects the steps of a running simulation: ``rows`` are the bytes of ``memory.record`` after each."""
 
-    def __init__(self, memory: Memory, states: int, algebraic: int, laws: tuple[tuple[int, str, str], ...]) -> None:
-        self.unknowns, self.states, self.laws = states + algebraic, states, laws
+    def __init__(
+        self,
+        memory: Memory,
+        states: int,
+        algebraic: int,
+        laws: tuple[tuple[int, str, str], ...],
+        rests: Mapping[int, int],
+    ) -> None:
+        self.unknowns, self.states, self.laws, self.rests = states + algebraic, states, laws, rests
         self.rows, self._record = bytearray(), memory.record
         self.held: list[Array] = []
         self.instants: list[Instant] = []
@@ -171,6 +186,7 @@ class Recorder:
             states=self.states,
             instants=tuple(self.instants),
             laws=self.laws,
+            rests=self.rests,
             statistics=statistics,
             notes=notes,
         )

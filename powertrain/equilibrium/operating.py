@@ -12,8 +12,8 @@ from math import prod
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Switch
-from powertrain.equilibrium.choices import INFINITE, choices, order
-from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.choices import BACKWARD, FORWARD, INFINITE, STUCK, choices, order
+from powertrain.equilibrium.laws import KNOWN, SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
 from powertrain.equilibrium.search import Search
 from powertrain.equilibrium.solutions import Solutions
@@ -44,7 +44,9 @@ class Solver:
         self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards])
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._speeds = Columns("steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved])
-        self._torques = Columns("steady_torques", varying, problem.common, [f.torque for f in frictions])
+        self._frictions = len(frictions)
+        limits = [e for f in frictions for e in (f.torque, f.lower, f.upper)]
+        self._torques = Columns("steady_torques", varying, problem.common, limits)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
@@ -61,9 +63,11 @@ class Solver:
         with np.errstate(all="ignore"):
             together = self._solutions
             points = self._by_groups(grid, side) if together is None else self._together(together, grid, side)
+            if together is not None:
+                self._limit(grid, points)
             known = np.vstack([grid, points.u, points.modes])
             points.status[~(np.abs(self._speeds(known)) <= INFINITE).all(axis=0)] = IMMOVABLE
-            locked = ~(np.abs(self._torques(known)) <= INFINITE)
+            locked = ~(np.abs(self._torques(known)[::3]) <= INFINITE)
             points.status[(points.status == OK) & locked.any(axis=0)] = NONE
         points.blame[: len(locked), points.status == NONE] |= locked[:, points.status == NONE]
         points.blame[:, (points.status == OK) | (points.status == IMMOVABLE)] = False
@@ -106,6 +110,20 @@ class Solver:
         nameless = (status != OK) & ~blame.any(axis=0)
         blame[np.ix_(moving, np.flatnonzero(nameless))] = True
         return Points(u, found.modes.T.copy(), status, blame, rest)
+
+    def _limit(self, grid: Rows, points: Points) -> None:
+        """Laws that share a motion share its torque by their compliance; what that gives beyond the limit of one, the others take."""
+        count = self._frictions
+        modes, candidates = points.modes[:count], ~points.rest[:count] & (points.status == OK)
+        for _ in range(count):
+            found = self._torques(np.vstack([grid, points.u, points.modes]))
+            torque, lower, upper = found[::3], found[1::3], found[2::3]
+            known = KNOWN * (1.0 + np.abs(torque).max(axis=0, initial=0.0))
+            stuck = candidates & (modes == STUCK)
+            above, below = stuck & (torque > upper + known), stuck & (torque < lower - known)
+            if not (above | below).any():
+                return
+            modes[above], modes[below] = FORWARD, BACKWARD
 
     def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
         """The wanted values, and which guards are left."""

@@ -23,6 +23,7 @@ from powertrain.compiler.matching import Matching, components
 from powertrain.equilibrium.balance import Balance, changed, opened, start_of
 from powertrain.equilibrium.fraction import root_of_fraction
 from powertrain.errors import ParameterError
+from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 from powertrain.symbols import Symbol, column, key
@@ -124,6 +125,10 @@ class _Stage:
             m[s.index : s.index + 3] = [Symbol(time), value, Symbol(0)]
         p = [known.get(n, dae.p[i]) for i, n in enumerate(compiled.parameters)]
         self.arguments = [Symbol(time), dae.x, dae.z, column(m), column(p)]
+        shared = [(law.rests, law.w) for law in dae.frictions if law.rests is not None]
+        for (index, _), w in zip(shared, self.put([w for _, w in shared]), strict=True):
+            m[index] = ca.if_else(ca.fabs(w) <= ZONE, 1.0, 0.0)  # nothing accelerates
+        self.arguments[3] = column(m)
         self.common = (
             column([*ca.vertsplit(dae.p), *self.inputs.values()])
             if dae.p.numel()
@@ -139,14 +144,14 @@ class _Stage:
         return list(ca.vertsplit(ca.densify(result))) if result.numel() else []
 
     def _everything(self) -> list[Symbol]:
-        """All that a state can influence: rates, residuals, laws, guards, prescribed variables."""
+        """All that a state can influence: rates, residuals, laws (not how well these are known), guards, prescribed variables."""
         dae = self.dae
         found = [dae.xdot, dae.residual]
         for law in [*self.laws, *dae.guards]:
             found += [
                 getattr(law, f.name)
                 for f in fields(law)
-                if isinstance(getattr(law, f.name), ca.SX) and f.name != "time"
+                if isinstance(getattr(law, f.name), ca.SX) and f.name not in ("time", "known")
             ]
         found += [self.compiled.signals[n].expression for n in self.asked.prescribed]
         whole = column(found)

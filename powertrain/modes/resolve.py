@@ -16,6 +16,7 @@ from powertrain.errors import SimulationError
 from powertrain.modes.algebra import Algebra, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.jam import jam_message, not_found_message, several_message
+from powertrain.modes.resting import resting
 from powertrain.modes.tolerances import ZONE
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, view
@@ -47,6 +48,7 @@ class Resolver:
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
         self._pieces = set(self.uniqueness.pieces)
+        self._rests = [f.rests for f in dae.frictions if f.rests is not None]
         self._last_shared: Array | None = None
         self._flags = view(memory.flags)
 
@@ -54,13 +56,20 @@ class Resolver:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
         memory = self.memory
         self.extra, self._unsolved = [], None
+        memory.m[self._rests] = 0.0
         for _ in range(_ROUNDS):
             if self._found(side):
-                return
+                return self._note_rest(side)
         names = sorted({name for name, _ in self.extra})
         raise SimulationError(
             f"at t = {memory.time[0]:.9g} s resets follow one another without end: {', '.join(names)}"
         )
+
+    def _note_rest(self, side: int) -> None:
+        """Mark the laws at a limit that others hold."""
+        if self._flags[4] > 0.0 and self._problem is not None:
+            for k in resting(self.dae, self._problem, self._point(side)):
+                self.memory.m[self.dae.frictions[k].rests] = 1.0
 
     def _found(self, side: int) -> bool:
         """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""

@@ -76,7 +76,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     new_held = ca.vertcat(*held)
     changes = ca.sum1(new_held != dae.m) if held else ca.SX(0)
     torques = sum((friction.torque for friction in dae.frictions), ca.SX(0))
-    idle = sum((idles(dae, friction) for friction in dae.frictions if friction.shared), ca.SX(0))
+    idle = sum((idles(dae, friction) for friction in dae.frictions if friction.rests is not None), ca.SX(0))
     flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle)
     return Pass(new_held, ca.densify(flags), ca.vertcat(*edges), ca.vertcat(*closing))
 

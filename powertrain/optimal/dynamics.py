@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.arguments import listed, number
+from powertrain.arguments import by_name, listed, number
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Schedule
 from powertrain.errors import ParameterError, suggestion
 from powertrain.numerics.buffers import Array
@@ -131,6 +131,8 @@ def _checked(plant: Plant[Any], inputs: str | Sequence[str]) -> list[str]:
     for name in driven:
         if name not in known:
             raise ParameterError(f"inputs: the model has no input or parameter {name}{suggestion(str(name), known)}")
+        if driven.count(name) > 1:
+            raise ParameterError(f"inputs: {name} stands there twice")
     return driven
 
 
@@ -150,7 +152,7 @@ def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array,
         return x, z, m.copy(), np.array(list(result.parameters.values()), float)
     dae = plant.compiled.dae
     laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
-    given = dict(modes or {})
+    given = by_name("modes", modes)
     unknown = [n for n in given if n not in laws]
     if unknown:
         raise ParameterError(f"modes: the model has no law {unknown[0]}{suggestion(unknown[0], laws)}")
@@ -164,7 +166,7 @@ def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array,
     for name, mode in given.items():
         law = laws[name]
         allowed = (1.0, 0.0, -1.0, 2.0) if isinstance(law, Friction) else (0.0, 1.0)
-        if mode not in allowed:
+        if number(f"modes: {name}", mode) not in allowed:
             raise ParameterError(f"modes: {name} = {short(mode)} must be one of {', '.join(f'{v:g}' for v in allowed)}")
         m[law.index] = mode
     return x, z, m, plant.parameter_vector()

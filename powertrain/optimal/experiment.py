@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.arguments import number, row
+from powertrain.arguments import by_name, number, row
+from powertrain.arguments import path as argument_path
 from powertrain.errors import ParameterError
 from powertrain.numerics.buffers import Array
 
@@ -38,9 +40,11 @@ class Experiment:
         times = row("times", self.times)
         if not times.size or (np.diff(times) <= 0).any():
             raise ParameterError("experiment: times (s) must ascend, and there must be at least one")
-        if not self.values:
+        measured = {name: _numbers(name, v) for name, v in by_name("experiment: values", self.values).items()}
+        if not measured:
             raise ParameterError("experiment: give the values of at least one signal")
-        measured = {name: np.asarray(v, float).ravel() for name, v in self.values.items()}
+        for what in ("starts", "inputs", "parameters"):
+            by_name(f"experiment: {what}", getattr(self, what))
         for name, values in measured.items():
             if values.shape != times.shape:
                 raise ParameterError(f"experiment: {name} has {values.size} values for {times.size} times")
@@ -69,17 +73,28 @@ class Experiment:
         return float(given)
 
 
+def _numbers(name: str, values: Any) -> Array:
+    """Numbers in a row, nan among them."""
+    try:
+        return np.asarray(values, float).ravel()
+    except (TypeError, ValueError):
+        raise ParameterError(f"experiment: {name} = {short(values)} are no numbers in a row") from None
+
+
 def read_experiment(path: str | Path, *names: str, time: str = "time", **options: Any) -> Experiment:
     """Read an experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which require ``asammdf``.
 
     ``names``: the signals to read, by default all other columns; ``time``: the column of times (s); other options are those of
     ``Experiment``. ParameterError for other files and missing columns.
     """
-    path = Path(path)
+    path = Path(argument_path("path", path))
     if path.suffix.lower() == ".csv":
         import pandas as pd
 
-        frame = pd.read_csv(path)
+        try:
+            frame = pd.read_csv(path)
+        except (OSError, ValueError) as error:
+            raise ParameterError(f"{path} cannot be read: {error}") from None
     elif path.suffix.lower() in (".mf4", ".mdf", ".dat"):
         frame = _measurement(path, names, time)
     else:
@@ -90,7 +105,7 @@ def read_experiment(path: str | Path, *names: str, time: str = "time", **options
             f"{path.name} has no column {missing[0]}; it has {', '.join(map(str, frame.columns[:12]))}"
         )
     chosen = names or [str(name) for name in frame.columns if name != time]
-    return Experiment(frame[time].to_numpy(float), {n: frame[n].to_numpy(float) for n in chosen}, **options)
+    return Experiment(frame[time].to_numpy(), {n: frame[n].to_numpy() for n in chosen}, **options)
 
 
 def _measurement(path: Path, names: tuple[str, ...], time: str) -> pd.DataFrame:

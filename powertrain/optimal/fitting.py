@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import by_name, listed, number
+from powertrain.arguments import by_name, limits, listed, number, positive
 from powertrain.arguments import names as argument_names
+from powertrain.component import Component
 from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.experiment import Experiment
@@ -139,7 +140,7 @@ class Fit:
 
 
 def fit(
-    plant: Plant[Any],
+    plant: Plant[Any] | Component,
     data: Experiment | Sequence[Experiment],
     wrt: str | Sequence[str],
     *,
@@ -160,19 +161,23 @@ def fit(
     """
     from scipy.optimize import least_squares
 
+    plant = plant if isinstance(plant, Plant) else Plant(plant)
     experiments = [data] if isinstance(data, Experiment) else listed("data", data)
     if not experiments or not all(isinstance(e, Experiment) for e in experiments):
         raise ParameterError("data: give one pt.Experiment or several")
     asked = _unknowns(plant, experiments, wrt, by_name("first", first), by_name("bounds", bounds))
-    problem = _Problem(plant, experiments, asked, {"rtol": rtol, "atol": atol, "points": 1})
+    if not asked:
+        raise ParameterError("wrt: nothing is to be found; name parameters or variables")
+    tolerances = {"rtol": positive("rtol", rtol), "atol": positive("atol", atol)}
+    problem = _Problem(plant, experiments, asked, {**tolerances, "points": 1})
     scale = np.array([u.scale for u in asked])
-    limits = np.array([u.low for u in asked]) / scale, np.array([u.high for u in asked]) / scale
-    start = np.clip(np.array([u.first for u in asked]) / scale, *limits)
+    bound = np.array([u.low for u in asked]) / scale, np.array([u.high for u in asked]) / scale
+    start = np.clip(np.array([u.first for u in asked]) / scale, *bound)
     problem.runs(start * scale)
     search: Any = least_squares
     found = search(
         lambda q: problem.residuals(q * scale), start, lambda q: problem.jacobian(q * scale) * scale,
-        bounds=limits, x_scale="jac", xtol=1e-10, ftol=1e-12, gtol=1e-10, max_nfev=200,
+        bounds=bound, x_scale="jac", xtol=1e-10, ftol=1e-12, gtol=1e-10, max_nfev=200,
     )  # fmt: skip
     return _summary(problem, asked, found.x * scale, str(found.message))
 
@@ -188,11 +193,7 @@ def _unknowns(
             if name not in asked:
                 raise ParameterError(f"{what}: {name} is not among the unknowns{suggestion(name, asked)}")
     for name in asked:
-        low, high = (
-            number(f"bounds of {name}", b) if np.isfinite(b) else float(b) for b in bounds.get(name, (-np.inf, np.inf))
-        )
-        if not low < high:
-            raise ParameterError(f"bounds: the range of {name}, {low:g} to {high:g}, is empty")
+        low, high = limits(f"bounds: {name}", bounds.get(name, (-np.inf, np.inf)))
         if name in compiled.parameters:
             entry = compiled.parameters[name]
             value = number(f"first: {name}", first.get(name, plant.parameters[name]))

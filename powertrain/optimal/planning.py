@@ -11,12 +11,14 @@ import casadi as ca
 import numpy as np
 
 from powertrain.arguments import by_name, count, number
+from powertrain.arguments import limits as bounded
+from powertrain.component import Component
 from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Phase, guess
 from powertrain.plant import Plant
-from powertrain.result import Result
+from powertrain.result import Result, complete
 from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 
@@ -63,7 +65,7 @@ class Plan:
 
 
 def optimal_control(
-    plant: Plant[Any],
+    plant: Plant[Any] | Component,
     minimize: Selector | Objective,
     guess: Result[Any],
     inputs: Bounds | None = None,
@@ -90,13 +92,15 @@ def optimal_control(
     Raises ParameterError for unknown names and empty ranges; SimulationError if the guess has impacts or resets, or the replay fails.
     """
     problem = _Problem(
-        plant,
+        plant if isinstance(plant, Plant) else Plant(plant),
         objective(minimize),
-        guess,
+        complete(guess),
         dict(by_name("inputs", inputs)),
         dict(by_name("parameters", parameters)),
         count("intervals", intervals),
     )
+    if limits is not None and not isinstance(limits, Mapping):
+        raise ParameterError(f"limits = {limits!r}: give a dictionary of signals and (low, high)")
     problem.limit(dict(limits or {}), dict(by_name("ends", ends)), stop, number("smooth", smooth))
     return problem.solve()
 
@@ -114,8 +118,8 @@ class _Problem:
         intervals: int,
     ) -> None:
         self.plant, self.run, self.objective = plant, run, cost
-        self.ranges = {n: _range(f"inputs: {n}", r) for n, r in inputs.items()}
-        self.free = {n: _range(f"parameters: {n}", r) for n, r in parameters.items()}
+        self.ranges = {n: bounded(f"inputs: {n}", r) for n, r in inputs.items()}
+        self.free = {n: bounded(f"parameters: {n}", r) for n, r in parameters.items()}
         for what, names, known in (
             ("inputs", inputs, plant.compiled.inputs),
             ("parameters", parameters, plant.compiled.parameters),
@@ -137,9 +141,11 @@ class _Problem:
 
     def limit(self, limits: dict[Any, Any], ends: dict[str, Any], stop: Any, smooth: float) -> None:
         """Builds the phases with all that is asked of them."""
-        self.limits = [(s, _range(f"limits: {s}", r)) for s, r in limits.items()]
-        self.ends = [(s, _range(f"ends: {s}", r if isinstance(r, tuple) else (r, r), True)) for s, r in ends.items()]
-        self.stop = (self.run.trajectory.end,) * 2 if stop is None else _range("stop", stop, True)
+        self.limits = [(s, bounded(f"limits: {s}", r)) for s, r in limits.items()]
+        self.ends = [
+            (s, bounded(f"ends: {s}", r if isinstance(r, tuple) else (r, r), closed=True)) for s, r in ends.items()
+        ]
+        self.stop = (self.run.trajectory.end,) * 2 if stop is None else bounded("stop", stop, closed=True)
         self.smooth = smooth
         signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
         self.models = [self._model(a, b, signals) for a, b in self._spans()]
@@ -276,13 +282,3 @@ class _Problem:
             if not found or row.tobytes() != found[-1]:
                 found.append(row.tobytes())
         return found
-
-
-def _range(what: str, given: Any, closed: bool = False) -> tuple[float, float]:
-    try:
-        low, high = (float(v) for v in given)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{what} = {given!r}: give (low, high)") from None
-    if not (low < high or (closed and low == high)):
-        raise ParameterError(f"{what}: the range {low:g} to {high:g} is empty")
-    return low, high

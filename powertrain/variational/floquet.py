@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from powertrain.arguments import number
 from powertrain.errors import ParameterError
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result
+from powertrain.result import Result, complete
 from powertrain.signals import Samples
 from powertrain.variational.partials import System
 from powertrain.variational.record import Steps, record
@@ -55,7 +55,7 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
 
     Raises ParameterError for a span outside the run; SimulationError if an event is not differentiable (see ``pt.gradient``).
     """
-    trajectory = result.trajectory
+    trajectory = complete(result).trajectory
     start, period = number("start", start, "s"), number("period", period, "s")
     end = start + period
     if not period > 0.0 or not trajectory.start <= start < end <= trajectory.end:

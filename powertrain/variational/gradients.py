@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.arguments import listed, row
 from powertrain.errors import ParameterError
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result
+from powertrain.result import Result, complete
 from powertrain.signals import Picked, Samples, Signals, signals_of
 from powertrain.symbols import column
 from powertrain.variational.functional import Functional, functional
@@ -207,11 +207,7 @@ def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknown
 
 
 def _asked(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
-    if not isinstance(result, Result):
-        raise ParameterError(f"pass a result of simulate, not a {type(result).__name__}")
-    if not result.ok:
-        raise ParameterError(f"the run ended early and has no derivative: {result.message.splitlines()[0]}")
-    return unknowns(result, wrt)
+    return unknowns(complete(result), wrt)
 
 
 _models: WeakKeyDictionary[Signals, dict[Any, Model]] = WeakKeyDictionary()

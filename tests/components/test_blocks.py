@@ -118,7 +118,7 @@ def test_time_table_with_a_jump() -> None:
 
 
 def test_time_table_refuses_falling_times() -> None:
-    with pytest.raises(pt.ModelError, match="times that do not decrease"):
+    with pytest.raises(pt.ParameterError, match="times do not decrease"):
         run(joined(b.TimeTable(table=((0.0, 1.0), (1.0, 2.0), (0.5, 3.0))), joints=""), 1.0)
 
 

@@ -184,6 +184,7 @@ def test_advice_is_for_what_jumps() -> None:
         lambda m: math.sin(m.J.w),
         lambda m: np.float64(m.J.w),
         lambda m: 3 * math.exp(m.k),
+        lambda m: int(m.J.w),
     ],
 )
 def test_number_of_a_symbol_is_refused(law: Callable[[Any], Any]) -> None:

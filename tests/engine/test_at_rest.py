@@ -2,35 +2,57 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Ramp
-from powertrain.components.body import AxlePath, VehicleBody
+from powertrain.components.body import AxlePath, DrivenAxle, RoadProfile, VehicleBody
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
+from powertrain.components.rotational import TwoFlanges
+from powertrain.components.transmissions import Shiftable
 from powertrain.components.wheels import RigidWheel, SlipWheel, Wheel
 from powertrain.vehicles.rear_drive import RearDriveCar
 from powertrain.vehicles.split_path_car import SplitPathCar
 
+HILL = RoadProfile(profile=pt.Map.constant(0.1, x="s", x_unit="m", name="grade"))
+
+
+def on(road: RoadProfile, gear: TwoFlanges, **axle: Any) -> RearDriveCar:
+    """A car at rest with its clutch open: its engine idles."""
+    return RearDriveCar.in_one_gear(gearbox=Geared(gear=gear), road=road, rear=DrivenAxle(**axle))
+
+
+class Geared(Shiftable):
+    """A gear as a gearbox."""
+
+    gear: TwoFlanges
+    input: rot.Inertia = rot.Inertia(J=0.02)
+
+    def equations(self) -> pt.Equations:
+        """A shaft and a gear."""
+        yield pt.connect(self.flange_a, self.input.flange_a)
+        yield pt.connect(self.input.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.flange_b)
+
 
 def test_two_lossy_gears_in_a_row_stand_still_without_torque() -> None:
     """With the clutch open nothing is left of the bounds of gearbox and crown gear: no fraction of them can be told."""
-    plant = pt.compile(RearDriveCar(gearbox=rot.Gear(ratio=3.5, efficiency=0.97)))
-    for grade in (0.0, 0.1):
-        result = plant.simulate(1.0, starts={"engine.w": 85.0}, inputs={"brake": 0.3, "engaged": 0.0, "grade": grade})
+    lossy = rot.Gear(ratio=3.5, efficiency=0.97)
+    for road in (RoadProfile(), HILL):
+        result = pt.simulate(on(road, lossy), 1.0, inputs={"driver.brake_pedal": 0.3})
         assert abs(result["body.v"][-1]) < 1e-9
-    rolling = plant.simulate(1.0, starts={"engine.w": 85.0}, inputs={"engaged": 0.0, "grade": 0.1})
-    assert rolling["body.v"][-1] < -0.8
+    assert pt.simulate(on(HILL, lossy), 1.0)["body.v"][-1] < -0.8
 
 
 def test_two_gears_without_loss_in_a_row_roll_back() -> None:
-    plant = pt.compile(RearDriveCar(gearbox=rot.Gear(ratio=3.5), crown=CrownGear(ratio=3.9)))
-    ideal = pt.compile(RearDriveCar(gearbox=rot.IdealGear(ratio=3.5), crown=CrownGear(ratio=3.9)))
+    crown = CrownGear(ratio=3.9)
     ways = [
-        p.simulate(1.0, starts={"engine.w": 85.0}, inputs={"engaged": 0.0, "grade": 0.1})["body.v"][-1]
-        for p in (plant, ideal)
+        pt.simulate(on(HILL, gear, final_drive=crown), 1.0)["body.v"][-1]
+        for gear in (rot.Gear(ratio=3.5), rot.IdealGear(ratio=3.5))
     ]
     assert ways[0] == pytest.approx(ways[1], rel=1e-6)
     assert ways[0] < -0.8
@@ -38,8 +60,9 @@ def test_two_gears_without_loss_in_a_row_roll_back() -> None:
 
 def test_crown_gear_without_loss_and_wheels_with_slip_in_the_split_path_car() -> None:
     """Both cars start at 11 s; the loss of the crown gear and the slip change little of their speed."""
-    lossless = pt.simulate(pt.replace(SplitPathCar(), crown=CrownGear(ratio=4.5)), 16.0)
-    slipping = pt.simulate(pt.replace(SplitPathCar(), front=SlipWheel(J=2.0), rear=SlipWheel(J=2.0)), 16.0)
+    lossless = pt.simulate(pt.replace(SplitPathCar(), {"front.final_drive": CrownGear(ratio=4.5)}), 16.0)
+    wheels = {"front.wheels": SlipWheel(J=2.0), "rear.wheels": SlipWheel(J=2.0)}
+    slipping = pt.simulate(pt.replace(SplitPathCar(), wheels), 16.0)
     usual = pt.simulate(SplitPathCar(), 16.0)
     for result in (lossless, slipping):
         assert np.abs(result["body.v"][result.time < 11.0]).max() < 1e-9

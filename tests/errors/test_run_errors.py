@@ -203,3 +203,34 @@ def test_value_that_leaves_its_range_with_unit_and_time() -> None:
         "it rises above 2 rad/s; allowed is 0 to 2 rad/s",
         do=lambda: pt.simulate(Within(), 1.0),
     )
+
+
+class Oscillator(pt.Component):
+    """Two shafts and a spring."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    spring: rot.SpringDamper = rot.SpringDamper(c=100.0, d=1.0)
+    J2: rot.Inertia = rot.Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.J2.flange_a)
+
+
+def test_run_that_its_observer_ends_is_the_run_until_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At any step, whose number is even or odd: the last sample is the state at the last time."""
+    monkeypatch.setattr("powertrain.engine.loop._throttled", lambda watch: watch)
+    whole = pt.simulate(Oscillator(), 3.0, starts={"J1.phi": 1.0}, rtol=1e-8)
+    for seconds in (0.3, 0.61, 1.27, 1.3, 2.0):
+
+        def watch(t: float, seconds: float = seconds) -> None:
+            if t > seconds:
+                raise pt.SimulationError("enough")
+
+        with pytest.raises(pt.SimulationError, match="enough") as caught:
+            pt.simulate(Oscillator(), 3.0, starts={"J1.phi": 1.0}, rtol=1e-8, progress=watch)
+        result = caught.value.result
+        end = float(result.time[-1])
+        assert seconds < end < seconds + 0.2
+        for name in ("J1.w", "J2.phi", "J2.w"):
+            assert result[name][-1] == pytest.approx(float(whole.at([end], name)[0]), abs=1e-7)

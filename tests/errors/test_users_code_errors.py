@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from refusals import refused
 
 import powertrain as pt
+from powertrain.components.blocks import TimeTable
 from powertrain.components.rotational import IdealPlanetary, Inertia, LossyGear, Torque
 
 
@@ -133,7 +135,7 @@ def test_loss(terms: Callable[[], Any], said: list[str]) -> None:
 
 @pytest.mark.parametrize("table", [((0.0, 0.5), (1.0,)), (1, 2), "flat", ((0.0, "a", 1.0, 0.0, 0.0),)])
 def test_table_of_losses(table: Any) -> None:
-    refused(pt.ParameterError, "lossTable: the row", do=lambda: pt.compile(LossyGear(ratio=1.0, lossTable=table)))
+    refused(pt.ParameterError, "lossTable", "the row", do=lambda: pt.compile(LossyGear(ratio=1.0, lossTable=table)))
 
 
 class Reset(pt.Component):
@@ -159,3 +161,19 @@ def test_reset_of_what_is_no_state_names_the_states() -> None:
         "reset these",
         do=lambda: pt.compile(Reset()),
     )
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (((0.0, 0.0), (1.0,)), "TimeTable.table is no table of rows of numbers: the row (1.0,) is not 2 finite"),
+        (((0.0, "a"), (1.0, 2.0)), "the row (0.0, 'a')"),
+        (((0.0, 0.0), (1.0, math.nan)), "the row (1.0, nan)"),
+        ("flat", "the row 'f'"),
+        (5, "table = 5 is no table"),
+        ((), "it has rows"),
+        (((1.0, 0.0), (0.0, 1.0)), "times do not decrease"),
+    ],
+)
+def test_table_over_time(table: Any, said: str) -> None:
+    refused(pt.ParameterError, said, do=lambda: TimeTable(table=table))

@@ -37,6 +37,7 @@ def plant() -> pt.Plant[Shaft]:
         ),
         (lambda: rot.Inertia(J=float("nan")), ["Inertia.J = nan kg.m2"]),
         (lambda: rot.Inertia(J="heavy"), ["Inertia.J = 'heavy' is not a number", "kg.m2"]),  # type: ignore[arg-type]
+        (lambda: rot.Gear(ratio=1.0, efficiency=1 + 1e-13), ["Gear.efficiency = 1.0000000000001 is outside", "1]"]),
         (rot.Inertia, ["Inertia.J must be given", "kg.m2"]),
         (lambda: rot.Inertia(Jay=1.0), ["Inertia has no field Jay", "its fields: J"]),  # type: ignore[call-arg]
         (lambda: rot.Gear(ratio=2.0, eficiency=0.9), ["no field eficiency", "did you mean efficiency?"]),  # type: ignore[call-arg]

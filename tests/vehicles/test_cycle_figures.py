@@ -58,7 +58,7 @@ def test_ratio_is_output_over_input_speed() -> None:
 
 def test_parts_are_found_by_kind() -> None:
     assert list(draw.parts_of(run().plant.model, VariableUnit)) == ["transmission.cvu"]
-    assert list(draw.parts_of(run().plant.model, WheelBrake)) == ["front_brake", "rear_brake"]
+    assert list(draw.parts_of(run().plant.model, WheelBrake)) == ["front.brakes", "rear.brakes"]
 
 
 def test_energy_bars_add_up_to_the_supply(ax: Any) -> None:

@@ -7,16 +7,20 @@ import pytest
 import xarray as xr
 
 import powertrain as pt
-from powertrain.components.body import Body, RoadProfile
+from powertrain.components.body import Body, DrivenAxle, RoadProfile
 from powertrain.components.cycles import DriveCycle
+from powertrain.vehicles.automatic_car import AutomaticCar
+from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.trials import drive_cycle
 from powertrain.vehicles.trials.backward import backward
-from powertrain.vehicles.trials.driveline import driveline_map, on_rolling_road
+from powertrain.vehicles.trials.driveline import driveline_map
 from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
+from powertrain.vehicles.trials.gears import in_gear
+from powertrain.vehicles.trials.operating import on_rolling_road, operating_map
 
 OK, SEVERAL = 0, 2
 SPEEDS, PEDALS = np.linspace(5, 35, 7), np.linspace(0, 1, 6)
@@ -147,10 +151,43 @@ def test_a_vehicle_that_remembers_has_no_map(vehicle: pt.Component, said: str) -
         backward(vehicle, "wltc")
 
 
-def test_a_geared_car_has_no_map_of_its_own() -> None:
-    said = r"ManualCar has no map of operating points: schedule \(GearSchedule\) depends on its history \(gear, "
-    with pytest.raises(pt.ParameterError, match=said):
-        on_rolling_road(ManualCar())
+def test_a_geared_car_is_mapped_in_the_gears_that_its_schedule_keeps() -> None:
+    """Released at 10 m/s: down to third below 9.5 m/s; half pressed: 10.75 m/s; floored it kicks down to second below 12 m/s."""
+    found = driveline_map(ManualCar(), [2.0, 10.0, 30.0], [0.0, 0.5, 1.0])
+    assert found["gear"].values.tolist() == [[1, 1, 1], [4, 3, 2], [6, 6, 5]]
+    third = operating_map(in_gear(ManualCar(), 3), [10.0], [0.5])
+    assert float(found["force"][1, 1]) == float(third["force"][0, 0])
+    assert float(found["w"][1, 1]) == pytest.approx(10 / 0.3 * 4.1 * 1.4)
+    pulled = found.isel(accelerator=2)
+    assert (pulled["efficiency"] == pulled["force"] * pulled["speed"] / pulled["power"]).all()
+    np.testing.assert_allclose(found["power"], found["fuel_rate"] * 43e6)
+
+
+def test_an_automatic_is_mapped_with_its_converter_locked() -> None:
+    found = driveline_map(AutomaticCar(), [15.0], [0.5]).isel(speed=0, accelerator=0)
+    ratio = AutomaticCar().gearbox.ratios[int(found["gear"]) - 1]  # type: ignore[attr-defined]
+    assert float(found["w"]) == pytest.approx(15 / 0.3 * 3.2 * ratio, rel=1e-6)
+
+
+def test_an_electric_car_is_mapped_from_its_battery() -> None:
+    """Its losses are the machine's, by its law, the meshes', the oil's and the wheels'."""
+    point = driveline_map(ElectricCar(), [20.0], [0.4]).isel(speed=0, accelerator=0)
+    w, tau = float(point["w"]), float(point["tau"])
+    assert w == pytest.approx(20 / 0.3 * 3.6 * 2.5)
+    assert float(point["power"]) == pytest.approx(tau * w + 80 + 0.045 * tau**2 + w + 4e-4 * w**2)
+    assert 0.85 < float(point["efficiency"]) < 0.95
+    assert point["efficiency"].attrs["long_name"] == "Efficiency from the battery to the road"
+
+
+def test_axles_are_lumped_on_a_rolling_road() -> None:
+    """At constant speed on a straight level road a differential turns as one block: the map is that of the lumped axle."""
+    ring = SplitPathCar().front.final_drive  # type: ignore[attr-defined]
+    car = SplitPathCar(front=DrivenAxle(final_drive=ring))
+    ours, theirs = (driveline_map(c, [10.0, 20.0], [0.3, 0.8]) for c in (car, SplitPathCar()))
+    np.testing.assert_allclose(ours["efficiency"], theirs["efficiency"], rtol=1e-9)
+    uneven = pt.replace(car, {"front.left.radius": 0.31})
+    with pytest.raises(pt.ParameterError, match=r"wheels of 0\.3 and 0\.31 m on one axle"):
+        on_rolling_road(uneven)
 
 
 def test_backward_of_a_geared_car() -> None:

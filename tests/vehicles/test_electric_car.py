@@ -39,7 +39,7 @@ def test_consumption_in_all_its_units(run: CycleRun) -> None:
 
 def test_recovers_and_brakes_alike_with_a_full_battery(run: CycleRun) -> None:
     full = drive_cycle(pt.replace(ElectricCar(), {"control.F_most": 0.0}), STOP)
-    assert full.audit.components["lost"]["front_brake"] > 20 * run.audit.components["lost"]["front_brake"]
+    assert full.audit.components["lost"]["front.brakes"] > 20 * run.audit.components["lost"]["front.brakes"]
     kinetic = (1700 + 4 / 0.3**2) * 20**2 / 2
     assert 0.75 * kinetic < full.electricity - run.electricity < kinetic
     t = np.linspace(0, 36, 361)

@@ -43,7 +43,7 @@ def test_town(recovery: float) -> None:
 def _braked(run: CycleRun) -> float:
     """Energy lost in the brakes [J]."""
     lost = run.audit.components["lost"]
-    return float(lost["front_brake"] + lost["rear_brake"])
+    return float(lost["front.brakes"] + lost["rear.brakes"])
 
 
 def test_recovery_is_what_the_brakes_do_not_get() -> None:

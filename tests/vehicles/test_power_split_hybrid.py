@@ -61,7 +61,7 @@ def test_brakes_recover() -> None:
     """The friction brakes get little; the machine at the ring generates while the car brakes."""
     run = town()
     lost = run.audit.components["lost"]
-    assert lost["front_brake"] + lost["rear_brake"] < 0.05 * 1450 / 2 * run.cycle.top_speed**2
+    assert lost["front.brakes"] + lost["rear.brakes"] < 0.05 * 1450 / 2 * run.cycle.top_speed**2
     braking = run.result["driver.brake"] > 0.1
     fast = run.result["body.v"] > 4
     assert np.all(run.result["machine_2.power"][braking & fast] < 0)

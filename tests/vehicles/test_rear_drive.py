@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.body import AxlePath
+from powertrain.components.body import AxlePath, DrivenAxle, RoadProfile
 from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
 from powertrain.components.gearless.linkage import JointFriction, LinkageDifferential
 from powertrain.components.gearless.spherical_cam import SphericalCamDifferential
-from powertrain.components.rotational import IdealGear
 from powertrain.components.wheels import RigidWheel, SlipWheel
 from powertrain.vehicles.rear_drive import RearDriveCar
 
@@ -31,14 +30,13 @@ KINDS: dict[str, Differential] = {
     "linkage": LinkageDifferential.of(joints=JOINTS),
 }
 RATIO = 3.5 * 3.9
-TOP_GEAR = IdealGear(ratio=1)
-ICE: dict[str, Any] = {"parameters": {"left.mu": 0.15}, "inputs": {"throttle": 0.5}}
-DRY: dict[str, Any] = {"inputs": {"throttle": 0.25, "curvature": 0.1}}
+ICE: dict[str, Any] = {"parameters": {"rear.left.mu": 0.15}, "inputs": {"driver.accelerator_pedal": 0.5}}
+DRY: dict[str, Any] = {"inputs": {"driver.accelerator_pedal": 0.25, "curvature": 0.1}}
 
 
 @lru_cache
 def plant(name: str) -> pt.Plant[RearDriveCar]:
-    return pt.compile(RearDriveCar(differential=KINDS[name]))
+    return pt.compile(pt.replace(RearDriveCar.in_one_gear(), {"rear.differential": KINDS[name]}))
 
 
 def drive(name: str, stop: float = 3.0, v: float = 3.0, **options: Any) -> Any:
@@ -46,40 +44,43 @@ def drive(name: str, stop: float = 3.0, v: float = 3.0, **options: Any) -> Any:
     return plant(name).simulate(stop, starts={"body.v": v, "engine.w": v / 0.3 * RATIO}, **options)
 
 
+def slope(grade: float) -> RoadProfile:
+    return RoadProfile(profile=pt.Map.constant(grade, x="s", x_unit="m", name="grade"))
+
+
 def torques(result: Any) -> tuple[Any, Any]:
     """What the half shafts get."""
-    return -result["differential.left.tau"], -result["differential.right.tau"]
+    return -result["rear.differential.left.tau"], -result["rear.differential.right.tau"]
 
 
 @pytest.mark.parametrize("name", ["bevel", "locking cam"])
 def test_wheel_speeds_in_a_bend(name: str) -> None:
     """Cage 88 rad/s, radius 7 m, track 1.4 m (Madhavan, App. A): 96.8 rad/s outside, 79.2 rad/s inside."""
-    car = RearDriveCar(
-        differential=KINDS[name], left=RigidWheel(), right=RigidWheel(), path=AxlePath(track=1.4), gearbox=TOP_GEAR
-    )
+    axle = DrivenAxle(differential=KINDS[name], left=RigidWheel(), right=RigidWheel(), path=AxlePath(track=1.4))
+    car = RearDriveCar.in_one_gear(1.0, rear=axle)
     result = pt.simulate(
         car,
         0.01,
         starts={"body.v": 88 * 0.3, "engine.w": 88 * 3.9},
-        inputs={"curvature": 1 / 7, "throttle": 0.3},
+        inputs={"curvature": 1 / 7, "driver.accelerator_pedal": 0.3},
         atol=1e-12,
     )
-    for signal, speed in {"cage.w": 88, "right.w": 96.8, "left.w": 79.2}.items():
+    for signal, speed in {"rear.cage.w": 88, "rear.right.w": 96.8, "rear.left.w": 79.2}.items():
         assert result[signal][0] == pytest.approx(speed, rel=1e-9)
-    np.testing.assert_allclose(result["right.w"] / result["left.w"], 96.8 / 79.2, rtol=1e-9)
+    np.testing.assert_allclose(result["rear.right.w"] / result["rear.left.w"], 96.8 / 79.2, rtol=1e-9)
 
 
 def test_open_differential_spins_and_locking_cam_does_not() -> None:
     free, locked = drive("bevel", **ICE), drive("locking cam", **ICE)
-    assert free["left.v_slip"][-1] > 10
-    assert np.abs(locked["left.v_slip"]).max() < 0.5
+    assert free["rear.left.v_slip"][-1] > 10
+    assert np.abs(locked["rear.left.v_slip"]).max() < 0.5
     left, right = torques(free)
     late = free.time > 1.5
     np.testing.assert_allclose(left[late], 0.97 * right[late], rtol=1e-6)
-    traction = [(r["left.f"] + r["right.f"])[-1] for r in (free, locked)]
+    traction = [(r["rear.left.f"] + r["rear.right.f"])[-1] for r in (free, locked)]
     assert traction[1] > 3 * traction[0]
     assert locked["body.v"][-1] > 1.3 * free["body.v"][-1]
-    assert set(np.unique(locked["differential.mode"][locked.time > 0.5])) == {0}
+    assert set(np.unique(locked["rear.differential.mode"][locked.time > 0.5])) == {0}
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -88,14 +89,14 @@ def test_the_wheel_that_grips_gets_what_the_law_says(name: str) -> None:
     result = drive(name, **ICE)
     left, right = torques(result)
     late = result.time > 1.5
-    total = result["differential.crown.tau"]
+    total = result["rear.differential.crown.tau"]
     if name == "limited slip":
         np.testing.assert_allclose((right - left)[late], (40 + 1.5 / 3.5 * total)[late], rtol=1e-6)
     elif name in ("cam", "spherical cam"):
-        np.testing.assert_allclose((right - left)[late], (result["differential.kappa"] * total)[late], rtol=1e-6)
+        np.testing.assert_allclose((right - left)[late], (result["rear.differential.kappa"] * total)[late], rtol=1e-6)
         assert (right[late] / left[late]).mean() > 1.05
     elif name == "locking cam":
-        assert (np.abs(right - left) <= result["differential.kappa"] * np.abs(total) + 1e-6).all()
+        assert (np.abs(right - left) <= result["rear.differential.kappa"] * np.abs(total) + 1e-6).all()
     else:
         assert (right[late] / left[late]).mean() > 1.0
     if name != "linkage":  # which has masses that take up torque
@@ -108,8 +109,8 @@ def test_the_wheel_that_grips_gets_what_the_law_says(name: str) -> None:
 def test_energy_closes_and_mirrors(name: str, road: str) -> None:
     """Ice on the other side, a bend to the other side: the same motion with left and right exchanged."""
     options, mirrored = {
-        "ice": (ICE, {**ICE, "parameters": {"right.mu": 0.15}}),
-        "bend": (DRY, {"inputs": {"throttle": 0.25, "curvature": -0.1}}),
+        "ice": (ICE, {**ICE, "parameters": {"rear.right.mu": 0.15}}),
+        "bend": (DRY, {"inputs": {"driver.accelerator_pedal": 0.25, "curvature": -0.1}}),
     }[road]
     one, other = (drive(name, stop=1.5, rtol=1e-8, atol=1e-10, **o) for o in (options, mirrored))
     audit = pt.energy_audit(one)
@@ -117,7 +118,7 @@ def test_energy_closes_and_mirrors(name: str, road: str) -> None:
     assert audit.closure < 1e-6
     if name == "linkage":
         return  # its phase at the start is not the mirrored one
-    for a, b in (("left.w", "right.w"), ("right.f", "left.f"), ("body.v", "body.v")):
+    for a, b in (("rear.left.w", "rear.right.w"), ("rear.right.f", "rear.left.f"), ("body.v", "body.v")):
         assert one[a][-1] == pytest.approx(other[b][-1], rel=1e-3)
 
 
@@ -128,28 +129,26 @@ def test_in_a_bend_the_inner_wheel_gets_more(name: str) -> None:
     late = result.time > 2
     left, right = (t[late].mean() for t in torques(result))
     assert left > right
-    np.testing.assert_allclose(result["right.w"][late] / result["left.w"][late], 1.075 / 0.925, rtol=0.02)
-    assert pt.energy_audit(result).components.lost["differential"] > 0
+    np.testing.assert_allclose(result["rear.right.w"][late] / result["rear.left.w"][late], 1.075 / 0.925, rtol=0.02)
+    assert pt.energy_audit(result).components.lost["rear.differential"] > 0
 
 
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("grade", [0.1, -0.1])
 def test_comes_to_rest_and_stands_on_a_slope(name: str, grade: float) -> None:
-    result = drive(name, stop=8.0, inputs={"brake": 0.3, "engaged": 0.0, "grade": grade})
+    hill = {"rear.differential": KINDS[name], "road": slope(grade)}
+    car = pt.replace(RearDriveCar.in_one_gear(), hill)
+    result = pt.simulate(car, 8.0, starts={"body.v": 3.0}, inputs={"driver.brake_pedal": 0.3})
     late = result.time > 6
     assert np.abs(result["body.v"][late]).max() < 1e-6
     assert pt.energy_audit(result).closure < 1e-6
 
 
 def test_starts_from_rest_with_its_clutch() -> None:
-    inputs: dict[str, Any] = {
-        "throttle": ([0, 1, 10], [0, 0.5, 0.5]),
-        "engaged": ([0, 0.2, 2, 10], [0, 0, 1, 1]),
-        "grade": 0.05,
-    }
-    result = plant("bevel").simulate(6.0, starts={"engine.w": 85.0}, inputs=inputs)
+    car = RearDriveCar.in_one_gear(road=slope(0.05))
+    result = pt.simulate(car, 6.0, inputs={"driver.accelerator_pedal": ([0, 1, 10], [0, 0.5, 0.5])})
     assert result["body.v"].min() > -1.0
-    assert result["body.v"][-1] == pytest.approx(5.3, abs=0.3)
+    assert result["body.v"][-1] == pytest.approx(3.0, abs=0.3)
     assert result["clutch.mode"][-1] == 0
     assert result["engine.w"][-1] == pytest.approx(result["body.v"][-1] / 0.3 * RATIO, rel=0.02)
 
@@ -159,22 +158,20 @@ def test_any_wheels_fit() -> None:
     ends = []
     for wheel in (RigidWheel(), SlipWheel(C=5e5)):
         result = pt.simulate(
-            RearDriveCar(left=wheel, right=wheel),
+            RearDriveCar.in_one_gear(rear=DrivenAxle(left=wheel, right=wheel)),
             2.0,
             starts={"body.v": 3.0, "engine.w": 3 / 0.3 * RATIO},
-            inputs={"throttle": 0.3},
+            inputs={"driver.accelerator_pedal": 0.3},
         )
         ends.append(result["body.v"][-1])
     assert ends[0] == pytest.approx(ends[1], rel=1e-2)
 
 
 def test_slot_takes_a_differential_only() -> None:
-    with pytest.raises(
-        pt.ModelError, match=r"RearDriveCar\.differential must be of class Differential, not RigidWheel"
-    ):
-        RearDriveCar(differential=RigidWheel())  # type: ignore[arg-type]
-    with pytest.raises(pt.ParameterError, match=r"left\.nu"):
-        plant("bevel").simulate(1.0, parameters={"left.nu": 0.1})
+    with pytest.raises(pt.ModelError, match=r"DrivenAxle\.differential must be of class Differential, not RigidWheel"):
+        pt.replace(RearDriveCar(), {"rear.differential": RigidWheel()})
+    with pytest.raises(pt.ParameterError, match=r"rear\.left\.nu"):
+        plant("bevel").simulate(1.0, parameters={"rear.left.nu": 0.1})
 
 
 @pytest.mark.slow
@@ -190,10 +187,10 @@ def test_comparison(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyt
 
 def test_a_bend_takes_of_the_grip() -> None:
     """On a road of mu = 0.5, 20 m/s round 100 m: 4 of 4.9 m/s2 go into the bend, and braking has what is left."""
-    car = pt.replace(RearDriveCar(), {"left.mu": 0.5, "right.mu": 0.5})
+    car = pt.replace(RearDriveCar.in_one_gear(), {"rear.left.mu": 0.5, "rear.right.mu": 0.5})
     bends = [
-        pt.simulate(car, 0.5, inputs={"brake": 1.0, "curvature": k, "engaged": 0.0}, starts={"body.v": 20.0})
+        pt.simulate(car, 0.5, inputs={"driver.brake_pedal": 1.0, "curvature": k}, starts={"body.v": 20.0})
         for k in (0, 0.01)
     ]
-    straight, bent = (-(r["left.f"] + r["right.f"])[r.time > 0.3].mean() for r in bends)
+    straight, bent = (-(r["rear.left.f"] + r["rear.right.f"])[r.time > 0.3].mean() for r in bends)
     assert bent < 0.75 * straight

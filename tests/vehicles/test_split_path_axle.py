@@ -9,9 +9,11 @@ import pytest
 from test_rear_drive import KINDS
 
 import powertrain as pt
+from powertrain.components.body import DrivenAxle
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.differentials import CrownGear
 from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
-from powertrain.vehicles.split_path_car import SplitPathAxleCar
+from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.trials import CycleRun, drive_cycle
 
 TYRES: dict[str, Wheel] = {"linear": SlipWheel(), "magic": MagicFormulaWheel()}
@@ -19,10 +21,11 @@ HALT = (0.0, 0.0), (1.0, 0.0), (6.0, 6.0), (9.0, 6.0), (13.0, 0.0), (16.0, 0.0),
 """Seconds and m/s: from rest, to a halt, and on."""
 
 
-def car(differential: str, tyre: str, **changes: Any) -> SplitPathAxleCar:
+def car(differential: str, tyre: str, **changes: Any) -> SplitPathCar:
     wheel = TYRES[tyre]
-    inner = {"axle.differential": KINDS[differential], "axle.left": wheel, "axle.right": wheel}
-    return pt.replace(SplitPathAxleCar(), inner, **changes)
+    ring = CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97)
+    axle = DrivenAxle(final_drive=ring, differential=KINDS[differential], left=wheel, right=wheel)
+    return SplitPathCar(front=axle, **changes)
 
 
 def closes(run: CycleRun, share: float) -> None:
@@ -47,11 +50,11 @@ def test_a_bend_and_ground_that_differs() -> None:
     plant = pt.compile(halt)
     bend = plant.simulate(9.0, inputs={"curvature": ([0.0, 7.0, 8.0], [0.0, 0.0, 0.05])})
     assert pt.energy_audit(bend).closure < 1e-5
-    ahead = (bend["axle.right.w"][-1] - bend["axle.left.w"][-1]) / bend["body.v"][-1]
+    ahead = (bend["front.right.w"][-1] - bend["front.left.w"][-1]) / bend["body.v"][-1]
     assert ahead == pytest.approx(0.05 * 1.5 / 0.3, rel=0.02)
-    ice = plant.simulate(9.0, parameters={"axle.left.mu": 0.05})
+    ice = plant.simulate(9.0, parameters={"front.left.mu": 0.05})
     assert pt.energy_audit(ice).closure < 1e-5
-    assert ice["axle.left.v_slip"].max() > 10 * ice["axle.right.v_slip"].max()
+    assert ice["front.left.v_slip"].max() > 10 * ice["front.right.v_slip"].max()
 
 
 WHOLE = [

@@ -58,17 +58,11 @@ def vehicles() -> list[Entry]:
 
 
 def is_vehicle(kind: type[pt.Component]) -> bool:
-    """It has the slot ``body``, of that kind."""
+    """It has a slot for a body."""
     from powertrain.components.body import Body
 
-    return _takes(kind, "body", Body)
-
-
-def drives_cycles(kind: type[pt.Component]) -> bool:
-    """It has a driver for a cycle: the slot ``cycle``."""
-    from powertrain.components.cycles import CycleSpeed
-
-    return _takes(kind, "cycle", CycleSpeed)
+    types = (kind._slot_types().get(slot) for slot in kind._fields)
+    return any(isinstance(given, type) and issubclass(given, Body) for given in types)
 
 
 def fitting(kind: object) -> list[Entry]:
@@ -97,12 +91,6 @@ def find(name: str, among: Iterable[Entry], what: str) -> Entry:
 
 def _plain(name: str) -> str:
     return name.lower().replace("-", "").replace("_", "")
-
-
-def _takes(kind: type[pt.Component], slot: str, part: type[pt.Component]) -> bool:
-    given = kind._slot_types().get(slot)
-    default = kind._fields.get(slot)
-    return (isinstance(given, type) and issubclass(given, part)) or isinstance(default, part)
 
 
 def _entries(package: ModuleType) -> Iterator[Entry]:

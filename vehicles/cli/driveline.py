@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import powertrain as pt
-from powertrain.component import children
 from powertrain.components.control import Pedals
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.vehicles.cli.options import progress
@@ -41,7 +40,7 @@ def mapped(
 
     Over the map lie the operating points of a ``run``, or of a ``cycle`` that is driven for that.
     """
-    if not isinstance(dict(children(model)).get("driver"), Pedals):
+    if not any(parts_of(model, Pedals)):
         raise click.UsageError(
             f"{type(model).__name__} has no driver whose pedals could be set; choose a vehicle for `powertrain run`"
         )
@@ -55,8 +54,14 @@ def mapped(
     if draw:
         figure = Figure(figsize=(9, 6), layout="constrained")
         ax = plot_driveline_map(found, run, ax=figure.add_subplot())
-        ax.set_title(f"{type(model).__name__}: efficiency from tank to road")
+        ax.set_title(f"{type(model).__name__}: {_told(found)}")
     return report(found, type(model).__name__), found, figure
+
+
+def _told(found: xr.Dataset) -> str:
+    """Such as "efficiency from the tank to the road"."""
+    told = str(found["efficiency"].attrs["long_name"])
+    return f"{told[0].lower()}{told[1:]}"
 
 
 def report(found: xr.Dataset, name: str) -> str:
@@ -71,7 +76,7 @@ def report(found: xr.Dataset, name: str) -> str:
         cells = [float(at.speed) * 3.6, float(at["force"].max()), float(best["force"]), float(best["efficiency"])]
         cells += [float(best["w"]) * RPM, float(best["tau"])]
         rows.append([*(number(cell, 4) for cell in cells), str(best["case"].values) if "case" in found else ""])
-    head = ("speed [km/h]", "largest force [N]", "best at [N]", "efficiency", "engine [rpm]", "[N.m]", "power flow")
+    head = ("speed [km/h]", "largest force [N]", "best at [N]", "efficiency", "turns at [rpm]", "[N.m]", "power flow")
     solved = np.isfinite(found["force"].values).mean()
-    about = f"{name}: efficiency from tank to road, up to {number(float(found['efficiency'].max()))}"
+    about = f"{name}: {_told(found)}, up to {number(float(found['efficiency'].max()))}"
     return f"{about}; {solved:.0%} of {found['force'].size} points have an operating point\n\n{columns(rows, head, right=range(6))}"

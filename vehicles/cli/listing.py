@@ -33,10 +33,7 @@ def command(what: str, family: str | None) -> None:
     if family is not None:
         what = "components"
     if what in ("all", "vehicles"):
-        _section("Vehicles (powertrain run)", [e for e in catalogue.vehicles() if catalogue.drives_cycles(e.kind)])
-        _section(
-            "Vehicles whose pedals are inputs", [e for e in catalogue.vehicles() if not catalogue.drives_cycles(e.kind)]
-        )
+        _section("Vehicles (powertrain run)", list(catalogue.vehicles()))
         _section("Test benches", [e for e in catalogue.assembled() if not catalogue.is_vehicle(e.kind)])
     if what in ("all", "cycles"):
         click.echo("Drive cycles\n" + columns(CYCLES.items()) + "\n")

@@ -16,7 +16,6 @@ from powertrain.vehicles.cli.options import (
     of_the_command_line,
     progress,
     settings,
-    with_driver,
 )
 from powertrain.vehicles.cli.text import columns, number
 
@@ -56,7 +55,6 @@ def command(vehicle: Entry, texts: tuple[str, ...], params: Path | None, out: Pa
     from powertrain.vehicles.cli.settings import free_or_error
     from powertrain.vehicles.trials import full_accelerator, performance
 
-    with_driver(vehicle, "who could press the accelerator")
     model, paths = configured(vehicle, params, texts)
     with of_the_command_line():
         free_or_error(paths, model, pt.compile(model).parameters)

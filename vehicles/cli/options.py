@@ -173,15 +173,6 @@ def configured(entry: Entry, params: Path | None, texts: Sequence[str]) -> tuple
     return model, [path for path in paths if _is_there(model, path)]
 
 
-def with_driver(entry: Entry, who: str) -> None:
-    """Vehicles whose pedals are inputs are refused."""
-    from powertrain.vehicles.cli import catalogue
-
-    if not catalogue.drives_cycles(entry.kind):
-        able = ", ".join(other.name for other in catalogue.vehicles() if catalogue.drives_cycles(other.kind))
-        raise click.UsageError(f"{entry.name} has no driver {who}; vehicles with a driver: {able}")
-
-
 def _is_there(model: Component, path: str) -> bool:
     """A part that was exchanged later took its parameters with it."""
     from powertrain.vehicles.cli.settings import places

@@ -19,7 +19,6 @@ from powertrain.vehicles.cli.options import (
     Vehicle,
     of_the_command_line,
     settings,
-    with_driver,
 )
 from powertrain.vehicles.cli.text import columns, number, title
 
@@ -115,19 +114,20 @@ def command(
     from powertrain.vehicles.cli import files
     from powertrain.vehicles.cli.options import configured
     from powertrain.vehicles.cli.settings import free_or_error
-    from powertrain.vehicles.trials import drive_cycle, on_rolling_road
-    from powertrain.vehicles.trials.gears import is_geared
+    from powertrain.vehicles.trials import drive_cycle
+    from powertrain.vehicles.trials.anatomy import anatomy, value_at
+    from powertrain.vehicles.trials.driveline import check_map
 
-    with_driver(vehicle, "who follows a cycle")
     model, paths = configured(vehicle, params, texts)
-    driven: DriveCycle = cycle or model.cycle.cycle  # type: ignore[attr-defined]
+    own = anatomy(model).the("cycle")
+    driven: DriveCycle = cycle or value_at(model, own).cycle
     if span is not None:
         with of_the_command_line():
             driven = _part(driven, *span)
-    model = pt.replace(model, {"cycle.cycle": driven})
-    if chart is not None or (backward and not is_geared(model)):
+    model = pt.replace(model, {f"{own}.cycle": driven})
+    if chart is not None or backward:
         with of_the_command_line():
-            on_rolling_road(model)
+            check_map(model)
     plant = pt.compile(model)
     with of_the_command_line():
         free_or_error(paths, model, plant.parameters)

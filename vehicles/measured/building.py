@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import powertrain as pt
-from powertrain.components.body import CoastDownBody
+from powertrain.components.body import CoastDownBody, LumpedAxle, RollingAxle
 from powertrain.components.body.body import G_N
 from powertrain.components.control import (
     AlwaysOn,
@@ -22,7 +22,7 @@ from powertrain.components.cvu import CVU, RatioActuator
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.engines import AccessoryDrive, WillansEngine
-from powertrain.components.rotational import Clutch, IdealGear, Inertia
+from powertrain.components.rotational import Clutch, IdealGear, Inertia, TwoFlanges
 from powertrain.components.transmissions import (
     ManualGearbox,
     PowerShiftGearbox,
@@ -85,10 +85,16 @@ def _common(car: TestCar, technology: Technology, cool: bool) -> dict[str, Any]:
         "accessories": AccessoryDrive(P=technology.accessories),
         "driver": Driver(k_a=car.mass / _force(car), hold=0.3),
         "body": _body(car),
-        "front": RigidWheel(J=ROTATING * car.mass * RADIUS**2, radius=RADIUS, Cr=0),
-        "rear": RigidWheel(J=0, radius=RADIUS, Cr=0),
-        "final_drive": IdealGear(ratio=car.axle_ratio),
+        "front": _driven(car, IdealGear(ratio=car.axle_ratio)),
+        "rear": RollingAxle(wheels=RigidWheel(J=0, radius=RADIUS, Cr=0)),
     }
+
+
+def _driven(car: TestCar, final_drive: TwoFlanges) -> LumpedAxle:
+    """The driven axle, with the inertia of all that turns with the wheels; its rolling resistance is part of the road load."""
+    return LumpedAxle(
+        final_drive=final_drive, wheels=RigidWheel(J=ROTATING * car.mass * RADIUS**2, radius=RADIUS, Cr=0)
+    )
 
 
 def _body(car: TestCar) -> CoastDownBody:
@@ -141,7 +147,7 @@ def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:
     full = min(rated * RADIUS / (i * car.axle_ratio) / up for i, up in zip(gears, ups, strict=False))
     box = ManualGearbox.of_ratios(*gears)
     eta = technology.gearbox(car)[0]
-    parts["final_drive"] = pt.replace(ManualCar().final_drive, ratio=car.axle_ratio, eta_ab=eta, eta_ba=eta)
+    parts["front"] = _driven(car, CrownGear(ratio=car.axle_ratio, eta_ab=eta, eta_ba=eta))
     schedule = GearSchedule(
         speeds=rows, eager=max(full - 1, 0.3), relaxed=0.6, kick=0.95, w_open=W_OPEN, w_closed=W_CLOSED
     )
@@ -206,13 +212,13 @@ def _split(car: TestCar, technology: Technology, cool: bool) -> PowerSplitHybrid
     return pt.replace(
         whole,
         {
-            **{name: parts[name] for name in ("driver", "body", "front", "rear")},
+            **{name: parts[name] for name in ("driver", "body", "rear")},
             "engine": pt.replace(parts["engine"], tau_starter=0.0),
             "machine_1": _machine(45e3 * size, 60 * size, 1250.0, geared=False),
             "machine_2": _machine(53e3 * size, 163 * 3.1 * size, 560.0, geared=True),
             "battery": PolarizedBattery(R=0.2 / size, Q=3.6 * 3600 * 1.6 * size, ocv=cells_in_series(56)),
             "accessories": AccessoryLoad(P=0.75 * technology.accessories),
-            "final_drive": pt.replace(whole.final_drive, ratio=ring, eta_ab=eta, eta_ba=eta),
+            "front": _driven(car, CrownGear(ratio=ring, eta_ab=eta, eta_ba=eta)),
             "control.tau_full": 163 * 3.1 * size,
         },
     )
@@ -225,20 +231,19 @@ def _electric(car: TestCar, technology: Technology, cool: bool) -> ElectricCar:
     turn when the car coasts; so ``cool`` makes no difference.
     """
     eta = technology.gearbox(car)[0]
-    wheel = RigidWheel(J=ROTATING * car.mass * RADIUS**2, radius=RADIUS, Cr=0)
+    front = _driven(car, CrownGear(ratio=1.0001, eta_ab=eta, eta_ba=eta))
     size, ratio = car.power / ELECTRIC_POWER, car.w_per_v * RADIUS
     return ElectricCar(
         driver=Driver(k_a=car.mass / _force(car), hold=0.3),
         control=ElectricDriveControl(F_brake=4500 / RADIUS, F_most=0.3 * car.mass * G_N),
         body=_body(car),
-        front=wheel,
-        rear=wheel if car.drive in ("A", "4") else pt.replace(wheel, J=0.0),
+        front=front,
+        rear=RollingAxle(wheels=front.wheels if car.drive in ("A", "4") else pt.replace(front.wheels, J=0.0)),
         machine=_machine(car.power, car.power / (0.35 * W_MACHINE), W_MACHINE, geared=True),
         battery=pt.replace(
             BATTERY, {"Q": size * float(BATTERY.Q), "R": float(BATTERY.R) / size, "i_discharge": 600 * size}
         ),
         gearbox=SingleGear(gear=IdealGear(ratio=ratio), churning=ChurningLoss()),
-        final_drive=CrownGear(ratio=1.0001, eta_ab=eta, eta_ba=eta),
         accessories=AccessoryLoad(P=0.75 * technology.accessories),
     )
 

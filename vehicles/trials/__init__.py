@@ -5,7 +5,8 @@ from __future__ import annotations
 from powertrain.vehicles.trials.backward import BackwardRun, backward
 from powertrain.vehicles.trials.charge import charge_corrected
 from powertrain.vehicles.trials.cycle import CycleRun, drive_cycle
-from powertrain.vehicles.trials.driveline import driveline_map, on_rolling_road
+from powertrain.vehicles.trials.driveline import driveline_map
+from powertrain.vehicles.trials.operating import on_rolling_road
 from powertrain.vehicles.trials.performance import full_accelerator, gradeability, performance, time_between
 
 __all__ = [

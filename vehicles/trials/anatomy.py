@@ -33,6 +33,16 @@ class Anatomy:
     batteries: tuple[str, ...]
     stores: tuple[str, ...]
 
+    @property
+    def prime_movers(self) -> tuple[str, ...]:
+        """Engines and electric machines; all have ``w`` [rad/s], ``tau`` [N.m] and ``power`` [W] at their shafts."""
+        return (*self.engines, *self.machines)
+
+    @property
+    def tank(self) -> str:
+        """What the prime movers take from: "tank", "battery", or both."""
+        return " and ".join(name for name, any_ in (("tank", self.engines), ("battery", self.machines)) if any_)
+
     def the(self, what: str) -> str:
         """The path of the body, the pedals, the road or the cycle. Errors: ParameterError for a vehicle without, or with several."""
         found = [path for name, path in self.one if name == what]

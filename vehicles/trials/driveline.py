@@ -1,54 +1,21 @@
-"""The efficiency of a whole driveline, from the tank to the road, over speed and tractive force."""
+"""The efficiency of a whole driveline, from the tank or the battery to the road, over speed and tractive force."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 import powertrain as pt
-from powertrain.component import children
-from powertrain.components.body import RoadProfile, RollingRoad
-from powertrain.components.control import SetPedals
-from powertrain.components.cvu import Actuator, IdealActuator
-from powertrain.vehicles.trials.anatomy import anatomy, value_at
+from powertrain.vehicles.trials.gears import held_gears, in_gear, is_geared, numbers
+from powertrain.vehicles.trials.operating import on_rolling_road, operating_map
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SLOWEST = 2 / 3.6
 """Speed at which maps begin [m/s]."""
-
-
-def on_rolling_road(vehicle: pt.Component) -> pt.Component:
-    """The vehicle with its body on a level rolling road, its pedals set, and its actuators at their demands.
-
-    Errors: ParameterError for a vehicle with a component that depends on its history, such as the engaged gear.
-    """
-    _refuse_memory(vehicle, vehicle)
-    at_rest = {
-        name: IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
-        for name in vehicle._fields
-        if isinstance(part := getattr(vehicle, name), Actuator)
-    }
-    level = {name: RoadProfile() for name in vehicle._fields if isinstance(getattr(vehicle, name), RoadProfile)}
-    parts = anatomy(vehicle)
-    body, pedals = parts.the("body"), parts.the("pedals")
-    return pt.replace(
-        vehicle, {body: RollingRoad(m=float(value_at(vehicle, body).m)), pedals: SetPedals(), **at_rest, **level}
-    )
-
-
-def _refuse_memory(vehicle: pt.Component, whole: pt.Component, path: str = "") -> None:
-    for name, part in children(whole):
-        held = [n for n, kind in part._fields.items() if isinstance(kind, pt.Discrete)]
-        if held:
-            raise pt.ParameterError(
-                f"{type(vehicle).__name__} has no map of operating points: {path}{name} ({type(part).__name__}) depends on its history "
-                f"({', '.join(held)}), so speed and accelerator alone do not determine its operation"
-            )
-        _refuse_memory(vehicle, part, f"{path}{name}.")
 
 
 def driveline_map(
@@ -59,40 +26,35 @@ def driveline_map(
     variator: str | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, fuel and efficiency from tank to road.
+    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, input power and efficiency to the road.
 
-    Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``fuel_rate`` [kg/s], ``w`` [rad/s] and
-    ``tau`` [N.m] of the engine, ``efficiency`` = force speed/(fuel_rate heating_value), ``status``. With the path of a ``variator`` also
-    ``K`` and the ``case`` of its power flow (Yu & Beachley 1986, Fig. 8).
+    Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``w`` [rad/s] and ``tau`` [N.m] of the
+    engine or machine, ``power`` [W] from the tank (``fuel_rate`` [kg/s] times the heating value) or from the battery at its charge at the
+    start, ``efficiency`` = force speed/power, ``status``. With the path of a ``variator`` also ``K`` and the ``case`` of its power flow, of
+    which Fig. 8 of Yu & Beachley 1986 shows the kinds. A vehicle with a gear schedule has the ``gear``, too: the highest that the schedule
+    keeps at that speed and accelerator.
 
     Points without an operating point are nan, and their status gives the reason. If there are several (in overrun a centrifugal clutch may
     hold, or release the engine to idle), the status says so, and the numbers are those with the clutch holding.
-    The vehicle needs a body, pedals and one combustion engine. Errors: those of ``on_rolling_road``.
+    The vehicle needs a body, pedals and one engine or machine. Errors: those of ``on_rolling_road``.
     Source: pt.steady of the vehicle on a rolling road.
     """
     import xarray as xr
 
-    parts = anatomy(vehicle)
-    body, engine = parts.the("body"), parts.the_engine()
-    speed, pedal = f"{body}.speed", f"{parts.the('pedals')}.accelerator_set"
-    names = {f"{body}.force": "force", f"{engine}.fuel_rate": "fuel_rate", f"{engine}.w": "w", f"{engine}.tau": "tau"}
-    plant = pt.compile(on_rolling_road(vehicle))
-    grid = {speed: np.asarray(speeds, float), pedal: np.asarray(accelerators, float)}
-    outputs: dict[str, Any] = {signal: signal for signal in names}
-    if variator is not None:
-        flow = pt.power_flow(plant, grid, outputs=outputs, first=True, progress=progress)
-        data, share = flow.data, flow.variator(variator)
-        extra = {"K": share["K"], "case": share["case"]}
-    else:
-        data, extra = pt.steady(plant, grid, outputs=list(outputs), first=True, progress=progress), {}
-    found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
-    found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
-    found = found.assign_coords(
-        speed=("speed", grid[speed], {"units": "m/s", "long_name": "Speed"}),
-        accelerator=("accelerator", grid[pedal], {"units": "1", "long_name": "Accelerator pedal"}),
+    if not is_geared(vehicle):
+        return operating_map(vehicle, speeds, accelerators, variator=variator, progress=progress)
+    maps = [
+        operating_map(in_gear(vehicle, k), speeds, accelerators, variator=variator, progress=progress)
+        for k in numbers(vehicle)
+    ]
+    v, pedal = maps[0]["speed"].values, maps[0]["accelerator"].values
+    gear = xr.DataArray(
+        held_gears(vehicle, v, pedal), dims=("speed", "accelerator"), attrs={"units": "1", "long_name": "Gear"}
     )
-    heat = found["fuel_rate"] * plant.parameters[f"{engine}.heating_value"]
-    work = found["force"] * found["speed"]
-    found["efficiency"] = (work / heat).where((work > 0) & (heat > 0))
-    found["efficiency"].attrs = {"units": "1", "long_name": "Efficiency from the tank to the road"}
-    return found
+    at = xr.DataArray(np.asarray(gear) - 1, dims=gear.dims)
+    return xr.concat(maps, "gear", combine_attrs="override").isel(gear=at).assign(gear=gear)
+
+
+def check_map(vehicle: pt.Component) -> None:
+    """Errors: those that ``driveline_map`` has for such a vehicle, before anything is calculated."""
+    on_rolling_road(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle)

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from powertrain.components.wheels import Wheel
 from powertrain.vehicles.trials.cycle import RATE, CycleRun
+from powertrain.vehicles.trials.figures import parts_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +22,7 @@ FAINT = (1, 1, 1, 0.35)
 
 
 def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Axes | None = None) -> Axes:
-    """Efficiency from tank to road over speed and tractive force, up to the largest force of the vehicle.
+    """Efficiency from the tank or the battery to the road over speed and tractive force, up to the largest force of the vehicle.
 
     ``found`` is the result of ``driveline_map``. The plot shows the speeds at which all points have an operating point; the cases of a
     power flow are hatched if they are known. The dots are the operating points of a cycle, one per second with a tractive force.
@@ -38,7 +40,8 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     lines = ax.contour(speed, force, efficiency, levels=drawn, colors="k", linewidths=0.4)
     ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)
-    bar.set_label("Efficiency from tank to road [1]")
+    told = str(found["efficiency"].attrs["long_name"])
+    bar.set_label(f"{told[0].lower()}{told[1:]}  [1]")
     ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
     handles = _hatch(ax, found, speed, force) if "case" in found else []
     if run is not None:
@@ -62,7 +65,8 @@ def _hatch(ax: Axes, found: xr.Dataset, speed: Any, force: Any) -> list[Any]:
 
 
 def _points(ax: Axes, run: CycleRun) -> None:
-    v, pull = run.result["body.v"][::RATE] * 3.6, (run.result["front.f"] + run.result["rear.f"])[::RATE]
+    wheels = list(parts_of(run.plant.model, Wheel))
+    v, pull = run.speed[::RATE] * 3.6, np.sum([run.result[f"{wheel}.f"][::RATE] for wheel in wheels], axis=0)
     driven = pull > 0
     name = run.cycle.name.upper() if len(run.cycle.name) < 6 else run.cycle.name
     ax.plot(v[driven], pull[driven], ".", ms=3, color="C3", alpha=0.5, label=f"{name}, every second")

@@ -1,4 +1,4 @@
-"""What a vehicle did on a cycle as pictures: speed within its band, engine and ratio, power, energy, operating points."""
+"""What a vehicle did on a cycle as pictures: speed within its band, prime movers and ratio, power, energy, operating points."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.component import children
 from powertrain.components.cvu.interfaces import VariableUnit
-from powertrain.components.rotational import TwoFlanges
+from powertrain.components.transmissions import Shiftable, VariableTransmission
 from powertrain.components.wheels import WheelBrake
 from powertrain.power.powerplot import REGIMES
 from powertrain.power.variator import VARIATOR_CASES, port_motion
-from powertrain.vehicles.trials.anatomy import anatomy
+from powertrain.vehicles.trials.anatomy import anatomy, value_at
 from powertrain.vehicles.trials.cycle import CycleRun
 
 if TYPE_CHECKING:
@@ -36,6 +36,8 @@ SLOW = 5.0
 SETTLED = 0.99
 """Part of the top speed up to which an acceleration is shown."""
 STORED = "stored at the end"
+MOVERS = ("C1", "C4", "C5", "C6", "C8", "C9")
+"""Colours of prime movers."""
 Array = NDArray[np.float64]
 
 
@@ -48,16 +50,24 @@ def cycle_figure(run: CycleRun) -> Figure:
     top = figure.add_subplot(grid[0, :])
     second = figure.add_subplot(grid[1, :], sharex=top)
     plot_speed(run, ax=top)
-    plot_engine_and_ratio(run, ax=second)
+    plot_prime_movers_and_ratio(run, ax=second)
     plot_powers(run, ax=figure.add_subplot(grid[2, :], sharex=top))
     for ax in (top, second):
         ax.label_outer()
     plot_energy(run, ax=figure.add_subplot(grid[3, 0]))
     plot_operating_points(run, ax=figure.add_subplot(grid[3, 1]))
     name = type(run.plant.model).__name__
-    said = f"{run.litres_per_100km:.2f} l/100 km, {run.co2_per_km:.0f} g/km CO₂" if run.distance > 1 else "not driven"
-    figure.suptitle(f"{name} over {run.cycle.name}: {run.distance / 1e3:.2f} km, {said}", fontsize=13)
+    figure.suptitle(f"{name} over {run.cycle.name}: {run.distance / 1e3:.2f} km, {_consumption(run)}", fontsize=13)
     return figure
+
+
+def _consumption(run: CycleRun) -> str:
+    """Fuel and carbon dioxide of a vehicle with an engine, electricity of one without."""
+    if not run.distance > 1:
+        return "not driven"
+    if run.anatomy.engines:
+        return f"{run.litres_per_100km:.2f} l/100 km, {run.co2_per_km:.0f} g/km CO₂"
+    return f"{run.wh_per_km:.0f} W.h/km"
 
 
 def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
@@ -95,12 +105,15 @@ def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     return _finish(ax)
 
 
-def plot_engine_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Speed of the engine [rpm] and, on the right, the ratio of the transmission: output speed over input speed [1]."""
+def plot_prime_movers_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axes:
+    """Speeds of engines and machines [rpm] and, on the right, the ratio of the transmission: output speed over input speed [1]."""
     ax = _axes(ax)
-    time = run.result.time
-    lines = ax.plot(time, run.result["engine.w"] * RPM, color="C1", lw=0.9, label="engine speed")
-    ax.set(ylabel="Engine speed [rpm]", xlabel="Time [s]", ylim=(0, 1.3 * float(run.result["engine.w"].max()) * RPM))
+    time, lines, top = run.result.time, [], 1.0
+    for (path, colour), speed in _movers(run, "w"):
+        lines += ax.plot(time, speed * RPM, color=colour, lw=0.9, label=f"speed of {path}")
+        top = max(top, float(speed.max()) * RPM)
+    ax.set(ylabel="Speed [rpm]", xlabel="Time [s]")
+    ax.set_ylim(top=1.3 * top)
     found = transmission_ratio(run)
     if found is not None:
         right = ax.twinx()
@@ -113,13 +126,14 @@ def plot_engine_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Power [kW] of the engine at the crank, into the variable unit and into the brakes over time.
+    """Power [kW] of engines and machines, into the variable unit and into the brakes over time.
 
     If there is a variable unit, the cases of its power flow are shaded; the legend gives the share of the transmission's energy that flowed
     through it in each case.
     """
     ax = _axes(ax)
-    ax.plot(run.result.time, run.result["engine.power"] / 1e3, color="C1", lw=0.9, label="engine")
+    for (path, colour), power in _movers(run, "power"):
+        ax.plot(run.result.time, power / 1e3, color=colour, lw=0.9, label=path)
     first, last = run.result.time[[0, -1]]
     flow = pt.power_flow(run.result, at=np.linspace(first, last, POINTS))
     time = flow.data["time"].values
@@ -148,50 +162,77 @@ def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
         shown.insert(0, (STORED, stored))
     y = np.arange(len(shown))
     values = np.array([energy for _, energy in shown]) / 1e6
-    colours = ["C7" if n == STORED else "C1" if n == "engine" else "C3" if "brake" in n else "C0" for n, _ in shown]
+    kinds = dict.fromkeys(parts_of(run.plant.model, WheelBrake), "C3") | dict(_colours(run))
+    colours = ["C7" if name == STORED else kinds.get(name, "C0") for name, _ in shown]
     bars = ax.barh(y, values, color=colours)
     shares = [f", {v * 1e6 / supplied:.1%}" if supplied > 0 else "" for v in values]
     ax.bar_label(bars, [f"{v:.3g} MJ{share}" for v, share in zip(values, shares, strict=True)], padding=3, fontsize=8)
     ax.set_yticks(y, [name for name, _ in shown])
     ax.set_xlim(min(values.min(initial=0.0), 0.0) * 1.1, 1.35 * values.max(initial=1e-9))
     ax.set_xlabel("Lost [MJ]")
-    ax.set_title(f"Of {supplied / 1e6:.3g} MJ supplied (energy residual {run.audit.closure:.0e})", fontsize=10)
+    whole = f"Of {supplied / 1e6:.3g} MJ supplied" if supplied > 0 else f"{all_lost / 1e6:.3g} MJ from the store"
+    ax.set_title(f"{whole} (energy residual {run.audit.closure:.0e})", fontsize=10)
     ax.grid(visible=True, axis="x", alpha=0.3)
     return ax
 
 
 def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Operating points of the engine in its consumption map; the area of a dot is proportional to the fuel burnt there.
+    """Operating points of the (first) engine in its consumption map, or of the machine of an electric car in its efficiency map.
 
-    Points are grouped in cells of 100 rpm by a thirtieth of the largest torque.
+    The area of a dot is proportional to the fuel burnt there, or to the energy through the shaft of the machine. Points are grouped in
+    cells of 100 rpm by a thirtieth of the largest torque.
     """
-    from powertrain.components.engines.figures import plot_engine_map
-
     ax = _axes(ax)
-    engine: Any = run.plant.model.engine
-    own = {n.removeprefix("engine."): v for n, v in run.parameters.items() if n.startswith("engine.")}
-    engine = pt.replace(engine, own)
-    plot_engine_map(engine, ax=ax)
-    time, w, tau = run.result.time, run.result["engine.w"] * RPM, run.result["engine.tau"]
-    fuel = run.result["engine.fuel_rate"] * np.gradient(time)
+    path = _on_a_map(run, ax)
+    w, tau = run.result[f"{path}.w"] * RPM, run.result[f"{path}.tau"]
+    engine = path in run.anatomy.engines
+    rate = run.result[f"{path}.fuel_rate"] if engine else np.abs(run.result[f"{path}.power"])
+    fuel = rate * np.gradient(run.result.time)
     cells = (np.arange(0, w.max() + 200, 100.0), np.linspace(tau.min() - 1e-3, tau.max() + 1e-3, 61))
     burnt, across, up = np.histogram2d(w, tau, bins=cells, weights=fuel)
     i, j = np.nonzero(burnt > 1e-4 * burnt.sum())
     area = AREA * burnt[i, j] / max(burnt.sum(), 1e-300)
     x, y = (across[:-1] + across[1:])[i] / 2, (up[:-1] + up[1:])[j] / 2
     ax.scatter(x, y, s=area, color="C0", edgecolors="w", linewidths=0.4, alpha=0.85, zorder=3)
-    ax.scatter([], [], s=40, color="C0", label="area: fuel burnt there")
+    said = "area: fuel burnt there" if engine else "area: energy through the shaft there"
+    ax.scatter([], [], s=40, color="C0", label=said)
     ax.legend(loc="lower right", fontsize=8, framealpha=0.9)
     return ax
 
 
-def transmission_ratio(run: CycleRun) -> Array | None:
-    """Output speed over input speed of the component ``transmission`` or ``gearbox`` at ``run.result.time``.
+def _on_a_map(run: CycleRun, ax: Axes) -> str:
+    """Draw the map of the first prime mover with the parameters of the run; its path."""
+    path = run.anatomy.prime_movers[0]
+    own = {n.removeprefix(f"{path}."): v for n, v in run.parameters.items() if n.startswith(f"{path}.")}
+    part = pt.replace(value_at(run.plant.model, path), own)
+    if path in run.anatomy.engines:
+        from powertrain.components.engines.figures import plot_engine_map
 
-    NaN while the input is (nearly) at rest; None if the vehicle has no such component between two shafts.
+        plot_engine_map(part, ax=ax)
+    else:
+        from powertrain.components.electric.figures import plot_machine_map
+
+        plot_machine_map(part, ax=ax)
+    return path
+
+
+def _colours(run: CycleRun) -> list[tuple[str, str]]:
+    """Paths of the prime movers with a colour each."""
+    return list(zip(run.anatomy.prime_movers, MOVERS, strict=False))
+
+
+def _movers(run: CycleRun, signal: str) -> Iterator[tuple[tuple[str, str], Array]]:
+    """A signal of each prime mover, with its path and colour."""
+    return ((mover, run.result[f"{mover[0]}.{signal}"]) for mover in _colours(run))
+
+
+def transmission_ratio(run: CycleRun) -> Array | None:
+    """Output speed over input speed of the transmission, gearbox or variable unit at ``run.result.time``.
+
+    NaN while the input is (nearly) at rest; None if the vehicle has no such component.
     """
-    parts = dict(children(run.plant.model))
-    name = next((n for n in ("transmission", "gearbox") if isinstance(parts.get(n), TwoFlanges)), None)
+    kinds = (VariableTransmission, Shiftable, VariableUnit)
+    name = next((path for kind in kinds for path in parts_of(run.plant.model, kind)), None)
     if name is None:
         return None
     ports = [port_motion(run.result.compiled, f"{name}.{flange}") for flange in ("flange_a", "flange_b")]

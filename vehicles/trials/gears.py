@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.control import FixedGear, GearSchedule
-from powertrain.components.transmissions import ManualGearbox
-from powertrain.vehicles.trials.driveline import driveline_map
+from powertrain.components.control import FixedGear, GearSchedule, PowerShiftSchedule
+from powertrain.components.transmissions import ManualGearbox, PowerShiftGearbox
+from powertrain.vehicles.trials.operating import operating_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,28 +18,47 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+SCHEDULES, BOXES = (GearSchedule, PowerShiftSchedule), (ManualGearbox, PowerShiftGearbox)
+
+
 def is_geared(vehicle: pt.Component) -> bool:
-    """Whether a ``GearSchedule`` shifts a ``ManualGearbox``."""
-    return bool(_named(vehicle, GearSchedule) and _named(vehicle, ManualGearbox))
+    """Whether a schedule changes the gears of its gearbox."""
+    return bool(_named(vehicle, *SCHEDULES) and _named(vehicle, *BOXES))
 
 
-def _named(vehicle: pt.Component, kind: type[pt.Component]) -> str:
-    return next((name for name in vehicle._fields if isinstance(getattr(vehicle, name), kind)), "")
+def _named(vehicle: pt.Component, *kinds: type[pt.Component]) -> str:
+    return next((name for name in vehicle._fields if isinstance(getattr(vehicle, name), kinds)), "")
+
+
+def numbers(vehicle: pt.Component) -> range:
+    """The numbers of its gears, from 1 on."""
+    box = getattr(vehicle, _named(vehicle, *BOXES))
+    return range(1, len(box.gears if isinstance(box, ManualGearbox) else box.ratios) + 1)
+
+
+def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
+    """The vehicle with gear k in for good."""
+    shifting, name = _named(vehicle, *SCHEDULES), _named(vehicle, *BOXES)
+    schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
+    held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
+    return pt.replace(vehicle, {shifting: held} | ({name: box.in_gear(k)} if isinstance(box, ManualGearbox) else {}))
+
+
+def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array) -> NDArray[np.intp]:
+    """The highest gear that the schedule keeps, over speed [m/s] and accelerator."""
+    schedule, last = getattr(vehicle, _named(vehicle, *SCHEDULES)), numbers(vehicle)[-1]
+    return np.array([[_Shifter(schedule, last).kept(float(v), float(p)) for p in accelerators] for v in speeds])
 
 
 def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
-    """``driveline_map`` of the vehicle in each of its gears.
+    """``operating_map`` of the vehicle in each of its gears.
 
     Isolated points without an operating point, as near idle speed where the start clutch begins to hold, are interpolated.
-    Errors: ParameterError for such points at the edge of the map, and those of ``driveline_map``.
+    Errors: ParameterError for such points at the edge of the map, and those of ``operating_map``.
     """
-    shifting, box = _named(vehicle, GearSchedule), _named(vehicle, ManualGearbox)
-    schedule, gearbox = getattr(vehicle, shifting), getattr(vehicle, box)
     maps = []
-    for k in range(1, len(gearbox.gears) + 1):
-        held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
-        geared = pt.replace(vehicle, {shifting: held, box: gearbox.in_gear(k)})
-        found = driveline_map(geared, speeds, accelerators)[["force", "fuel_rate"]]
+    for k in numbers(vehicle):
+        found = operating_map(in_gear(vehicle, k), speeds, accelerators)[["force", "fuel_rate"]]
         found = found.interpolate_na("accelerator").interpolate_na("speed")
         if missing := int(found["force"].isnull().sum()):
             raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no operating point")
@@ -52,7 +71,7 @@ def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[x
 
     It is chosen by the schedule for the pedal position that gives the force; a long row has the gear in which it ends.
     """
-    schedule: GearSchedule = getattr(vehicle, _named(vehicle, GearSchedule))
+    schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
     shifter, gears = _Shifter(schedule), []
     for begin, end, speed, push in zip(times[:-1], times[1:], v, force, strict=True):
         for t in np.arange(begin, end, min(shifter.dwell, end - begin)):
@@ -62,14 +81,22 @@ def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[x
 
 
 class _Shifter:
-    """What a ``GearSchedule`` remembers, and how it decides."""
+    """What a schedule remembers, and how it decides."""
 
-    def __init__(self, schedule: GearSchedule) -> None:
+    def __init__(self, schedule: GearSchedule | PowerShiftSchedule, gear: int = 1) -> None:
         self.up, self.down = np.array(schedule.speeds).T
         self.eager, self.relaxed, self.dwell, self.kick, self.patience = (
             float(getattr(schedule, name)) for name in ("eager", "relaxed", "dwell", "kick", "patience")
         )
-        self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
+        self.gear, self.began, self.kicked = gear, -np.inf, -np.inf
+
+    def kept(self, v: float, pedal: float) -> int:
+        """The gear that stays in at a speed [m/s] and an accelerator, coming from above."""
+        before = self.gear + 1
+        while self.gear < before:
+            before, self.began, self.kicked = self.gear, -np.inf, 0.0
+            self.decide(0.0, v, pedal)
+        return before
 
     def decide(self, t: float, v: float, pedal: float) -> None:
         """At time t [s] with speed v [m/s] and accelerator ``pedal``."""

@@ -166,6 +166,32 @@ def test_a_mass_may_start_at_its_stop() -> None:
     np.testing.assert_allclose(result["parts[1].s"], 0.9, atol=1e-8)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("rub", [1.0, 3.0, 8.0])
+@pytest.mark.parametrize("begins", [0.0, 0.9])
+def test_a_mass_that_is_pressed_on_its_stop_is_stuck(sign: int, rub: float, begins: float) -> None:
+    """Also where it is pressed harder than friction can take, which then is at its limit; as in the Modelica Standard Library."""
+    parts = (tr.ConstantForce(f_constant=sign * 10), stopped(F_Coulomb=rub))
+    result = run(joined(*parts, joints="0.flange=1.flange_a"), 4.0, {"1.s": sign * begins})
+    mode, there = result["parts[1].mode"], np.abs(result["parts[1].s"]) > 0.9 - 1e-9
+    assert (mode[there & (result["parts[1].v"] == 0.0)] == 0).all()
+    assert (mode[~there] == sign).all()
+    assert mode[-1] == 0
+    assert abs(result["parts[1].f"][-1]) <= 1.001 * rub + 1e-9
+    changes = [(event.old, event.new) for event in result.events if event.name == "parts[1].mode"]
+    assert changes == ([] if begins else [(sign, 0)])
+
+
+def test_a_mass_that_leaves_its_stop_slides() -> None:
+    """Stuck while the stop holds it; the mode follows when it is pulled back."""
+    table = TimeTable(table=((0.0, 10.0), (1.0, 10.0), (2.0, -10.0), (3.0, -10.0)))
+    parts = (tr.Force(), stopped(F_Coulomb=3.0), table)
+    result = run(joined(*parts, joints="0.flange=1.flange_a 2.y=0.f"), 2.0, {"1.s": 0.9})
+    (leaves,) = [event for event in result.events if event.name == "parts[1].mode"]
+    assert (leaves.old, leaves.new) == (0, -1)
+    assert leaves.time == pytest.approx(1.65 + 1e-3 * 3 / 20, abs=1e-6)
+
+
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_what_is_rigidly_joined_to_a_mass_is_stopped_with_it(e: float) -> None:
     """A mass, a rod and a second mass rebound as one body; a third behind a spring goes on."""

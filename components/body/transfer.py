@@ -1,0 +1,51 @@
+"""Transfer cases: how the transmission's output is shared by the front and the rear axle."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, connect, der, port
+from powertrain.components.differentials import BevelDifferential, Differential
+from powertrain.components.rotational import Flange, SpringDamper
+
+
+class TransferCase(Component):
+    """Partial: a shaft that drives the front axle, the rear axle or both."""
+
+    input: Flange = port(Flange)
+    front: Flange = port(Flange)
+    rear: Flange = port(Flange)
+
+
+class RigidTransferCase(TransferCase):
+    """One shaft for all three flanges.
+
+    With one driven axle that is the drive shaft itself; with two it is a part-time four-wheel drive, whose axles turn alike.
+    """
+
+    def equations(self) -> Equations:
+        """A shaft."""
+        yield connect(self.input, self.front, self.rear)
+
+
+class CentreDifferential(TransferCase):
+    """A centre differential with its two propeller shafts, which twist.
+
+    ``differential`` takes any ``Differential``: its left side drives the front axle, its right side the rear axle.
+    """
+
+    front_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
+    rear_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
+    differential: Differential = BevelDifferential(eta=0.97)
+
+    def equations(self) -> Equations:
+        """Both sides alike."""
+        yield connect(self.input, self.differential.crown)
+        yield connect(self.differential.left, self.front_shaft.flange_a)
+        yield connect(self.differential.right, self.rear_shaft.flange_a)
+        yield connect(self.front_shaft.flange_b, self.front)
+        yield connect(self.rear_shaft.flange_b, self.rear)
+
+    def initial(self) -> Equations:
+        """The input turns with the axles, and the shafts to them are not twisted."""
+        yield der(self.input.phi) == der(self.front.phi + self.rear.phi) / 2
+        yield self.front_shaft.phi_rel == 0
+        yield self.rear_shaft.phi_rel == 0

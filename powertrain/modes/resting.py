@@ -1,0 +1,42 @@
+"""Laws at a limit of their torque that do not slide, because laws that are stuck and contacts that are closed hold what they move.
+
+A mass that is pressed against a stop harder than its friction can take: friction is at its limit, yet the mass rests. The speed of such a
+law follows from those of the laws that hold, w = c w_C, so that its row of the mobility G is a combination of theirs,
+
+    G_i - G_iC G_CC^+ G_C = 0,
+
+and it stays at rest for as long as they hold. (See ``powertrain.modes.complementarity`` for G.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.modes.complementarity import Complementarity, Point
+
+_SINGULAR = 1e-10
+"""Motions that the laws that hold leave free by less than this share of all of them are held."""
+
+
+def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]:
+    """The friction laws (places in ``dae.frictions``) at a limit that others hold at rest at ``point``."""
+    near = problem.laws.at(point, np.zeros(problem.laws.count))
+    G = -near.rate_slope
+    if not np.isfinite(G).all():
+        return []
+    modes = point.m[problem.laws.index]
+    count = problem.laws.frictions
+    holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
+    limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
+    return [k for k in limited if _follows(G, k, holds)]
+
+
+def _follows(G: NDArray[np.float64], k: int, holds: NDArray[np.bool_]) -> bool:
+    """Whether row k is a combination of the rows of the laws that hold."""
+    size = np.sqrt(np.abs(np.diag(G)))
+    scaled = G / np.maximum(np.outer(size, size), 1e-300)
+    c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds, k], rcond=_SINGULAR)[0]
+    left: NDArray[np.float64] = scaled[k] - c @ scaled[holds]
+    return bool(holds.any() and np.abs(left).max() <= 1e-8)
