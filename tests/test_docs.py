@@ -65,7 +65,7 @@ def test_an_error_names_the_line_of_the_page(made_with: Any, tmp_path: Path) -> 
         ("flange_a drives: tauLoss = (1 - eta_mf1) flange_a.tau + tau_bf1 sign(w_a)", True),
         ("w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0", True),
         ("Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power", False),
-        ("For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.", False),
+        ("For N friction faces with radii ri, ro and uniform wear cgeo = N (ro + ri)/2.", False),
         ("Hence w_large - w_h = -(Z_ring/Z_large) (w_ring - w_h): each mesh", False),
         ("T_L = -left.tau goes out to the left. The rollers wedge the cams apart.", False),
         ("The car drives.", False),

@@ -78,7 +78,7 @@ def _numbers(name: str, values: Any) -> Array:
     try:
         return np.asarray(values, float).ravel()
     except (TypeError, ValueError):
-        raise ParameterError(f"experiment: {name} = {short(values)} are no numbers in a row") from None
+        raise ParameterError(f"experiment: {name} = {short(values)} is not a sequence of numbers") from None
 
 
 def read_experiment(path: str | Path, *names: str, time: str = "time", **options: Any) -> Experiment:
