@@ -62,7 +62,7 @@ def accuracy(run: CycleRun, reference: float) -> str:
     """Fuel and energy audit of a run in words."""
     work = float(np.trapezoid(np.abs(run.result["engine.power"]), run.result.time))
     fuel, left = run.fuel / reference - 1, abs(run.audit.residual) / work
-    return f"{run.litres_per_100km:.4f} l/100 km, fuel {fuel:+.1e}, audit {left:.1e}, {run.time_outside:g} s outside of the band"
+    return f"{run.litres_per_100km:.4f} l/100 km, fuel {fuel:+.1e}, audit {left:.1e}, {run.time_outside:g} s outside the speed tolerance"
 
 
 def run(rounds: int = 7, settled: int = SETTLED, tolerances: tuple[float, ...] = TOLERANCES) -> list[Row]:

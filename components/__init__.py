@@ -1,4 +1,4 @@
-"""The parts a driveline is drawn from, named as in the Modelica Standard Library where it has them."""
+"""The components of drivelines, with the names of the Modelica Standard Library where it has them."""
 
 from __future__ import annotations
 

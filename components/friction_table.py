@@ -36,13 +36,13 @@ def at_speed(
     except ParameterError as error:
         raise ParameterError(f"{said}: {error}") from None
     except (TypeError, ValueError, IndexError):
-        raise ParameterError(f"{said}: {table!r} is no table of rows (speed, value, ...)") from None
+        raise ParameterError(f"{said}: {table!r} is not a table of rows (speed, value, ...)") from None
     low, high = allowed
     for speed, value in zip(speeds, values, strict=True):
         if speed < 0 or not low <= value <= high:
             limits = "not negative" if allowed == NOT_NEGATIVE else f"between {low:g} and {high:g} {units[1]}"
             raise ParameterError(
-                f"{said}: {value:g} {units[1]} at {speed:g} {units[0]}, but speeds are not negative and values are {limits}"
+                f"{said}: {value:g} {units[1]} at {speed:g} {units[0]}, but speeds must not be negative and values must be {limits}"
             )
     found = curve(ca.fabs(w))
     slope = (values[-1] - values[-2]) / (speeds[-1] - speeds[-2]) if len(table) > 1 else 0.0

@@ -1,7 +1,7 @@
-"""Lumped heat: where losses go, and what carries the heat away.
+"""Lumped thermal components: sinks for losses, heat conduction and storage.
 
-The energy audit follows mechanical energy, which ends in the losses of the parts; heat ports carry that lost power on
-and therefore count as no power of their own.
+The energy audit follows mechanical energy, which ends in the losses of the components. Heat ports carry this lost power away and are
+not counted again.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ __all__ = [
 
 
 class HeatPort(Connector):
-    """A place with a temperature T, and the heat flow Q_flow into the component.
+    """A port with the temperature T and the heat flow Q_flow into the component.
 
-    Where an optional heat port is not connected it is held at 293.15 K (20 degC).
+    An optional heat port that is not connected is held at 293.15 K (20 degC).
     """
 
     reference: ClassVar[float] = 293.15
@@ -57,7 +57,7 @@ class HeatPort(Connector):
 
 
 class Lossy(Component):
-    """Partial: dissipates into a heat port, which is held at its reference temperature where nothing is connected."""
+    """Partial: dissipates into a heat port, which is held at its reference temperature if nothing is connected."""
 
     lossPower: Variable = variable("W", "Dissipated power")
     heat_port: HeatPort = support(HeatPort)
@@ -68,7 +68,7 @@ class Lossy(Component):
 
 
 class HeatCapacitor(Component):
-    """A body of one temperature that stores heat.
+    """A body with uniform temperature that stores heat.
 
     C der(T) = port.Q_flow
     """
@@ -112,7 +112,7 @@ class ThermalConductor(_TwoHeatPorts):
 
 
 class Convection(Component):
-    """Heat from a solid surface to a fluid, with a conductance that a signal gives.
+    """Convection from a solid surface to a fluid, with a conductance given by a signal.
 
     dT = solid.T - fluid.T,  Q_flow = Gc dT = solid.Q_flow = -fluid.Q_flow
     """
@@ -132,7 +132,7 @@ class Convection(Component):
 
 
 class FixedTemperature(Component):
-    """Surroundings of constant temperature.
+    """Surroundings at constant temperature.
 
     port.T = T
     """
@@ -147,7 +147,7 @@ class FixedTemperature(Component):
 
 
 class PrescribedTemperature(Component):
-    """Surroundings whose temperature a signal gives.
+    """Surroundings at a temperature given by a signal.
 
     port.T = T
     """
@@ -162,14 +162,14 @@ class PrescribedTemperature(Component):
 
 
 class FixedHeatFlow(Component):
-    """A heat source; with alpha its flow depends on the temperature it works at.
+    """A heat source with constant flow; with alpha it depends on the temperature.
 
     port.Q_flow = -Q_flow (1 + alpha (port.T - T_ref))
     """
 
     boundary: ClassVar[bool] = True
     Q_flow: Parameter = parameter("W", "Heat flow out of the source at T_ref")
-    T_ref: Parameter = parameter("K", "Temperature that Q_flow belongs to", default=293.15, min=0)
+    T_ref: Parameter = parameter("K", "Reference temperature of Q_flow", default=293.15, min=0)
     alpha: Parameter = parameter("1/K", "Temperature coefficient of the heat flow", default=0.0)
     port: HeatPort = port(HeatPort)
 
@@ -179,14 +179,14 @@ class FixedHeatFlow(Component):
 
 
 class PrescribedHeatFlow(Component):
-    """A heat source whose flow a signal gives; with alpha it depends on the temperature it works at.
+    """A heat source with a flow given by a signal; with alpha it depends on the temperature.
 
     port.Q_flow = -Q_flow (1 + alpha (port.T - T_ref))
     """
 
     boundary: ClassVar[bool] = True
     Q_flow: Input = signal_input("W", "Heat flow out of the source at T_ref")
-    T_ref: Parameter = parameter("K", "Temperature that Q_flow belongs to", default=293.15, min=0)
+    T_ref: Parameter = parameter("K", "Reference temperature of Q_flow", default=293.15, min=0)
     alpha: Parameter = parameter("1/K", "Temperature coefficient of the heat flow", default=0.0)
     port: HeatPort = port(HeatPort)
 

@@ -34,7 +34,7 @@ G_N = 9.80665
 
 
 class GradeForce(OneFlangeAndSupport):
-    """What gravity pulls a vehicle back with on a slope; the height it climbs is not followed as energy.
+    """The force of gravity along a slope; the potential energy is not tracked.
 
     flange.f = m g sin(alpha),  tan(alpha) = inclination
     """
@@ -60,7 +60,7 @@ class Vehicle(Component):
     fDrag = Cd A rho (v - vWind) |v - vWind|/2,  fRoll = Cr m g cos(alpha) sign(v),  fGrav = m g sin(alpha)
 
     tan(alpha) is the inclination. The sign is smoothed to v/vReg below vReg. With ``useWindInput``, ``useCrInput`` and
-    ``useInclinationInput`` the signals vWind, cr and inclination take the place of the constants.
+    ``useInclinationInput`` the signals vWind, cr and inclination replace the constants.
     Source: Modelica Standard Library 4.0.0, Translational.Components.Vehicle.
     """
 
@@ -71,7 +71,7 @@ class Vehicle(Component):
     Cd: Parameter = parameter("1", "Drag coefficient", min=0)
     rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
     g: Parameter = parameter("m/s2", "Gravity", default=G_N, min=0)
-    vWindConstant: Parameter = parameter("m/s", "Speed of the wind, positive with the vehicle", default=0.0)
+    vWindConstant: Parameter = parameter("m/s", "Wind speed, positive in the direction of the vehicle", default=0.0)
     CrConstant: Parameter = parameter("1", "Rolling resistance coefficient", default=0.015, min=0)
     vReg: Parameter = parameter("m/s", "Speed below which rolling resistance is smoothed", default=1e-3, min=1e-15)
     inclinationConstant: Parameter = parameter("1", "Inclination of the road, tan(alpha)", default=0.0)
@@ -81,7 +81,7 @@ class Vehicle(Component):
 
     flangeR: Shaft = port(Shaft)
     flangeT: Flange = port(Flange)
-    vWind: Input = signal_input("m/s", "Speed of the wind, positive with the vehicle", default=0.0)
+    vWind: Input = signal_input("m/s", "Wind speed, positive in the direction of the vehicle", default=0.0)
     cr: Input = signal_input("1", "Rolling resistance coefficient", default=0.0)
     inclination: Input = signal_input("1", "Inclination of the road, tan(alpha)", default=0.0)
     s: Variable = variable("m", "Path of the vehicle")

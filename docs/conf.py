@@ -32,7 +32,7 @@ html_theme_options = {
     "navigation_with_keys": False,
     "show_prev_next": True,
     "secondary_sidebar_items": ["page-toc"],
-    "header_links_before_dropdown": 8,
+    "header_links_before_dropdown": 9,
     "navbar_persistent": ["search-button"],
     "navigation_depth": 3,
 }
@@ -40,6 +40,7 @@ html_show_sourcelink = False
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+maximum_signature_line_length = 90
 autodoc_type_aliases = {"ArrayLike": "ArrayLike", "Array": "Array"}
 nitpicky = False
 
@@ -70,6 +71,15 @@ def _escaped(line: str) -> str:
     return "".join(parts)
 
 
+def _signature(
+    app: Any, what: str, name: str, obj: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str | None, str | None]:
+    """Type aliases by their names; Sphinx 9 shows how it keeps them."""
+    shown = [text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) for text in (signature, returns)]
+    return shown[0], shown[1]
+
+
 def setup(app: Any) -> None:
-    """Register the hook."""
+    """Register the hooks."""
     app.connect("autodoc-process-docstring", _plain)
+    app.connect("autodoc-process-signature", _signature)

@@ -1,7 +1,8 @@
-"""A car moves off: engine, flywheel, slipping clutch and its disc, gear, elastic drive shaft, car.
+"""A car moves off: engine, flywheel, slipping clutch with disc, gear, elastic drive shaft, car.
 
-The clutch closes over 0.8 s. It slips until flywheel and gearbox turn at one speed, then it sticks, and the drive
-shaft swings: the shuffle a driver feels. Nobody says when the clutch stops slipping; the simulation finds the instant.
+The clutch closes over 0.8 s. It slips until the flywheel and the gearbox have the same speed, then it sticks, and the drive
+shaft oscillates: this is the shuffle that a driver feels. The model does not state when the clutch sticks; the simulation finds the
+instant.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Does a circular-cam differential lock? The bench experiments of Provatidis 2023, simulated.
 
-Two cam disks with circular-arc tracks turn against each other over rollers in the cage. The flatter the tracks, the harder the rollers
-press the disks apart, and the friction of the disks may hold them under any torque. On a bench the paper's author found: with one
-shaft in a clamp no torque turns the cage (1), with the cage in a clamp no torque turns one shaft (2), and a small torque on the other
-shaft makes both easy. With the paper's own data, Table 1, the model turns at once: the friction that locks is higher than the printed
-0.066, and how much higher depends on how the two tracks share the load. Both are shown.
+Two cam disks with circular-arc tracks turn relative to each other over rollers in the cage. The flatter the tracks, the more the rollers
+press the disks apart, and the friction of the disks may lock them against any torque. On a test bench the author of the paper found: with
+one shaft clamped, no torque turns the cage (1); with the cage clamped, no torque turns one shaft (2); and a small torque on the other
+shaft releases both. With the data of Table 1 of the paper the model turns at once: locking needs more friction than the printed
+0.066, and how much more depends on how the two tracks share the load. Both cases are shown.
 
-A file name as argument takes the picture.
+Pass a file name to save the figure.
 """
 
 from __future__ import annotations

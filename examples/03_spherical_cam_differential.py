@@ -1,12 +1,12 @@
 """How many lobes, how many rollers? The spherical cam differential of Chaudhary, Angeles & Morozov 2014, from tables to torques.
 
-Pairs of conjugate spherical cams take the place of the bevel pinions of a differential, carriers of conical rollers that of its side
-gears. The paper chooses four lobes and five rollers by two tables. The first, of pressure angles, is computed here with angles of the
-rollers that the paper does not state; its printed maxima cannot be reproduced. The second is arithmetic: it multiplies final-drive ratios
-by M/N, which no car would notice. Half the sum of the speeds of both wheels is that of the cage, as the simulations at the end show.
-What the cams do change is friction, hence how unequal the torques of both wheels may be.
+Pairs of conjugate spherical cams replace the bevel pinions of a differential, and carriers of conical rollers its side
+gears. The paper chooses four lobes and five rollers from two tables. The first one, of pressure angles, is computed here with roller
+angles that the paper does not state; its printed maxima cannot be reproduced. The second one is arithmetic: it multiplies final-drive
+ratios by M/N, which has no effect in a car. Half the sum of the speeds of both wheels is that of the cage, as the simulations at the end
+show. What the cams do change is the friction, and therefore how unequal the torques of the two wheels may be.
 
-A file name as argument takes the picture.
+Pass a file name to save the figure.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""A differential without gears: the spatial linkage RRSCSRR of Madhavan 1996, its numbers, a car in a bend, and better lengths.
+"""A differential without gears: the spatial linkage RRSCSRR of Madhavan 1996, a car in a bend, and better lengths.
 
 Two couplers on the output shafts hold the ends of a lever in ball joints. The lever turns and slides on an axis in the cage, and a half
-turn about that axis exchanges left and right: so the shafts turn against each other at equal speeds, as in a bevel differential. What
-differs is inside. The lever's mass shakes the housing, the torque loads the ball joints, and friction in all joints biases the torque.
+turn about that axis exchanges left and right, so the shafts turn relative to the cage at equal and opposite speeds, as in a bevel
+differential. The differences are inside: the mass of the lever shakes the housing, the torque loads the ball joints, and friction in all
+joints biases the torque.
 
-The car goes through the source's bend, first at a steady speed and then gaining speed, a case that the source leaves open. The last
-table is the optimisation that it asks for: shaking against the forces in the ball joints. A file name as argument takes the picture.
+The car drives through the bend of the source, first at constant speed and then accelerating, a case that the source leaves open. The last
+table is the optimisation that the source proposes: shaking against the forces in the ball joints. Pass a file name to save the figure.
 """
 
 from __future__ import annotations

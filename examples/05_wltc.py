@@ -1,8 +1,8 @@
-"""A car over the WLTC, forward and backward, and what it can do with a full accelerator.
+"""A car over the WLTC, forward and backward, and its performance.
 
-Forward is the simulation: a driver follows the cycle, clutch and ratio do what they can, and every transient burns fuel. Backward asks
-at every second what operating point the road demands, and takes its fuel from a map of the same car. One model is behind both, so that
-what they differ in is the transients. A file name as argument takes the picture of the map.
+The forward calculation is the simulation: a driver follows the cycle, with the limits of clutch and ratio, and every transient burns
+fuel. The backward calculation determines at every second the operating point that the road demands, and takes its fuel from a map of the
+same car. Both use the same model, so they differ only in the transients. Pass a file name to save the figure of the map.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
-"""One car, six differentials: half of the road icy, then a bend of 10 m.
+"""One car, six differentials: a road with ice on one side, then a bend of 10 m.
 
-The same rear-driven car starts with its left wheel on ice (mu = 0.15) and its right wheel on dry ground, and goes round a bend to the
-left with a little accelerator. Only the differential changes. Nothing is prescribed: which wheel spins, which differential locks and
-where the energy goes comes from the laws of the tyres and of the differential.
+The same rear-wheel-drive car starts with its left wheel on ice (mu = 0.15) and its right wheel on dry ground, and drives through a bend
+to the left with the accelerator slightly pressed. Only the differential changes. Nothing is prescribed: which wheel spins, which
+differential locks and where the energy goes follows from the laws of the tyres and of the differential.
 
-On ice the open differentials give both wheels the little that the left one can hold. A differential with friction between its sides
-gives the right one more, up to its torque-bias ratio; one that locks turns both wheels alike. In the bend the same friction holds the
-car back: the faster right wheel gets less than the left one, and what locks drives with the left wheel alone.
+On ice, open differentials give both wheels the small torque that the left one can transmit. A differential with friction between its
+sides gives the right wheel more, up to its torque-bias ratio; a locking one turns both wheels at the same speed. In the bend the same
+friction slows the car: the faster right wheel gets less torque than the left one, and a locked differential drives with the left wheel
+alone.
 """
 
 from __future__ import annotations

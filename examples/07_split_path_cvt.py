@@ -1,11 +1,11 @@
-"""Six split-path transmissions from one differential: Figs. 11-14 of Yu & Beachley 1986, and which of them to take.
+"""Six split-path transmissions from one differential: Figs. 11-14 of Yu & Beachley 1986, and how to choose.
 
-A differential (90 and 153 teeth, R_o = -1.7) and a variable unit lie side by side. The three members of the differential can stand at
-the input, the unit and the output in six ways. What follows for the ratio of the unit, the efficiency and the power through the unit
-is not written here: it comes from the model of gears that lose power where they roll on each other.
+A differential (90 and 153 teeth, R_o = -1.7) and a variable unit are connected in parallel. The three members of the differential can be
+assigned to input, unit and output in six ways. The ratio of the unit, the efficiency and the power through the unit are not programmed
+here: they follow from the model of gears with losses.
 
-At r = 1 all members turn as one block. Nothing rolls, the gears hold each other within their friction, and efficiency and K can lie
-anywhere between the values of both sides: the curves end there, and a bar stands for the interval.
+At r = 1 all members turn as one block. The gears do not roll and hold each other by friction, and efficiency and K may have
+any value between those on the two sides: the curves end there, and a bar shows the interval.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""What the fuel of a car on the WLTC depends on: the derivatives for all parameters from one run, and the ten that matter most.
+"""What the fuel consumption on the WLTC depends on: derivatives with respect to all parameters from one run.
 
-The run has some 300 events: the start clutch slips and sticks, gears change the side that drives, the engine idles. The derivatives
-contain how these events move. They cost about three runs; differences would cost two for each of 73 parameters.
+The ten most important parameters are shown. The run has some 300 events: the start clutch slips and sticks, the driving side of gears
+changes, the engine idles. The derivatives account for the motion of these events. They cost about as much as three runs; finite
+differences would need two runs for each of the 73 parameters.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Seven parameters of a clutch rig from noisy measurements, 20 times: how often the truth lies within the errors that the fit gives.
+"""Seven parameters of a clutch rig from noisy measurements, 20 times, and how often the true values lie within the standard errors.
 
-Speeds on both sides of a clutch and the torque of a shaft are "measured" in a simulated engagement, 400 times each, with noise. The
-clutch slips and sticks in every trial run, at another instant each time.
+Speeds on both sides of a clutch and the torque of a shaft are "measured" in a simulated engagement, 400 samples each, with noise. The
+clutch slips and sticks in every trial run, each time at a different instant.
 """
 
 from __future__ import annotations

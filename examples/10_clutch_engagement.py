@@ -1,8 +1,8 @@
 """The clutch engagement with the least heat, for a limited torque in the drive shaft: optimal control through slip and stick.
 
-Clutch command and engine torque bring a car from rest to a given speed in two seconds. The optimiser gets one simulated engagement,
-whose sequence of modes it keeps: the clutch slips, then it sticks. When it sticks is free. The plan is simulated in the whole model
-afterwards.
+The clutch command and the engine torque bring a car from rest to a given speed in two seconds. The initial guess is one simulated
+engagement, whose sequence of modes is kept: the clutch slips, then it sticks. The instant of sticking is free. Finally the plan is
+simulated with the complete model.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float
     except (TypeError, ValueError):
         raise ParameterError(f"{what} = {short(given)}: give (low, high)") from None
     if not (low < high or (closed and low == high)):
-        raise ParameterError(f"{what}: there is no room between {low:g} and {high:g}")
+        raise ParameterError(f"{what}: the range {low:g} to {high:g} is empty")
     return low, high
 
 
@@ -60,14 +60,14 @@ def count(what: str, value: Any) -> int:
 def flag(what: str, value: Any) -> bool:
     """True or false."""
     if not isinstance(value, bool | np.bool_):
-        raise ParameterError(f"{what} = {short(value)} is neither True nor False")
+        raise ParameterError(f"{what} = {short(value)} must be True or False")
     return bool(value)
 
 
 def text(what: str, value: Any) -> str:
     """A text."""
     if not isinstance(value, str):
-        raise ParameterError(f"{what} = {short(value)} is not a text")
+        raise ParameterError(f"{what} = {short(value)} is not a string")
     return value
 
 
@@ -75,7 +75,7 @@ def one_of(what: str, value: Any, choices: Sequence[str]) -> None:
     """One of some texts."""
     if not isinstance(value, str) or value not in choices:
         near = suggestion(value, choices) if isinstance(value, str) else ""
-        raise ParameterError(f"{what}={short(value)} is none of {', '.join(choices)}{near}")
+        raise ParameterError(f"{what}={short(value)} must be one of {', '.join(choices)}{near}")
 
 
 def by_name(what: str, given: Any) -> Mapping[str, Any]:
@@ -84,7 +84,7 @@ def by_name(what: str, given: Any) -> Mapping[str, Any]:
         return {}
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
         raise ParameterError(
-            f'{what} = {short(given)}: give a dictionary of names and values, such as {{"J1.w": 10.0}}'
+            f'{what} = {short(given)}: pass a dictionary of names and values, such as {{"J1.w": 10.0}}'
         )
     return given
 
@@ -99,7 +99,7 @@ def array(what: str, values: Any) -> NDArray[np.float64]:
     try:
         found = np.asarray(values, float)
     except (TypeError, ValueError, OverflowError):
-        raise ParameterError(f"{what} = {short(values)} are no numbers in a row") from None
+        raise ParameterError(f"{what} = {short(values)} is not a sequence of numbers") from None
     if not np.isfinite(found).all():
         raise ParameterError(f"{what} must be finite; one of them is {found[~np.isfinite(found)][0]:g}")
     return found
@@ -119,7 +119,7 @@ def listed(what: str, given: Any) -> list[Any]:
     except Exception:  # each library has its own for what is no list
         found = None
     if found is None or isinstance(given, Mapping):
-        raise ParameterError(f"{what} = {short(given)}: give a list of names")
+        raise ParameterError(f"{what} = {short(given)}: pass a list of names")
     return found
 
 

@@ -37,7 +37,7 @@ def checked_condition(row: Any, place: Place) -> Symbol:
     if isinstance(row, bool | np.bool_):
         return Symbol(float(row))
     if not isinstance(row, Symbol) or not (row.is_constant() or row.op() in _TRUTHS):
-        raise ModelError(f"{place}: check() yields comparisons of parameters, such as  self.d_in < self.d_out")
+        raise ModelError(f"{place}: check() must yield comparisons of parameters, such as  self.d_in < self.d_out")
     return row
 
 

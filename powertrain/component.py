@@ -63,7 +63,7 @@ class Quantity:
 
 
 class Parameter(Quantity):
-    """A constant of one simulation: tunable between runs without a new compilation."""
+    """A constant of one simulation. It can be changed between runs without compiling again."""
 
     def __init__(
         self,
@@ -80,14 +80,14 @@ class Parameter(Quantity):
 
     @property
     def range(self) -> str:
-        """The allowed values as a text: '(0, 1]', '[0, inf) without 1'."""
+        """The allowed values as a string: '(0, 1]', '[0, inf) without 1'."""
         low = f"({self.above:g}" if self.above >= self.min else f"[{self.min:g}"
         high = f"{self.max:g}{')' if self.max in self.exclude else ']'}" if math.isfinite(self.max) else "inf)"
         others = [f"{value:g}" for value in self.exclude if value != self.max]
         return f"{low}, {high}" + (f" without {' and '.join(others)}" if others else "")
 
     def check(self, value: float | str, where: str) -> float:
-        """``value`` as a float, or ParameterError where it is no finite number or not in the range; "100 kW" is converted."""
+        """``value`` as a float; ParameterError if it is not a finite number or outside the range. "100 kW" is converted."""
         if isinstance(value, str) and " " in value.strip():
             value = quantity(value, self.unit, where)
         try:
@@ -105,7 +105,7 @@ class Parameter(Quantity):
 
 
 class Variable(Quantity):
-    """An unknown of the model. ``start`` is a condition where a state needs one, ``guess`` only helps to find a solution."""
+    """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class Variable(Quantity):
 
 
 class Discrete(Quantity):
-    """A value that changes at events only, by ``reinit`` in a ``when``."""
+    """A value that changes only at events, through ``reinit`` in a ``when``."""
 
     def __init__(self, unit: str, doc: str, start: float) -> None:
         super().__init__(unit, doc)
@@ -149,9 +149,9 @@ def parameter(
     above: float = -math.inf,
     exclude: tuple[float, ...] = (),
 ) -> Any:
-    """A tunable constant with unit, meaning and range; without a default it must be given.
+    """A tunable constant with unit, meaning and range. Without a default it must be given.
 
-    The range is min <= value <= max, value > above, and none of ``exclude``.
+    The range is min <= value <= max and value > above, without the values in ``exclude``.
     """
     return Parameter(unit, doc, default, min, max, above, exclude)
 
@@ -165,12 +165,12 @@ def variable(
     prefer: bool = False,
     init: Literal[False] = False,
 ) -> Any:
-    """An unknown with unit and meaning; ``prefer`` asks for it as a state."""
+    """An unknown with unit and meaning; ``prefer`` prefers it as a state."""
     return Variable(unit, doc, start, guess, prefer)
 
 
 def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:
-    """A connector's flow: sums to zero where ports are connected, positive into the component."""
+    """A flow of a connector: flows sum to zero where ports are connected, and are positive into the component."""
     return Variable(unit, doc, flow=True)
 
 
@@ -185,7 +185,7 @@ def port(kind: type[P], *, init: Literal[False] = False) -> Any:
 
 
 def support(kind: type[P], *, init: Literal[False] = False) -> Any:
-    """A connector that is held at its reference potential (ground) where nothing is connected."""
+    """A connector that is held at its reference potential (ground) if nothing is connected to it."""
     return Port(kind, grounded=True)
 
 
@@ -193,7 +193,7 @@ def support(kind: type[P], *, init: Literal[False] = False) -> Any:
     kw_only_default=True, frozen_default=False, field_specifiers=(parameter, variable, flow, discrete, port, support)
 )
 class Component:
-    """A part of a model: declared fields and the equations between them. Values are frozen; classes are partial or final."""
+    """A part of a model: declared fields and the equations between them. Values are frozen; a class is either partial or final."""
 
     boundary: ClassVar[bool] = False
     """True for sources and ground, through which power enters or leaves the model."""
@@ -209,8 +209,8 @@ class Component:
         bases = [base for base in cls.__mro__[1:] if "equations" in base.__dict__ and base is not Component]
         if "equations" in cls.__dict__ and bases:
             raise ModelError(
-                f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: classes are partial or final; "
-                "compose the component instead"
+                f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: a class is either partial or final; "
+                "use the component as a part instead"
             )
         own = {
             name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
@@ -218,7 +218,7 @@ class Component:
         hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
         if hidden:
             raise ModelError(
-                f"{cls.__name__}.{hidden[0]}: the name of a quantity or a port does not begin with an underscore"
+                f"{cls.__name__}.{hidden[0]}: the name of a quantity or port must not begin with an underscore"
             )
         hints = cls.__dict__.get("__annotations__", {})
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
@@ -266,15 +266,13 @@ class Component:
         kind = self._slot_types().get(name)
         if isinstance(kind, type) and issubclass(kind, Component) and not isinstance(value, kind):
             given = value.__name__ + " itself" if isinstance(value, type) else type(value).__name__
-            raise ModelError(
-                f"{where} takes a component of kind {kind.__name__}, not {given}; give {kind.__name__}(...)"
-            )
+            raise ModelError(f"{where} must be of class {kind.__name__}, not {given}; write {kind.__name__}(...)")
         if isinstance(value, list | dict | set) and any(isinstance(item, Component) for item in value):
             raise ModelError(
-                f"{where} is a {type(value).__name__} of parts; give a tuple, whose members are parts of the model"
+                f"{where} is a {type(value).__name__} of components; use a tuple, whose members are parts of the model"
             )
         if isinstance(value, type) and issubclass(value, Component):
-            raise ModelError(f"{where} is the class {value.__name__}: give a value, {value.__name__}(...)")
+            raise ModelError(f"{where} is the class {value.__name__}; write {value.__name__}(...)")
         if is_rows(kind):
             check_rows(where, kind, value)
         elif isinstance(value, tuple):
@@ -289,10 +287,10 @@ class Component:
         if kinds and kinds[-1] is Ellipsis:
             kinds = kinds[:1] * len(values)
         elif len(kinds) != len(values):
-            raise ModelError(f"{where} takes {len(kinds)} parts, not {len(values)}")
+            raise ModelError(f"{where} must have {len(kinds)} parts, not {len(values)}")
         for i, (item, wanted) in enumerate(zip(values, kinds, strict=True)):
             if isinstance(wanted, type) and issubclass(wanted, Component) and not isinstance(item, wanted):
-                raise ModelError(f"{where}[{i}] takes a component of kind {wanted.__name__}, not {type(item).__name__}")
+                raise ModelError(f"{where}[{i}] must be of class {wanted.__name__}, not {type(item).__name__}")
 
     @classmethod
     def _slot_types(cls) -> dict[str, Any]:
@@ -317,11 +315,11 @@ class Component:
         yield from ()
 
     def initial(self) -> Equations:
-        """Yields the equations that hold at the start."""
+        """Yields the equations that hold at the start of a run."""
         yield from ()
 
     def check(self) -> Equations:
-        """Yields what must hold between parameters: comparisons, looked at for every set of values, and when the component is made."""
+        """Yields conditions between parameters as comparisons. They are checked when the component is made and for every set of values."""
         yield from ()
 
     def energy(self) -> Symbol:
@@ -329,7 +327,7 @@ class Component:
         return Symbol(0)
 
     def loss(self) -> Symbol:
-        """Dissipated power in watts, written from the component's own law."""
+        """Dissipated power in watts, from the component's own law."""
         return Symbol(0)
 
     def __repr__(self) -> str:

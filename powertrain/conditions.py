@@ -90,7 +90,7 @@ def text_conditions(compiled: Compiled) -> list[Asked]:
         strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
         if strange:
             raise InitializationError(
-                f"{equation.place}\n  {strange[0]} is no variable of the model after reduction; state the condition otherwise"
+                f"{equation.place}\n  {strange[0]} is not a variable of the reduced model; state the condition in another way"
             )
     return [Asked(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
 

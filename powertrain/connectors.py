@@ -9,8 +9,9 @@ from powertrain.symbols import Symbol
 
 
 class Connector(Component):
-    """Base of every port. Variables declared with ``variable`` are potentials, those with ``flow`` are flows into the component.
+    """Base class of all ports.
 
+    Variables declared with ``variable`` are potentials, those declared with ``flow`` are flows into the component.
     ``reference`` is the potential of ground for ports declared with ``support``.
     """
 
@@ -40,7 +41,7 @@ class Signal(Connector):
 
 
 class Input(Signal):
-    """A signal that the component reads. Unconnected at the top of a model, or ``outside``, it is an input of the model."""
+    """A signal that the component reads. If it is unconnected at the top level, or ``outside``, it is an input of the model."""
 
     default: float | None = None
     outside: bool = False

@@ -60,11 +60,11 @@ class _Structure:
 
 
 def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None) -> Axes:
-    """Draws the parts of a model and what joins them.
+    """Draw the components of a model and their connections.
 
-    Errors: ParameterError for a model without parts that are joined, ModelError where its text is wrong.
+    Blue lines are rotational, green lines translational, orange lines electrical connections; grey arrows are signals.
 
-    Blue lines turn, green ones move along, orange ones are electric; grey arrows are signals.
+    Errors: ParameterError for a model without connected parts, ModelError if the model is wrong.
     """
     import matplotlib.pyplot as plt
 
@@ -77,7 +77,7 @@ def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None)
     _place_below(found, shafts, below)
     shown = [found.vertices[k] for k in (*shafts, *below)]
     if not shown:
-        raise ParameterError(f"{type(model).__name__} has no parts that are joined: there is nothing to draw")
+        raise ParameterError(f"{type(model).__name__} has no connected parts: there is nothing to draw")
     (left, right), (low, high) = ([f(getattr(v, side) for v in shown) for f in (min, max)] for side in "xy")
     left, right, low, high = left - 0.6 * _BOX, right + 0.6 * _BOX, low - 1.1 * _ROW, high + 0.6 * _ROW
     if ax is None:

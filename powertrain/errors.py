@@ -8,13 +8,13 @@ from typing import Any
 
 
 class PowertrainError(Exception):
-    """Base of every error the library raises on purpose. Where it ended a sweep, ``sweep`` holds what was reached."""
+    """Base class of all errors that the library raises on purpose. If the error ended a sweep, ``sweep`` holds the cases so far."""
 
     sweep: Any = None
 
 
 class ModelError(PowertrainError):
-    """The text of the model is wrong; the message names components and quotes their lines."""
+    """The model is wrong; the message names components and quotes their source lines."""
 
 
 class ParameterError(PowertrainError):
@@ -22,7 +22,7 @@ class ParameterError(PowertrainError):
 
 
 class InitializationError(PowertrainError):
-    """No consistent start was found; ``report`` says what was asked and what was reached."""
+    """No consistent initial state was found; ``report`` lists the conditions and the values that were reached."""
 
     def __init__(self, message: str, report: Any = None) -> None:
         super().__init__(message)
@@ -30,7 +30,7 @@ class InitializationError(PowertrainError):
 
 
 class SimulationError(PowertrainError):
-    """The simulation ended early; ``result`` holds what was reached."""
+    """The simulation ended early; ``result`` holds the run up to that instant."""
 
     def __init__(self, message: str, result: Any = None) -> None:
         super().__init__(message)

@@ -48,7 +48,7 @@ def _variables(columns: Columns, modes: Mapping[str, str]) -> dict[str, tuple[st
 def _refuse_time(names: Collection[str]) -> None:
     if "time" in names:
         raise ParameterError(
-            "the model has a variable called time, which is the name of the axis here; name the signals to take without it, or rename it"
+            "the model has a variable called time, which is the name of the axis here; select signals without it, or rename it"
         )
 
 
@@ -56,7 +56,7 @@ def _refuse_long_names(names: Iterable[Any]) -> None:
     for name in names:
         if len(str(name).encode()) > LONGEST:
             raise ParameterError(
-                f"netCDF allows names of {LONGEST} bytes; {name} is longer. Leave it out, or write CSV"
+                f"netCDF allows names of {LONGEST} bytes; {name} is longer. Leave this signal out, or write CSV"
             )
 
 
@@ -132,7 +132,7 @@ def suffix(path: str | PathLike[str]) -> str:
     ending = Path(argument_path("path", path)).suffix.lower()
     if ending not in SUFFIXES:
         raise ParameterError(
-            f"{fspath(path)!r} ends in none of {', '.join(SUFFIXES)}; for other formats there are to_dataframe() and to_xarray()"
+            f"{fspath(path)!r} must end in {' or '.join(SUFFIXES)}; for other formats use to_dataframe() or to_xarray()"
         )
     return ending
 
@@ -144,9 +144,9 @@ def save(data: xr.Dataset, path: str | PathLike[str]) -> None:
 
 
 def load(path: str | PathLike[str]) -> xr.Dataset:
-    """Reads a netCDF file that ``Result.save`` or a sweep wrote.
+    """Read a netCDF file written by ``Result.save`` or by a sweep.
 
-    PowertrainError where no netCDF library is installed, ParameterError for a file that cannot be read.
+    PowertrainError if no netCDF library is installed, ParameterError for a file that cannot be read.
     """
     if suffix(path) == ".csv":
         raise ParameterError(f'load reads netCDF; pandas.read_csv({fspath(path)!r}, index_col="time") reads this file')

@@ -93,7 +93,7 @@ def _expression(word: str, value: Any) -> Symbol:
     if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         found = Symbol(float(value))
     if found is None or not found.is_scalar():
-        raise ModelError(f"{recorder().place}: {word} takes expressions of variables and numbers, not {value!r}")
+        raise ModelError(f"{recorder().place}: {word} requires expressions of variables and numbers, not {value!r}")
     return found
 
 
@@ -117,9 +117,9 @@ def friction(
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
     The bounds may depend on states, on time and, piecewise linearly, on unknown torques; a bound may be infinite (one-way clutch).
-    ``torque`` opposes ``w`` where lower <= 0 <= upper: the power torque*w is dissipated. Where lower = upper the law is free.
-    The mode is a signal of the component called ``name``: 1 forward, 0 stuck, -1 backward, 2 free. A law at its
-    limit is stuck, too, where others hold it at rest.
+    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free.
+    The mode is a signal of the component with the name ``name``: 1 forward, 0 stuck, -1 backward, 2 free. A law at its
+    limit counts as stuck if other laws hold it at rest.
     """
     w, torque, lower, upper, peak = (_expression("friction", value) for value in (w, torque, lower, upper, peak))
     return FrictionLaw(w, torque, lower, upper, peak, name)
@@ -132,14 +132,14 @@ def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, nam
 
 
 def reinit(variable: Symbol, value: Expression) -> Reinit:
-    """Gives a state or a discrete variable a new value, in a ``when``."""
+    """Assign a new value to a state or a discrete variable, in a ``when``."""
     return Reinit(_expression("reinit", variable), _expression("reinit", value))
 
 
 def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
-    """Applies the resets at the instant ``condition`` becomes true; right-hand sides are taken just before it.
+    """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides are evaluated just before it.
 
-    ``name`` is what the events of the component are called.
+    ``name`` is the name of the events.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
@@ -149,11 +149,11 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
 def switch(
     condition: Symbol, a: Expression, b: Expression, *, continuous: bool = False, name: str | None = None
 ) -> Symbol:
-    """``a`` while ``condition`` holds, else ``b``, with the change as an exact event.
+    """``a`` while ``condition`` holds, else ``b``; the change is an exact event.
 
     ``condition`` compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
-    ``continuous``: the branches agree where the condition changes, so that the integration need not restart there. Several switches on
-    the same condition object change as one. ``name`` is what the events of the component are called.
+    ``continuous``: the branches are equal where the condition changes, so the integration need not restart there. Several switches with
+    the same condition object change together. ``name`` is the name of the events.
     """
     active, g = recorder(), crossing(_condition("switch", condition))
     a, b = _expression("switch", a), _expression("switch", b)
@@ -168,12 +168,12 @@ def switch(
 
 
 def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
-    """A piecewise linear signal of time; a time that stands twice is a jump; constant before the first and after the last time."""
+    """A piecewise linear signal of time, constant before the first and after the last time. A time that appears twice is a jump."""
     active = recorder()
     try:
         t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
     except (TypeError, ValueError):
-        raise ModelError(f"{active.place}: schedule takes rows of numbers, not {times!r}, {values!r}") from None
+        raise ModelError(f"{active.place}: schedule requires sequences of numbers, not {times!r}, {values!r}") from None
     if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):
         raise ModelError(
             f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease"
@@ -185,7 +185,7 @@ def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
 
 
 def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit: str, action: str = "error") -> None:
-    """Declares low <= value <= high: ``action`` "error" ends the simulation with a message, "count" counts the steps outside."""
+    """Declare low <= value <= high. ``action`` "error" ends the simulation with a message, "count" counts the steps outside the range."""
     active = recorder()
     value, low, high = (_expression("within", v) for v in (value, low, high))
     active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
@@ -207,7 +207,7 @@ def crossing(condition: Symbol) -> Symbol:
 
 
 def connect(*ports: Connector) -> Connection:
-    """Joins ports in one node: their potentials are equal, their flows sum to zero; signals are equal."""
+    """Connect ports: their potentials are equal and their flows sum to zero; connected signals are equal."""
     return Connection(_checked(ports))
 
 
@@ -216,14 +216,14 @@ def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
 
     for p in ports:
         if not isinstance(p, Connector):
-            raise ModelError(f"{recorder().place}: connect() joins ports, and {p!r} is none")
+            raise ModelError(f"{recorder().place}: connect() joins ports, but {p!r} is not a port")
     kinds = {p.kind() for p in ports}
     if len(ports) < 2:
         raise ModelError(f"{recorder().place}: connect() needs at least two ports")
     if len(kinds) > 1:
         same = len({kind.__name__ for kind in kinds}) < len(kinds)
         said = ", ".join(f"{p._path} ({_kind_name(p.kind(), same)})" for p in ports)
-        raise ModelError(f"{recorder().place}: connect() joins ports of one kind, got {said}")
+        raise ModelError(f"{recorder().place}: connect() joins ports of the same class, got {said}")
     return tuple(ports)
 
 

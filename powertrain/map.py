@@ -33,9 +33,9 @@ FEW = 32
 
 @dataclass(frozen=True, init=False)
 class Axis:
-    """One argument of a map: name, unit, increasing grid points and the rule outside of them.
+    """One argument of a map: name, unit, increasing grid points, and what holds outside the grid.
 
-    ``outside`` is "error" (the value is refused: a simulation ends there), "clip" (held at the edge; a simulation
+    ``outside`` is "error" (the value is rejected, and a simulation ends there), "clip" (held at the edge; a simulation
     counts the steps) or "linear" (continued with the slope at the edge).
     """
 
@@ -71,7 +71,7 @@ class Axis:
 
     @property
     def slack(self) -> float:
-        """How far a value may leave the range before it counts as outside: round-off."""
+        """How far a value may leave the range before it counts as outside (round-off)."""
         return 1e-9 * max(self.high - self.low, abs(self.low), abs(self.high))
 
     def clipped(self, value: Symbol) -> Symbol:
@@ -81,11 +81,11 @@ class Axis:
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Map:
-    """Data on an n-dimensional grid; a call interpolates it, on numbers, arrays or the symbols of equations.
+    """Data on an n-dimensional grid. A call interpolates them, for numbers, arrays or symbols in equations.
 
-    ``method`` is "linear" (multilinear, continuous) or "smooth" (cubic b-spline, twice differentiable, at least 4
-    points per axis). Every axis states what holds outside of its grid, see ``Axis``. One point on an axis:
-    constant along it. Errors: ParameterError for unusable data, and for a number outside an axis of rule "error".
+    ``method`` is "linear" (multilinear, continuous) or "smooth" (cubic B-spline, twice differentiable, at least 4
+    points per axis). Every axis states what holds outside its grid, see ``Axis``. An axis with one point makes the map
+    constant along it. Errors: ParameterError for unusable data, and for a number outside an axis with the rule "error".
 
     >>> friction = Map.curve([0, 10], [0.5, 0.3], x="w_rel", x_unit="rad/s", outside="clip")
     >>> friction(5.0), friction(20.0)
@@ -117,18 +117,20 @@ class Map:
         if not self.axes:
             raise ParameterError(f"map {self.name} needs at least one axis")
         if len({axis.name for axis in self.axes}) < len(self.axes):
-            raise ParameterError(f"map {self.name}: two axes have one name: {', '.join(a.name for a in self.axes)}")
+            raise ParameterError(
+                f"map {self.name}: two axes have the same name: {', '.join(a.name for a in self.axes)}"
+            )
         if self.values.shape != shape:
             said = " x ".join(f"{axis.name}: {n}" for axis, n in zip(self.axes, shape, strict=True))
             raise ParameterError(
-                f"map {self.name} has values of shape {self.values.shape}, but its axes ask for {shape} ({said})"
+                f"map {self.name} has values of shape {self.values.shape}, but its axes require {shape} ({said})"
             )
         one_of(f"map {text('name', self.name)}: method", self.method, get_args(Method))
         if self.method == "smooth" and min(shape) < 4:
             short = self.axes[shape.index(min(shape))]
             raise ParameterError(
                 f"map {self.name}: a smooth map needs at least 4 points on every axis, {short.name} has {min(shape)}; "
-                'give more, or method="linear"'
+                'give more points, or use method="linear"'
             )
 
     @classmethod
@@ -156,10 +158,10 @@ class Map:
     def from_csv(
         cls, path: str | Path, *, outside: Outside | Mapping[str, Outside] = "error", method: Method = "linear"
     ) -> Map:
-        """Reads a table with one row per grid point.
+        """Read a table with one row per grid point.
 
         The header names a column for every axis and, last, the value, each with its unit:
-        ``speed [rad/s], torque [N.m], loss [W]``. The rows may stand in any order but must fill the grid. Lines that
+        ``speed [rad/s], torque [N.m], loss [W]``. The rows may be in any order but must fill the grid. Lines that
         begin with # are skipped. ``outside`` is one rule for all axes or a rule for each name.
         Errors: ParameterError naming the file and the line.
         """
@@ -201,7 +203,7 @@ class Map:
             if unit is None or "1" in (unit, axis.unit) or measure(unit) == measure(axis.unit):
                 continue
             raise ModelError(
-                f"{recorder().place}: map {self.name}: the axis {axis.name} is in {axis.unit}, but it is asked for a variable in {unit}; "
+                f"{recorder().place}: map {self.name}: the axis {axis.name} is in {axis.unit}, but it is called with a variable in {unit}; "
                 f"give the axis in {unit}, or convert the variable where the map is called"
             )
 
@@ -352,7 +354,7 @@ def _check_grid(
     ordered = sorted(zip(map(tuple, places), lines, strict=True))
     for (place, _), (following, line) in itertools.pairwise(ordered):
         if place == following:
-            raise ParameterError(f"{path}:{line}: this grid point has a value already")
+            raise ParameterError(f"{path}:{line}: this grid point already has a value")
     whole = itertools.product(*(range(g.size) for g in grids))
     for wanted, found in itertools.zip_longest(whole, (place for place, _ in ordered)):
         if wanted != found:
@@ -363,7 +365,7 @@ def _check_grid(
 def _head(path: Path, line: int, text: str) -> tuple[str, str]:
     name, bracket, unit = text.strip().partition("[")
     if not bracket or not unit.endswith("]") or not name.strip():
-        raise ParameterError(f"{path}:{line}: {text.strip()!r} is no column head such as 'speed [rad/s]'")
+        raise ParameterError(f"{path}:{line}: {text.strip()!r} is not a column heading such as 'speed [rad/s]'")
     return name.strip(), unit[:-1].strip()
 
 

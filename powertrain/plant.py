@@ -36,7 +36,7 @@ InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
 
 
 class Plant(Generic[M]):
-    """A model compiled to a hybrid DAE. Picklable (it is compiled anew where it is unpickled); may be used from several threads."""
+    """A model compiled to a hybrid DAE. It can be pickled (and is compiled again when it is unpickled) and used from several threads."""
 
     def __init__(self, model: M) -> None:
         self.model: M = checked_model(model)
@@ -56,13 +56,13 @@ class Plant(Generic[M]):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Names and values of all parameters that can be changed from run to run."""
+        """Names and values of all parameters that can be changed between runs."""
         return {name: c.value for name, c in self.compiled.parameters.items()}
 
     def parameter_vector(self, parameters: Mapping[str, float] | None = None, *, together: bool = True) -> Array:
         """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range.
 
-        ``together``: what must hold between parameters is looked at, too.
+        ``together``: also check the conditions between parameters.
         """
         p = self._defaults.copy()
         for name, value in by_name("parameters", parameters).items():
@@ -75,11 +75,11 @@ class Plant(Generic[M]):
 
     @property
     def limited(self) -> set[str]:
-        """The parameters that must go together with others: bound ones and conditions of ``check()`` depend on them."""
+        """The parameters on which bound parameters and conditions of ``check()`` depend."""
         return self._limits.names
 
     def check_together(self, names: Sequence[str], sets: Array, parameters: Mapping[str, float] | None = None) -> None:
-        """ParameterError for values of the named parameters, one set a column, that do not go with each other or with the rest."""
+        """ParameterError for values of the named parameters, one set per column, that contradict each other or the rest."""
         p = np.repeat(self.parameter_vector(parameters, together=False)[:, None], sets.shape[1], axis=1)
         p[[self._position[name] for name in names]] = sets
         self._limits.check(p)
@@ -103,14 +103,15 @@ class Plant(Generic[M]):
         record: Sequence[str] | None = None,
         progress: bool | Callable[[float], None] = False,
     ) -> Result[M]:
-        """Simulates from ``start`` to ``stop`` (s).
+        """Simulate from ``start`` to ``stop`` (s).
 
-        ``parameters``: other values by name; ``starts``: values of variables that hold at the start; ``guesses``: where the search for the
-        start begins; ``inputs``: the model's inputs; ``times`` or ``points`` (intervals): where results are wanted beside events; ``rtol``,
-        ``atol``: tolerances of the states; ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use the machine's C compiler;
-        ``record``: names or patterns of the signals to keep; ``progress``: a bar, or a function of the time reached.
+        ``parameters``: values by name that replace those of the model; ``starts``: initial values of variables; ``guesses``: starting
+        values for solving the initial conditions; ``inputs``: the inputs of the model; ``times`` or ``points`` (intervals): output
+        times besides events; ``rtol``, ``atol``: tolerances of the states; ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use
+        the C compiler of the machine; ``record``: names or patterns of the signals to keep; ``progress``: a progress bar, or a function
+        of the time reached.
 
-        Raises ParameterError, InitializationError, or SimulationError with the part that was reached as ``result``.
+        Raises ParameterError, InitializationError, or SimulationError with the run so far as ``result``.
         """
         grid = _grid(start, stop, times, points)
         flag("compile", compile)
@@ -147,7 +148,7 @@ class Plant(Generic[M]):
         guesses: Mapping[str, float] | None = None,
         inputs: Mapping[str, InputValue] | None = None,
     ) -> tuple[Array, Array, Array, InitialReport]:
-        """States, algebraic unknowns and held values at the start, with all modes resolved, and the report."""
+        """States, algebraic unknowns and held values at the start, with all modes determined, and the report."""
         number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
         held = self._set_inputs(engine, by_name("inputs", inputs), t)
@@ -163,11 +164,11 @@ class Plant(Generic[M]):
         """The equations in given modes as a ``casadi.Function`` of (t, x, z, u, p), with names, units and the limits of the modes.
 
         ``outputs``: names or selectors of signals; ``inputs``: inputs of the model or parameters that become u, by default all inputs;
-        ``modes``: those of the laws by name (friction: 1 forward, 0 stuck, -1 backward, 2 free; contacts and switches: 1 or 0;
-        switches that are not named keep their mode at the start), or (result, t) for those of a run at t, whose state then is the start.
-        Discrete variables keep the values they have there; signals of time stay signals of time.
+        ``modes``: modes of the laws by name (friction: 1 forward, 0 stuck, -1 backward, 2 free; contacts and switches: 1 or 0;
+        switches that are not named keep their initial mode), or (result, t) for the modes and the state of a run at t.
+        Discrete variables keep the values they have there; signals of time remain signals of time.
 
-        Raises ParameterError for unknown names and modes that are not given.
+        Raises ParameterError for unknown names and missing modes.
         """
         from powertrain.optimal.dynamics import dynamics
 
@@ -188,10 +189,10 @@ class Plant(Generic[M]):
         compile: bool = False,
         record: bool = True,
     ) -> Running[M]:
-        """A run in hand at ``t`` (s): ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state``, ``run.result()``.
+        """A run to be advanced step by step from ``t`` (s).
 
-        Arguments are those of ``simulate``; inputs keep their values until ``step`` gives others. ``record=False`` keeps the present
-        state only.
+        Use ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state`` and ``run.result()``. Arguments are those of ``simulate``;
+        inputs keep their values until ``step`` gives others. ``record=False`` keeps only the present state.
         """
         from powertrain.running import start
 
@@ -243,7 +244,7 @@ def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, fl
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001
-    """Compiles a model once; the plant runs it with other parameters, starts and inputs without a new compilation."""
+    """Compile a model once; the plant runs it with other parameters, initial values and inputs without compiling again."""
     return Plant(model)
 
 
@@ -280,7 +281,7 @@ def _unpacked(packed: bytes) -> Plant[Any]:
 
 
 def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
-    """Compiles ``model`` if it is none of a plant, and simulates it to ``stop`` (s); options as for ``Plant.simulate``."""
+    """Compile ``model``, unless it is a plant, and simulate it to ``stop`` (s); options as for ``Plant.simulate``."""
     plant = model if isinstance(model, Plant) else compile(model)
     return plant.simulate(stop, **options)
 

@@ -34,9 +34,7 @@ def plot_signals(
         groups.setdefault(unit, []).append((label, doc, values))
     if len(groups) > 2:
         said = "; ".join(f"{', '.join(label for label, _, _ in group)} [{unit}]" for unit, group in groups.items())
-        raise ParameterError(
-            f"one plot shows at most two units, not {said}; plot the others in Axes of their own (ax=...)"
-        )
+        raise ParameterError(f"a plot shows at most two units, not {said}; plot the others in separate Axes (ax=...)")
     if ax is None:
         ax = plt.subplots(layout="constrained")[1]
     axes = [ax, ax.twinx()] if len(groups) == 2 else [ax]

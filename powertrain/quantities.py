@@ -45,7 +45,7 @@ def converted(value: N, given: str, unit: str) -> N:
     """A value in the unit ``given`` as one in ``unit``. Errors: ModelError for unknown units and for units that measure something else."""
     (size, powers), (wanted, others) = _measured(given), _measured(unit)
     if powers != others:
-        raise ModelError(f"{given} cannot be converted to {unit}: it measures something else")
+        raise ModelError(f"{given} cannot be converted to {unit}: it is a different quantity")
     return value * (size / wanted)
 
 

@@ -159,7 +159,7 @@ def _number(symbol: Symbol) -> float:
     if active is not None and not symbol.is_constant():
         raise ModelError(
             f"{active.place}\n  a symbol has no value while the equations are read, so float(), int() or math.sin() "
-            "cannot take it: use casadi's functions (casadi.sin, casadi.fmax), and switch(condition, a, b) instead of a Python if"
+            "cannot be applied to it: use casadi's functions (casadi.sin, casadi.fmax), and switch(condition, a, b) instead of a Python if"
         )
     return float(_as_float(symbol))
 

@@ -17,14 +17,14 @@ _STEP = re.compile(r"(\w+)(?:\[(\d+)\])?(?:\.(.+))?")
 def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> C:
     """A copy with other fields; ``changes`` may name parts of parts: ``replace(car, {"wheels[0].r": 0.3}, body=...)``."""
     if not isinstance(component, Component):
-        raise ParameterError(f"replace() takes a component, not {component!r}")
+        raise ParameterError(f"replace() requires a component, not {component!r}")
     kind = type(component)
     values = {n: v for n, v in component._values.items() if is_given(component._fields[n])}
     values.update(fields)
     for path, value in by_name("changes", changes).items():
         step = _STEP.fullmatch(path)
         if step is None:
-            raise ParameterError(f"{kind.__name__}: {path!r} is no path such as J, wheels[0] or wheels[0].r")
+            raise ParameterError(f"{kind.__name__}: {path!r} is not a path such as J, wheels[0] or wheels[0].r")
         name, index, rest = step.groups()
         if name not in values:
             raise ParameterError(f"{kind.__name__} has no field {name}{suggestion(name, values)}")
@@ -33,10 +33,10 @@ def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields:
             continue
         items, i = values[name], int(index)
         if not isinstance(items, tuple):
-            raise ParameterError(f"{kind.__name__}.{name} is no tuple, so there is no {name}[{i}]; write {name}")
+            raise ParameterError(f"{kind.__name__}.{name} is not a tuple, so there is no {name}[{i}]; write {name}")
         if i >= len(items):
             raise ParameterError(
-                f"{kind.__name__}.{name} has {len(items)} members, so there is no {name}[{i}]; counting begins at 0"
+                f"{kind.__name__}.{name} has {len(items)} members, so there is no {name}[{i}]; indices begin at 0"
             )
         values[name] = (*items[:i], _changed(f"{kind.__name__}.{name}[{i}]", items[i], rest, value), *items[i + 1 :])
     return kind(**values)
@@ -49,7 +49,7 @@ def _changed(where: str, old: Any, rest: str | None, value: Any) -> Any:
     if isinstance(old, Component):
         return replace(old, {rest: value})
     hint = f"; write {where.rpartition('.')[2]}[0].{rest} for its first member" if isinstance(old, tuple) else ""
-    raise ParameterError(f"{where} is {_shortly(old)}, which has no fields, so there is no {rest} in it{hint}")
+    raise ParameterError(f"{where} is {_shortly(old)}, which has no fields, so it has no {rest}{hint}")
 
 
 def _shortly(value: Any) -> str:

@@ -40,12 +40,12 @@ Several: TypeAlias = list[str] | list[Callable[[M], Symbol | Signal]] | tuple[Wh
 class Result(Generic[M]):
     """A simulated run of a model ``M``.
 
-    ``result["J1.w"]`` is a signal as an array on ``result.time``: the asked times, and every event twice, its left and
-    right limits. ``result[lambda m: m.J1.w]`` is the same with the model's fields, checked and completed by editors;
-    expressions such as ``lambda m: m.J1.w - m.J2.w`` work too. Signals that are no states are computed when they are
-    asked for. Arrays are read-only.
+    ``result["J1.w"]`` is a signal as an array over ``result.time``: the requested times, and every event twice, with its left and
+    right limits. ``result[lambda m: m.J1.w]`` is the same with the fields of the model, which editors check and complete;
+    expressions such as ``lambda m: m.J1.w - m.J2.w`` work too. Signals that are not states are computed when they are
+    requested. Arrays are read-only.
 
-    ``ok`` is False where the run ended early; ``message`` says why, and the result holds what was reached. Picklable.
+    ``ok`` is False if the run ended early; ``message`` gives the reason, and the result holds the run so far. Results can be pickled.
     """
 
     report: Any
@@ -85,18 +85,18 @@ class Result(Generic[M]):
         self._trajectory = None
 
     def recorded(self, record: str | Sequence[str]) -> Result[M]:
-        """The same run with samples of the signals of the given names and patterns only, as ``simulate(record=...)`` gives it."""
+        """The same run with only samples of the signals of the given names and patterns, as from ``simulate(record=...)``."""
         return Result(
             self.compiled, self.trajectory, self._times, self._p, self.report, record, self.message, self.inputs
         )
 
     def detached(self) -> dict[str, Any]:
-        """The numbers of the run without its model, small and quick to pickle; ``attached`` makes a result of them again."""
+        """The numbers of the run without its model, small and fast to pickle; ``attached`` turns them into a result again."""
         return {name: value for name, value in self.__getstate__().items() if name != "_signals"}
 
     @classmethod
     def attached(cls, numbers: dict[str, Any], compiled: Compiled) -> Result[M]:
-        """A result from what ``detached`` gave in another process, for the same model compiled in this one."""
+        """A result from the output of ``detached`` in another process, for the same model compiled in this one."""
         result = cls.__new__(cls)
         result.__setstate__({**numbers, "_signals": signals_of(compiled), "_compiled": compiled})
         return result
@@ -116,7 +116,7 @@ class Result(Generic[M]):
 
     @cached_property
     def time(self) -> Array:
-        """The instants of all samples in seconds; an instant with an event stands twice."""
+        """The instants of all samples in seconds; an instant with an event appears twice."""
         return _sealed(self._dense.t.copy())
 
     @cached_property
@@ -133,22 +133,22 @@ class Result(Generic[M]):
 
     @cached_property
     def events(self) -> EventTable:
-        """What switched when; prints as a table."""
+        """The events: which law changed, when and how; prints as a table."""
         return EventTable(self.trajectory.events)
 
     @cached_property
     def statistics(self) -> dict[str, float]:
-        """Numbers of steps, of rejected steps, of instants with events, and what the model counts."""
+        """Numbers of steps, rejected steps and instants with events, and the model's own counts."""
         return dict(self.trajectory.statistics)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What is not unique in this result."""
+        """Notes on what is not unique in this result."""
         return tuple(self.trajectory.notes)
 
     @cached_property
     def modes(self) -> dict[str, str]:
-        """The kind of law of every signal that is a mode."""
+        """The kind of law for every signal that is a mode."""
         return {name: kind for _, name, kind in self.trajectory.laws if name in self._signals.entries}
 
     @property
@@ -158,12 +158,12 @@ class Result(Generic[M]):
 
     @property
     def compiled(self) -> Compiled:
-        """The compiled model, for analyses of this run. A result that was pickled compiles its model again."""
+        """The compiled model, for analyses of this run. A pickled result compiles its model again."""
         if self._compiled is None:
             compiled, here = compile_model(self.model), self._signals
             if [s.numel() for s in signals_of(compiled).inputs] != [s.numel() for s in here.inputs]:
                 raise ParameterError(
-                    "the result was pickled by another version of powertrain or of the model; simulate it again"
+                    "the result was pickled with another version of powertrain or of the model; simulate again"
                 )
             self._compiled = compiled
         return self._compiled
@@ -172,7 +172,7 @@ class Result(Generic[M]):
     def trajectory(self) -> Trajectory:
         """The accepted steps with their dense output."""
         if self._trajectory is None:
-            raise ParameterError("record=... keeps samples of the named signals only; simulate without it for more")
+            raise ParameterError("record=... keeps only samples of the named signals; simulate without it to keep all")
         return self._trajectory
 
     @cached_property
@@ -190,11 +190,11 @@ class Result(Generic[M]):
         return self._signals.names if self._record is None else self._record
 
     def names(self, pattern: str = "*") -> list[str]:
-        """Signals whose name fits: ``result.names("clutch1.*")``."""
+        """Signals whose names match: ``result.names("clutch1.*")``."""
         return self._signals.matching(pattern, self._kept)
 
     def description(self, what: What[M]) -> str:
-        """What a signal or a parameter means."""
+        """The description of a signal or parameter."""
         return self._pick(what).doc
 
     def label(self, what: What[M]) -> str:
@@ -202,13 +202,13 @@ class Result(Generic[M]):
         return self._pick(what).label
 
     def unit(self, what: What[M]) -> str:
-        """The unit of a signal, a parameter, or of sums and differences of like signals; '' where it is not known."""
+        """The unit of a signal, of a parameter, or of sums and differences of like signals; '' if it is unknown."""
         return self._pick(what).unit
 
     def converted(self, what: What[M], unit: str) -> Array:
         """The values of a signal in another unit: ``result.converted("body.v", "km/h")``.
 
-        Errors: ModelError for an unknown unit, and for one that measures something else than the signal.
+        Errors: ModelError for an unknown unit, and for a unit of another quantity.
         """
         return converted(np.asarray(self[what]), self.unit(what), unit)
 
@@ -235,7 +235,7 @@ class Result(Generic[M]):
         return _sealed(self._expressions([picked.expression])[:, 0])
 
     def signal(self, what: What[M]) -> Array:
-        """``result[what]`` as a call: pyright and editors built on it follow selectors into calls, but not into brackets."""
+        """``result[what]`` as a call: pyright and editors follow selectors into calls, but not into brackets."""
         return self[what]
 
     def _columns(self, names: Sequence[str]) -> dict[str, Array]:
@@ -276,7 +276,7 @@ class Result(Generic[M]):
     def at(self, t: Any, what: Any) -> Any:
         """Values at any time of the run from the dense output; at the instant of an event its right limit.
 
-        ``t`` one time or several in seconds; ``what`` one name or selector, or several (then a dictionary is returned).
+        ``t``: one time or several, in seconds; ``what``: one name or selector, or several (then a dictionary is returned).
         Raises ParameterError for a time outside the run.
         """
         times = array("t", t)
@@ -310,7 +310,7 @@ class Result(Generic[M]):
     def to_xarray(self, *names: str) -> xr.Dataset:
         """All signals, or those of the given names and patterns, over ``time``, each with ``units`` and ``long_name``.
 
-        Instants with events stand twice in ``time``. Attributes: model, powertrain_version, parameters, events (JSON).
+        Instants with events appear twice in ``time``. Attributes: model, powertrain_version, parameters, events (JSON).
         """
         known = export.attributes(type(self.model).__name__, self.parameters, self.events, self.message)
         return export.dataset(self.time, self._table(names), self.modes, known)
@@ -320,9 +320,9 @@ class Result(Generic[M]):
         return export.frame(self.time, self._table(names))
 
     def save(self, path: str | PathLike[str], *names: str) -> None:
-        """Writes ``to_xarray(*names)`` to a netCDF file (.nc), which ``load`` reads, or ``to_dataframe(*names)`` to a .csv file.
+        """Write ``to_xarray(*names)`` to a netCDF file (.nc), which ``load`` reads, or ``to_dataframe(*names)`` to a .csv file.
 
-        netCDF needs ``powertrain[netcdf]``. ParameterError for another ending.
+        netCDF requires ``powertrain[netcdf]``. ParameterError for other file name extensions.
         """
         if export.suffix(path) == ".csv":
             self.to_dataframe(*names).to_csv(path)
@@ -330,7 +330,7 @@ class Result(Generic[M]):
             export.save(self.to_xarray(*names), path)
 
     def netcdf(self, *names: str, **attributes: str) -> bytes:
-        """The content of a classic netCDF file of ``to_xarray(*names)``, with attributes of the caller's beside."""
+        """The content of a classic netCDF file of ``to_xarray(*names)``, with additional attributes."""
         known = export.attributes(type(self.model).__name__, self.parameters, self.events, self.message)
         return export.classic(self.time, self._table(names), self.modes, {**known, **attributes})
 
@@ -371,7 +371,7 @@ class Result(Generic[M]):
 def complete(result: Any) -> Result[Any]:
     """A result of simulate that reached its end; ParameterError for anything else."""
     if not isinstance(result, Result):
-        raise ParameterError(f"give a result of simulate, not a {type(result).__name__}")
+        raise ParameterError(f"pass a result of simulate, not a {type(result).__name__}")
     if not result.ok:
         raise ParameterError(f"the run ended early and has no derivative: {result.message.splitlines()[0]}")
     return result

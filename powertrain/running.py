@@ -39,11 +39,11 @@ class State:
 
 
 class Running(Generic[M]):
-    """A run in hand; ``plant.start`` gives one.
+    """A run that is advanced step by step; created by ``plant.start``.
 
-    ``run.step(dt, throttle=0.3)`` goes on by ``dt`` seconds, ``run["engine.w"]`` is the present value of a signal (a selector works, too),
-    ``run.state`` what decides how it goes on. A state can be kept and set again: from the same state, with the same inputs, everything is
-    the same to the last bit. ``run.result()`` is the run so far as a ``Result``.
+    ``run.step(dt, throttle=0.3)`` advances by ``dt`` seconds, ``run["engine.w"]`` is the present value of a signal (selectors work, too),
+    ``run.state`` is everything that determines how the run continues. A state can be stored and restored: with the same inputs, the run
+    then repeats to the last bit. ``run.result()`` is the run so far as a ``Result``.
     """
 
     def __init__(
@@ -69,21 +69,21 @@ class Running(Generic[M]):
 
     @property
     def state(self) -> State:
-        """The present state. Setting one goes back (or elsewhere) and forgets the run so far."""
+        """The present state. Setting a state returns to it and discards the run so far."""
         return self._state
 
     @state.setter
     def state(self, state: State) -> None:
         sizes = [tuple(len(v) for v in (s.x, s.z, s.m)) for s in (state, self._state) if isinstance(s, State)]
         if len(set(sizes)) != 1 or len(sizes) != 2:
-            raise ParameterError("state: give a state of a run of the same model")
+            raise ParameterError("state: pass a state from a run of the same model")
         self._begin(state)
 
     def step(self, dt: float, /, **inputs: float) -> Running[M]:
-        """Goes on by ``dt`` s with inputs that keep their values until they are given again; returns itself.
+        """Advance by ``dt`` s. Inputs keep their values until new ones are given. Returns the run itself.
 
-        Inputs of components, whose names have dots, are given as ``run.step(dt, **{"driver.v_ref": 10})``. Raises SimulationError as
-        ``simulate`` does; the run then stands where it stood.
+        Inputs of components, whose names contain dots, are passed as ``run.step(dt, **{"driver.v_ref": 10})``. Raises SimulationError like
+        ``simulate``; the run then remains where it was.
         """
         if not number("dt", dt, "s") > 0.0:
             raise ParameterError(f"dt = {dt:g} s is not positive")
@@ -128,9 +128,9 @@ class Running(Generic[M]):
     def result(self) -> Result[M]:
         """The run since its start, or since its state was set."""
         if not self._options["record"]:
-            raise ParameterError("the run was started with record=False, which keeps the present state only")
+            raise ParameterError("the run was started with record=False, which keeps only the present state")
         if not self._pieces:
-            raise ParameterError("the run has not gone on yet: step(dt) first")
+            raise ParameterError("the run has not advanced yet: call step(dt) first")
         times = np.array([p.start for p in self._pieces] + [self._state.t])
         knots = {name: _steps(series) for name, series in self._knots.items()}
         return Result(

@@ -180,7 +180,7 @@ class Signals:
 
     def _selected(self, selector: Callable[[Any], Any]) -> Picked:
         if not callable(selector):
-            raise ParameterError(f"ask for a signal by its name or a selector (lambda m: m.J1.w), not by {selector!r}")
+            raise ParameterError(f"name a signal by its path or a selector (lambda m: m.J1.w), not by {selector!r}")
         scratch = replace(self.flat.recorder, path="selector", text=None, switches=[], schedules=[], guards=[])
         with _building, reading(scratch):
             try:

@@ -36,7 +36,7 @@ def told_apart(value: float, others: Iterable[float]) -> str:
 def checked_unit(unit: str) -> str:
     """``unit`` itself where it is a product or quotient of known units, else ModelError."""
     if not isinstance(unit, str):
-        raise ModelError(f"{unit!r} is not a unit; write it as a text (kg.m2, N.m/rad, rad/s, 1)")
+        raise ModelError(f"{unit!r} is not a unit; write it as a string (kg.m2, N.m/rad, rad/s, 1)")
     for part in unit.replace("(", "").replace(")", "").replace("/", ".").split("."):
         match = _FACTOR.match(part)
         if match is None or match.group(1) not in BASE:

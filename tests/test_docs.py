@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 import pytest
 
+import powertrain
 from powertrain.components.rotational import Clutch
 from powertrain.vehicles.cli.docstrings import is_equation
 from powertrain.vehicles.cli.facts import facts, text_of
@@ -63,7 +65,7 @@ def test_an_error_names_the_line_of_the_page(made_with: Any, tmp_path: Path) -> 
         ("flange_a drives: tauLoss = (1 - eta_mf1) flange_a.tau + tau_bf1 sign(w_a)", True),
         ("w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0", True),
         ("Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power", False),
-        ("For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.", False),
+        ("For N friction faces with radii ri, ro and uniform wear cgeo = N (ro + ri)/2.", False),
         ("Hence w_large - w_h = -(Z_ring/Z_large) (w_ring - w_h): each mesh", False),
         ("T_L = -left.tau goes out to the left. The rollers wedge the cams apart.", False),
         ("The car drives.", False),
@@ -101,6 +103,20 @@ def test_every_component_gets_a_page(made_with: Any, tmp_path: Path) -> None:
     assert "| `fn_max` | – | N | \\[0,\N{NO-BREAK SPACE}∞) | Normal force" in clutch
     assert "Source: `components/rotational/clutch.py`, line" in clutch
     assert (tmp_path / "components" / "vehicles" / "SplitPathCar.md").is_file()
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    pages = "\n".join(path.read_text(encoding="utf-8") for path in (DOCS / "reference").glob("*.md"))
+    shown = set(re.findall(r"^\.\. auto(?:class|function):: (\w+)$", pages, re.MULTILINE))
+    named = set(re.findall(r"`pt\.(\w+)`", pages))
+    assert shown | named >= set(powertrain.__all__) - {"__version__"}
+
+
+def test_every_page_of_the_reference_has_an_entry() -> None:
+    index = (DOCS / "reference.md").read_text(encoding="utf-8")
+    for path in (DOCS / "reference").glob("*.md"):
+        assert f"\nreference/{path.stem}\n" in index
+        assert f"(reference/{path.name})" in index
 
 
 def test_facts_are_those_of_the_declarations() -> None:

@@ -91,11 +91,11 @@ def test_modes_by_name(plant: pt.Plant[Engaging]) -> None:
 
 
 def test_bad_input(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) -> None:
-    with pytest.raises(pt.ParameterError, match=r"give those of clutch\.mode"):
+    with pytest.raises(pt.ParameterError, match=r"also give those of clutch\.mode"):
         plant.function("load.a")
     with pytest.raises(pt.ParameterError, match=r"no law clutch\.mod; did you mean clutch\.mode"):
         plant.function(modes={"clutch.mod": 1})
-    with pytest.raises(pt.ParameterError, match="is none of 1, 0, -1, 2"):
+    with pytest.raises(pt.ParameterError, match="must be one of 1, 0, -1, 2"):
         plant.function(modes={"clutch.mode": 3})
     with pytest.raises(pt.ParameterError, match="no input or parameter torq"):
         plant.function(inputs="torq", modes=(run, 0.0))

@@ -114,5 +114,5 @@ def test_bouncing_on_a_moving_table(e: float) -> None:
 
 def test_bad_input() -> None:
     result = pt.simulate(Damped(), 1.0)
-    with pytest.raises(pt.ParameterError, match="does not lie in the simulated span"):
+    with pytest.raises(pt.ParameterError, match="is outside the simulated span"):
         pt.floquet(result, 0.5, 0.7)

@@ -398,7 +398,7 @@ def test_refusals_name_what_is_known() -> None:
         linearize(plant, ["torque.tua"])
     with pytest.raises(pt.ParameterError, match=r"J1\.ww; did you mean J1\.w"):
         linearize(plant, ["torque.tau"], ["J1.ww"])
-    with pytest.raises(pt.ParameterError, match="stands twice"):
+    with pytest.raises(pt.ParameterError, match="appears twice"):
         linearize(plant, ["torque.tau", "torque.tau"])
     result = plant.simulate(0.1)
     with pytest.raises(pt.ParameterError, match="outside the simulated span"):

@@ -167,9 +167,9 @@ def test_equal_maps_are_equal_hashed_and_pickled() -> None:
         ([], [], {}, "axis x has no points"),
         ([0, np.nan], [0, 1], {}, "axis x: nan at .1. is not a finite number"),
         ([0, 1], [0, np.inf], {}, "map map: inf at .1. is not a finite number"),
-        ([0, 1], [0, 1, 2], {}, r"values of shape \(3,\), but its axes ask for \(2,\) \(x: 2\)"),
-        ([0, 1], [0, 1], {"outside": "extrapolate"}, "outside='extrapolate' is none of error, clip, linear"),
-        ([0, 1], [0, 1], {"method": "cubic"}, "method='cubic' is none of linear, smooth"),
+        ([0, 1], [0, 1, 2], {}, r"values of shape \(3,\), but its axes require \(2,\) \(x: 2\)"),
+        ([0, 1], [0, 1], {"outside": "extrapolate"}, "outside='extrapolate' must be one of error, clip, linear"),
+        ([0, 1], [0, 1], {"method": "cubic"}, "method='cubic' must be one of linear, smooth"),
         ([0, 1, 2], [0, 1, 2], {"method": "smooth"}, "needs at least 4 points on every axis, x has 3"),
     ],
 )
@@ -183,7 +183,7 @@ def test_unusable_calls() -> None:
         field("clip")(1.0)
     with pytest.raises(ParameterError, match="map loss: torque: nan"):
         field("clip")(1.0, float("nan"))
-    with pytest.raises(ParameterError, match="two axes have one name"):
+    with pytest.raises(ParameterError, match="two axes have the same name"):
         Map((Axis("a", "1", [0, 1]), Axis("a", "1", [0, 1])), np.zeros((2, 2)), "1")
 
 
@@ -204,11 +204,11 @@ def test_reads_a_table(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("a [m], b [N]\n", "a header .* and rows of numbers are needed"),
-        ("a, b [N]\n0, 1\n", "t.csv:1: 'a' is no column head"),
+        ("a, b [N]\n0, 1\n", "t.csv:1: 'a' is not a column heading"),
         ("b [N]\n1\n", "t.csv:1: a column for every axis and one for the value"),
         ("a [m], b [N]\n0, one\n", "t.csv:2: .* is not a row of numbers"),
         ("a [m], b [N]\n0, 1, 2\n", "t.csv:2: 2 finite numbers are needed"),
-        ("a [m], b [N]\n0, 1\n0, 2\n", "t.csv:3: this grid point has a value already"),
+        ("a [m], b [N]\n0, 1\n0, 2\n", "t.csv:3: this grid point already has a value"),
         ("a [m], b [m], c [N]\n0,0,1\n1,1,2\n", "no row for a = 0 m, b = 1 m"),
     ],
 )

@@ -183,7 +183,7 @@ def over(unit: str) -> pt.Map:
 def test_axis_in_another_unit_is_refused(law: Any) -> None:
     with pytest.raises(
         pt.ModelError,
-        match=r"the axis speed is in rpm, but it is asked for a variable in rad/s; give the axis in rad/s",
+        match=r"the axis speed is in rpm, but it is called with a variable in rad/s; give the axis in rad/s",
     ):
         pt.compile(Asked(table=over("rpm"), law=law))
     with pytest.raises(pt.ModelError, match=r"the axis speed is in N\.m"):

@@ -114,7 +114,7 @@ def test_bad_input(plant: pt.Plant[Engaging]) -> None:
         run.result()
     with pytest.raises(pt.ParameterError, match="step"):
         plant.start().result()
-    with pytest.raises(pt.ParameterError, match="state of a run of the same model"):
+    with pytest.raises(pt.ParameterError, match="state from a run of the same model"):
         run.state = pt.compile(Relay()).start().state
     before = run.state
     with pytest.raises(pt.ParameterError):

@@ -86,5 +86,5 @@ def test_signals_may_be_left_out() -> None:
 
 
 def test_nothing_to_draw() -> None:
-    with pytest.raises(pt.ParameterError, match="Inertia has no parts that are joined"):
+    with pytest.raises(pt.ParameterError, match="Inertia has no connected parts"):
         pt.schematic(Inertia(J=1))

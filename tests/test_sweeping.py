@@ -102,7 +102,7 @@ def test_a_case_that_cannot_be_sent() -> None:
 def test_a_worker_that_compiles_other_equations_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     worker._plant_of.cache_clear()
     monkeypatch.setattr(worker, "model_identity", lambda _: "another")
-    with ThreadPoolExecutor(1) as threads, pytest.raises(pt.ModelError, match="another version of powertrain"):
+    with ThreadPoolExecutor(1) as threads, pytest.raises(pt.ModelError, match="a different version of powertrain"):
         sweep(executor=threads)
 
 
@@ -273,9 +273,9 @@ def test_failed_cases_in_a_folder(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("case", "said"),
     [
-        ({"inertia.J": 2.0, "stop": 1.0}, r"case 1: inertia\.J is no option .*parameters"),
+        ({"inertia.J": 2.0, "stop": 1.0}, r"case 1: inertia\.J is not an option .*parameters"),
         ({}, r"case 1: stop \(s\)"),
-        (3, "case 1: 3 is no mapping"),
+        (3, "case 1: 3 is not a mapping"),
         ({"stop": 1.0, "record": ["inertia.w"]}, "case 1: record is the same for all cases"),
     ],
 )
@@ -287,16 +287,16 @@ def test_a_case_that_simulate_does_not_know_is_refused_before_any_run(case: Any,
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"executor": 4}, "executor = 4 is no executor"),
+        ({"executor": 4}, "executor = 4 is not an executor"),
         ({"on_error": "ignore"}, "on_error = 'ignore'"),
         ({"scalars": ["w"]}, "scalars = "),
-        ({"scalars": {"w": 3}}, "'w': 3 is not a function"),
-        ({"scalars": {"inertia.J": last_speed}}, "'inertia.J' is the name of another column"),
-        ({"scalars": {"w": spin_down.two_numbers}}, "'w' gives 2 numbers"),
-        ({"record": 3}, "record = 3: give a list"),
+        ({"scalars": {"w": 3}}, "'w': 3 is not a named function"),
+        ({"scalars": {"inertia.J": last_speed}}, "'inertia.J' is already a column"),
+        ({"scalars": {"w": spin_down.two_numbers}}, "'w' returns 2 numbers"),
+        ({"record": 3}, "record = 3: pass a list"),
         ({"record": ["nothing"]}, "no signal nothing"),
         ({"to": 3}, "to = 3"),
-        ({"to": "/dev/null/x"}, "cannot be written"),
+        ({"to": "/dev/null/x"}, "cannot write to"),
         ({"to": "a\0b"}, "is not the path"),
     ],
 )
@@ -336,7 +336,7 @@ def test_scalars_are_told_apart_by_their_code_and_what_they_hold(tmp_path: Path)
         def __call__(self, run: Any) -> float:
             return 1.0
 
-    with pytest.raises(pt.ParameterError, match="cannot be told"):
+    with pytest.raises(pt.ParameterError, match="cannot tell whether"):
         sweep(2, to=tmp_path, scalars={"odd": Odd()})
 
 

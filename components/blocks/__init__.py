@@ -1,6 +1,6 @@
 """Signals: sources over time, arithmetic, tables, limits and controllers between outputs and inputs.
 
-Names and laws are those of Modelica.Blocks 4.0.0, where it has them.
+Names and equations are those of Modelica.Blocks 4.0.0 where it has them.
 """
 
 from __future__ import annotations

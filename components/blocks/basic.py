@@ -41,7 +41,7 @@ class _Source(Component):
 
 
 class Filter(_Source):
-    """Partial: a signal y made of a signal u."""
+    """Partial: a signal y that depends on a signal u."""
 
     u: Input = signal_input("1", "Signal")
 
@@ -77,7 +77,7 @@ class Step(_StartingSource):
 
 
 class Ramp(_StartingSource):
-    """A straight rise from offset at startTime to offset + height at startTime + duration, at once if that is 0."""
+    """A linear rise from offset at startTime to offset + height at startTime + duration; a step if duration is 0."""
 
     height: Parameter = parameter("1", "Height of the ramp", default=1.0)
     duration: Parameter = parameter("s", "Duration of the ramp", min=0)
@@ -125,7 +125,7 @@ class _Periodic(_StartingSource):
 
     period: Parameter = parameter("s", "Time for one period", min=1e-60)
     nperiod: Parameter = parameter("1", "Number of periods, or -1 for no end", default=-1.0)
-    count: Discrete = discrete("1", "Number of periods that are over")
+    count: Discrete = discrete("1", "Number of completed periods")
 
     def _elapsed(self) -> Symbol:
         """Time since the period began."""
@@ -157,7 +157,7 @@ class Pulse(_Periodic):
 
 
 class Trapezoid(_Periodic):
-    """A wave that rises from offset to offset + amplitude, stays, falls and rests at offset, once in every period."""
+    """A wave that rises from offset to offset + amplitude, holds, falls and holds offset, once in every period."""
 
     amplitude: Parameter = parameter("1", "Height of the trapezoid", default=1.0)
     rising: Parameter = parameter("s", "Duration of the rise", default=0.0, min=0)
@@ -179,7 +179,7 @@ class Exponentials(_StartingSource):
     """A rise towards outMax from startTime on, and a fall from startTime + riseTime on, both exponential.
 
     t < riseTime: y = offset + outMax (1 - exp(-t/riseTimeConst)) with t = time - startTime;
-    then y = offset + y_r exp(-(t - riseTime)/fallTimeConst) with y_r what was reached.
+    then y = offset + y_r exp(-(t - riseTime)/fallTimeConst) with y_r the value reached.
     """
 
     outMax: Parameter = parameter("1", "Value towards which y rises", default=1.0)
@@ -197,9 +197,9 @@ class Exponentials(_StartingSource):
 
 
 class TimeTable(_Source):
-    """Rows (time in s, value), joined by straight lines; constant before the first and after the last.
+    """Rows (time in s, value) with linear interpolation; constant before the first and after the last.
 
-    A time that stands in two rows is a jump.
+    A time that appears in two rows is a jump.
     """
 
     table: tuple[tuple[float, float], ...]
@@ -215,7 +215,7 @@ class TimeTable(_Source):
 
 
 class Gain(_Source):
-    """A factor: y = k u."""
+    """A gain: y = k u."""
 
     k: Parameter = parameter("1", "Gain")
     u: Input = signal_input("1", "Signal")
@@ -261,7 +261,7 @@ class Feedback(_Source):
 
 
 class Integrator(_Source):
-    """An integral that starts at y_start: der(y) = k u."""
+    """An integrator that starts at y_start: der(y) = k u."""
 
     k: Parameter = parameter("1/s", "Gain", default=1.0)
     y_start: Parameter = parameter("1", "y at the start", default=0.0)

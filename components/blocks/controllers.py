@@ -48,8 +48,8 @@ class LimPID(_Controller):
     Ti der(integral) = u_s - u_m + (y - v)/(k Ni)
     derivative = Nd (wd u_s - u_m - x),  Td der(x) = derivative
 
-    Beyond a limit the integral goes back so far, over the time Ni Ti, that the output would leave the limit as soon as the error turns
-    (back-calculation). ``controllerType`` leaves parts out: "P", "PI", "PD". At the start both parts are zero.
+    Beyond a limit the integral part is reduced with the time constant Ni Ti, so that the output leaves the limit as soon as the error
+    changes sign (back-calculation). ``controllerType`` selects the parts: "P", "PI", "PD", "PID". Both parts are zero at the start.
     Source: Modelica Standard Library 4.0.0, Blocks.Continuous.LimPID.
     """
 
@@ -62,7 +62,7 @@ class LimPID(_Controller):
     v: Variable = variable("1", "Actuating signal before its limits")
     integral: Variable = variable("1", "Integral part", start=0.0)
     derivative: Variable = variable("1", "Derivative part")
-    x: Variable = variable("1", "What the derivative's filter has followed")
+    x: Variable = variable("1", "State of the derivative filter")
 
     def equations(self) -> Equations:
         """Three parts and two limits."""
@@ -82,7 +82,7 @@ class LimPID(_Controller):
 
 
 class SampledPI(_Controller):
-    """A proportional-integral controller as a control unit computes it: at the times period, 2 period, ..., and held in between.
+    """A proportional-integral controller as computed by a control unit: sampled at period, 2 period, ..., and held in between.
 
     e_n = u_s - u_m;  y_n = v_n within yMin..yMax,  v_n = k e_n + x_n
     x_(n+1) = x_n + k period/Ti e_n, but as it is where v_n lies beyond a limit and e_n drives it further (conditional integration)
@@ -90,11 +90,11 @@ class SampledPI(_Controller):
     Before the first sample y = y_start.
     """
 
-    period: Parameter = parameter("s", "Time from one sample to the next", default=0.01, above=0)
+    period: Parameter = parameter("s", "Sampling period", default=0.01, above=0)
     y_start: Parameter = parameter("1", "y before the first sample", default=0.0)
     n: Discrete = discrete("1", "Number of samples taken")
     x: Discrete = discrete("1", "Integral part", start=0.0)
-    held: Discrete = discrete("1", "What was computed last")
+    held: Discrete = discrete("1", "Last computed value")
 
     def equations(self) -> Equations:
         """A program that runs once in a period."""

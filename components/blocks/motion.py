@@ -1,4 +1,4 @@
-"""Motions from point to point."""
+"""Point-to-point motions."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ SMALL = 1e-300
 
 
 class KinematicPTP(Component):
-    """A motion over deltaq that is as fast as greatest speed and acceleration allow: speeds up, goes on, slows down, rests.
+    """The fastest motion over deltaq within limits of speed and acceleration.
 
     qdd = a for the time t_1 = v/a, 0 until T - t_1, -a until T;  v = min(qd_max, root(a |deltaq|)),  T = |deltaq|/v + t_1,  a = qdd_max
 
-    All of it with the sign of deltaq. Where the way is too short for qd_max, v is what is reached and nothing lies between the two phases.
-    Source: Modelica Standard Library 4.0.0, Blocks.Sources.KinematicPTP2, for one axis.
+    All quantities have the sign of deltaq. If the distance is too short to reach qd_max, v is the speed reached, and deceleration
+    follows acceleration directly. Source: Modelica Standard Library 4.0.0, Blocks.Sources.KinematicPTP2, for one axis.
     """
 
-    deltaq: Parameter = parameter("1", "Way")
-    qd_max: Parameter = parameter("1/s", "Greatest speed", above=0)
-    qdd_max: Parameter = parameter("1/s2", "Greatest acceleration", above=0)
-    startTime: Parameter = parameter("s", "Time at which it begins", default=0.0)
+    deltaq: Parameter = parameter("1", "Displacement")
+    qd_max: Parameter = parameter("1/s", "Maximum speed", above=0)
+    qdd_max: Parameter = parameter("1/s2", "Maximum acceleration", above=0)
+    startTime: Parameter = parameter("s", "Start time", default=0.0)
     q: Output = signal_output("1", "Position")
     qd: Output = signal_output("1/s", "Speed")
     qdd: Output = signal_output("1/s2", "Acceleration")

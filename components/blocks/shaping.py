@@ -1,4 +1,4 @@
-"""Signals that are held within limits, switched with hysteresis, or delayed."""
+"""Signals that are limited, switched with hysteresis, or delayed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from powertrain.components.blocks.basic import Filter
 
 
 class Limiter(Filter):
-    """A signal within limits: y = u where uMin <= u <= uMax, else the limit that it has passed."""
+    """A limited signal: y = u where uMin <= u <= uMax, else the limit exceeded."""
 
     uMax: Parameter = parameter("1", "Upper limit")
     uMin: Parameter = parameter("1", "Lower limit")
@@ -33,7 +33,7 @@ class Limiter(Filter):
 
 
 class Hysteresis(Filter):
-    """A switch: y becomes 1 where u rises above uHigh, and 0 where it falls below uLow; between them it stays as it was.
+    """A switch: y becomes 1 when u rises above uHigh, and 0 when u falls below uLow; between them it keeps its value.
 
     At the start y = 1 for u > uHigh, 0 for u < uLow, and y_start between them.
     """
@@ -41,7 +41,7 @@ class Hysteresis(Filter):
     uLow: Parameter = parameter("1", "Value below which y is 0")
     uHigh: Parameter = parameter("1", "Value above which y is 1")
     y_start: Parameter = parameter("1", "y at the start between the two, 0 or 1", default=0.0, min=0, max=1)
-    held: Discrete = discrete("1", "What u was last: 1 above uHigh, -1 below uLow, 0 neither yet")
+    held: Discrete = discrete("1", "Last state of u: 1 above uHigh, -1 below uLow, 0 neither")
 
     def equations(self) -> Equations:
         """A memory, which an input outside of the band does not need."""
@@ -54,12 +54,12 @@ class Hysteresis(Filter):
 
 
 class AllPass(Filter):
-    """A lag that lets every frequency through undamped: Padé's first approximation of a delay.
+    """A first-order all-pass filter, which changes no amplitude: the first Padé approximation of a delay.
 
     delayTime/2 der(x) + x = u,  y = 2 x - u;  it starts as if u had been constant before.
     """
 
-    delayTime: Parameter = parameter("s", "Time by which slow signals are late", above=0)
+    delayTime: Parameter = parameter("s", "Delay of slow signals", above=0)
     x: Output = signal_output("1", "Signal after a first-order lag")
 
     def equations(self) -> Equations:
@@ -73,11 +73,11 @@ class AllPass(Filter):
 
 
 class Delay(Filter):
-    """A signal that comes later: y(t) = u(t - delayTime), approximately, by n all-pass sections of delayTime/n each.
+    """A delayed signal: y(t) = u(t - delayTime), approximated by n all-pass sections of delayTime/n each.
 
-    A sine of angular frequency w keeps its amplitude and is late by delayTime (1 - (w delayTime)^2/(12 n^2) + ...), so 1 % too early at w
-    delayTime = 0.35 n. A jump of u is felt at once and rings until about delayTime: smooth it, or take more sections. A simulation with a
-    memory of all that was would be exact; the states of a model have none.
+    A sine of angular frequency w keeps its amplitude and is late by delayTime (1 - (w delayTime)^2/(12 n^2) + ...), so 1 % too early at
+    w delayTime = 0.35 n. A jump of u appears at once and rings until about delayTime: smooth it, or use more sections. An exact delay
+    would need the history of the signal, which the states of a model do not contain.
     """
 
     delayTime: Parameter = parameter("s", "Delay", above=0)

@@ -1,4 +1,4 @@
-"""Signals by tables of other signals."""
+"""Signals from tables of other signals."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from powertrain.components.blocks.basic import Filter
 
 
 class CombiTable1D(Filter):
-    """A signal by a table of another one: y = table(u).
+    """A table of one signal: y = table(u).
 
-    ``table`` is a map of one argument, which says how it is interpolated and what holds beyond its points. Errors: ParameterError for a
-    map of more arguments.
+    ``table`` is a map with one argument, which defines interpolation and extrapolation. Errors: ParameterError for a map with more
+    arguments.
     """
 
     table: Map
@@ -22,10 +22,10 @@ class CombiTable1D(Filter):
 
 
 class CombiTable2D(Component):
-    """A signal by a table of two others: y = table(u1, u2).
+    """A table of two signals: y = table(u1, u2).
 
-    ``table`` is a map of two arguments, which says how it is interpolated and what holds beyond its points. Errors: ParameterError for a
-    map of another number of arguments.
+    ``table`` is a map with two arguments, which defines interpolation and extrapolation. Errors: ParameterError for a map with another
+    number of arguments.
     """
 
     table: Map
@@ -44,5 +44,5 @@ def _check(part: Component, table: Map, arguments: int) -> None:
         names = ", ".join(f"{axis.name} [{axis.unit}]" for axis in table.axes)
         where = f"{part._path}.table".lstrip(".")
         raise ParameterError(
-            f"{where}: {type(part).__name__} takes a map of {arguments} arguments; this one takes {names}"
+            f"{where}: {type(part).__name__} requires a map with {arguments} arguments; this one has {names}"
         )

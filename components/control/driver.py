@@ -1,4 +1,4 @@
-"""A driver who follows a speed, pedals that are set, and pedals that are inputs of the model."""
+"""A driver who follows a speed, pedals at fixed positions, and pedals that are inputs of the model."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ BEYOND = 0.1
 
 
 class SpeedFollower(Pedals):
-    """Partial: a proportional-integral controller of the speed that knows the acceleration to come, between the stops of two pedals.
+    """Partial: a proportional-integral speed controller with feedforward of the acceleration ahead, between the stops of two pedals.
 
     u = k_a a_ref + k_p (v_ref - v) + x,  der(x) = k_i (v_ref - v) share,  held = the foot's demand within [-1, 1]
     v < v_ref: share = (1.1 - u)/0.1 within 0..1;  v > v_ref: share = (1.1 + u)/0.1 within 0..1
     accelerator = max(pedal, 0),  brake = max(-pedal, 0),  pedal = held, but min(-|held|, -hold) while v_ref and a_ref are below 0.05
 
-    While a pedal is at its stop the integral x waits (anti-windup by conditional integration), so that the foot lifts when the speed is
-    nearly there, and not before. k_a is the part of the pedal that the vehicle needs for 1 m/s2, so about mass over greatest force. Where
-    the cycle stands, the foot is on the brake, and presses it harder if the vehicle rolls, forward or backward. ``v_ref`` and ``a_ref``
-    are what ``CycleSpeed`` gives.
+    While a pedal is at its stop, the integral x is held (anti-windup by conditional integration), so that the driver releases the pedal
+    just before the speed is reached. k_a is the pedal position that the vehicle needs for 1 m/s2, about its mass divided by the largest
+    force. When the cycle is at standstill, the driver presses the brake, and harder if the vehicle rolls forward or backward. ``v_ref``
+    and ``a_ref`` are outputs of ``CycleSpeed``.
     """
 
-    k_p: Parameter = parameter("s/m", "Pedal for a speed that is 1 m/s too low", default=0.5, min=0)
-    k_i: Parameter = parameter("1/m", "Rate of the pedal for a speed that is 1 m/s too low", default=0.1, min=0)
-    k_a: Parameter = parameter("s2/m", "Pedal for an acceleration of 1 m/s2", default=0.3, min=0)
-    hold: Parameter = parameter("1", "Least brake pedal while the vehicle shall stand", default=0.1, min=0, max=1)
-    error: Variable = variable("m/s", "How much the vehicle is too slow")
+    k_p: Parameter = parameter("s/m", "Pedal position per speed error", default=0.5, min=0)
+    k_i: Parameter = parameter("1/m", "Rate of the pedal position per speed error", default=0.1, min=0)
+    k_a: Parameter = parameter("s2/m", "Pedal position per acceleration", default=0.3, min=0)
+    hold: Parameter = parameter("1", "Brake pedal position at standstill", default=0.1, min=0, max=1)
+    error: Variable = variable("m/s", "Speed error, reference minus actual")
     u: Variable = variable("1", "Demand before the stops of the pedals")
     x: Variable = variable("1", "Integral part of the demand")
 
@@ -84,7 +84,7 @@ class LaggingDriver(SpeedFollower):
 
 
 class SetPedals(Pedals):
-    """Pedals that stay where they are put: for measurements on a rolling road."""
+    """Pedals at fixed positions, for measurements on a rolling road."""
 
     accelerator_set: Parameter = parameter("1", "Accelerator pedal", default=0.0, min=0, max=1)
     brake_set: Parameter = parameter("1", "Brake pedal", default=0.0, min=0, max=1)

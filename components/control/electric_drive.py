@@ -1,4 +1,4 @@
-"""Control of an electrically driven car: drives and brakes with its machine as far as machine and battery may."""
+"""Control of an electrically driven car: drives and brakes with the machine as far as machine and battery allow."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ class ElectricDriveControl(Component):
     tau = accelerator min(limit, discharge_power/w) - regenerated/k,  friction = brake - regenerated/F_brake
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1
 
-    ``regenerated`` [N] is the force of recovery, counted without the losses of the gears; what the driver asks for beyond it the friction
-    brakes give, so that the car brakes alike with a full and with an empty battery. F_brake is the force of all brakes with a full pedal,
-    F_most what the driven axle is trusted with. Towards standstill recovery fades. With F_most = 0 nothing is recovered. ``limit`` is the
-    largest torque of the machine at its speed, which its vehicle tells.
-    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
+    ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The friction brakes supply the rest of the
+    demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of all brakes with the pedal fully
+    pressed, F_most the largest regenerative force on the driven axle. Regeneration fades out towards standstill. With F_most = 0 there
+    is none. ``limit`` is the largest torque of the machine at its speed, an input from the vehicle. Source: L. Guzzella, A. Sciarretta,
+    Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
     """
 
-    F_brake: Parameter = parameter("N", "Force of all brakes with a full pedal", default=15e3, above=0)
-    F_most: Parameter = parameter("N", "Largest force of recovery", default=5000.0, min=0)
-    v_fade: Parameter = parameter("m/s", "Speed below which recovery fades", default=3.0, above=0)
+    F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
+    F_most: Parameter = parameter("N", "Maximum regenerative braking force", default=5000.0, min=0)
+    v_fade: Parameter = parameter("m/s", "Speed below which regenerative braking fades out", default=3.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the machine")
     limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
-    charge_power: Input = signal_input("W", "Power that the battery may take", default=1e9)
-    discharge_power: Input = signal_input("W", "Power that the battery may give", default=1e9)
+    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
+    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
     tau: Output = signal_output("N.m", "Torque of the machine")
     friction: Output = signal_output("1", "Demand on the friction brakes")
-    regenerated: Variable = variable("N", "Force of recovery")
+    regenerated: Variable = variable("N", "Regenerative braking force")
 
     def equations(self) -> Equations:
         """Pedals to torque."""

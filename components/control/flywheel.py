@@ -1,4 +1,4 @@
-"""Control of a car that keeps its energy in a flywheel: the ratio moves the car, the engine only fills the flywheel."""
+"""Control of a car that stores its energy in a flywheel: the ratio moves the car, and the engine only charges the flywheel."""
 
 from __future__ import annotations
 
@@ -32,24 +32,33 @@ class FlywheelDrive(Component):
     clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
     friction = brake - recovery share engaged room brake within 0..share
 
-    An actuator with the time constant T that follows the demand changes the ratio at the rate lead u/(T w_in): the pedals command an
-    acceleration lead/T of the output, which takes the car's energy from the flywheel or returns it; from an empty flywheel nothing is
-    taken. At the least ratio the clutch slips as the accelerator says; braking, it opens there. The friction brakes do what exceeds
-    ``share`` of the pedal, and everything where the clutch is open or the flywheel is full. recovery = 0: they do it all, with the
-    clutch open.
+    An actuator with the time constant T changes the ratio at the rate lead u/(T w_in): the pedals command an acceleration lead/T of the
+    output, which takes energy from the flywheel or returns it. Nothing is taken from an empty flywheel. At the lowest ratio the clutch
+    slips depending on the accelerator; during braking it opens there. The friction brakes supply the demand beyond ``share`` of the
+    pedal, and all of it if the clutch is open or the flywheel is full. With recovery = 0 they do all the braking, with the clutch open.
     """
 
-    lead: Parameter = parameter("rad/s", "How far a full pedal moves the demand at the output", default=8.4, above=0)
-    ratio_min: Parameter = parameter("1", "Least ratio", default=0.15, above=0)
-    ratio_max: Parameter = parameter("1", "Greatest ratio", default=2.0, above=0)
-    band: Parameter = parameter("1", "Ratio above the least one at which the clutch is closed", default=0.05, above=0)
-    launch: Parameter = parameter("1", "Pressure of the slipping clutch with a full accelerator", default=0.6, min=0)
-    w_full: Parameter = parameter("rad/s", "Input speed at which the flywheel takes no more", default=560.0, above=0)
-    w_empty: Parameter = parameter("rad/s", "Input speed at which the flywheel gives no more", default=240.0, above=0)
-    w_band: Parameter = parameter("rad/s", "Range of speed in which giving and taking fade", default=40.0, above=0)
-    share: Parameter = parameter("1", "Part of the brake pedal that recovers energy", default=0.6, min=0, max=1)
-    recovery: Parameter = parameter("1", "1: with recovery, 0: without", default=1.0, min=0, max=1)
-    b_open: Parameter = parameter("1", "Brake pedal that opens the clutch without recovery", default=0.05, above=0)
+    lead: Parameter = parameter(
+        "rad/s", "Change of the output speed demand with the pedal fully pressed", default=8.4, above=0
+    )
+    ratio_min: Parameter = parameter("1", "Minimum ratio", default=0.15, above=0)
+    ratio_max: Parameter = parameter("1", "Maximum ratio", default=2.0, above=0)
+    band: Parameter = parameter("1", "Ratio above the minimum at which the clutch is closed", default=0.05, above=0)
+    launch: Parameter = parameter(
+        "1", "Pressure of the slipping clutch with the accelerator fully pressed", default=0.6, min=0
+    )
+    w_full: Parameter = parameter("rad/s", "Input speed at which the flywheel is full", default=560.0, above=0)
+    w_empty: Parameter = parameter("rad/s", "Input speed at which the flywheel is empty", default=240.0, above=0)
+    w_band: Parameter = parameter(
+        "rad/s", "Speed range in which charging and discharging fade out", default=40.0, above=0
+    )
+    share: Parameter = parameter(
+        "1", "Fraction of the brake pedal travel for regenerative braking", default=0.6, min=0, max=1
+    )
+    recovery: Parameter = parameter("1", "1: with regenerative braking, 0: without", default=1.0, min=0, max=1)
+    b_open: Parameter = parameter(
+        "1", "Brake pedal position that opens the clutch without regenerative braking", default=0.05, above=0
+    )
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
     w_in: Input = signal_input("rad/s", "Speed at the input of the transmission")
@@ -77,29 +86,29 @@ class FlywheelDrive(Component):
 
 
 class FlywheelCharge(Component):
-    """Runs the engine while the flywheel is slow, at a throttle of good efficiency, and stops it while the flywheel is fast.
+    """Runs the engine at an efficient throttle position while the flywheel is slow, and stops it while the flywheel is fast.
 
     on = 1 from where w_in < w_rest - slope |v|,  on = 0 from where w_in > w_rest - slope |v| + hysteresis
     throttle = on u_charge,  clutch = on (w/w_in - 1 + slip)/slip within 0..1
 
-    A car that is fast has the energy that the flywheel will get back, hence ``slope``. The clutch closes as the engine comes up to the
-    speed of the flywheel's shaft.
+    A fast car holds energy that the flywheel will recover, hence ``slope``. The clutch closes as the engine approaches the speed of the
+    flywheel shaft.
     """
 
     w_rest: Parameter = parameter(
-        "rad/s", "Speed below which a standing car's flywheel is charged", default=320.0, above=0
+        "rad/s", "Flywheel speed below which it is charged at standstill", default=320.0, above=0
     )
-    slope: Parameter = parameter("rad/m", "Fall of this speed with the car's", default=0.5, min=0)
-    hysteresis: Parameter = parameter("rad/s", "How far it is charged", default=100.0, above=0)
+    slope: Parameter = parameter("rad/m", "Reduction of this speed per unit of vehicle speed", default=0.5, min=0)
+    hysteresis: Parameter = parameter("rad/s", "Rise of the input speed during charging", default=100.0, above=0)
     u_charge: Parameter = parameter("1", "Throttle while charging", default=0.9, above=0, max=1)
     slip: Parameter = parameter("1", "Slip at which the clutch begins to close", default=0.1, above=0)
     w: Input = signal_input("rad/s", "Speed of the engine")
-    w_in: Input = signal_input("rad/s", "Speed of the shaft that it charges")
+    w_in: Input = signal_input("rad/s", "Speed of the shaft to be charged")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
     throttle: Output = signal_output("1", "Throttle of the engine")
     clutch: Output = signal_output("1", "Pressure of the engine's clutch")
-    charging: Discrete = discrete("1", "1: charges, 0: does not", start=0.0)
+    charging: Discrete = discrete("1", "1: charging, 0: not charging", start=0.0)
 
     def equations(self) -> Equations:
         """A switch with hysteresis."""

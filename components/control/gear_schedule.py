@@ -1,4 +1,4 @@
-"""Who changes gears: a schedule of speeds with hysteresis, and what clutch, lever and throttle do during a shift."""
+"""Gear changes: a schedule of speeds with hysteresis, and the actions of clutch, lever and throttle during a shift."""
 
 from __future__ import annotations
 
@@ -33,12 +33,10 @@ SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 
 
 class Shifting(Component):
-    """Partial: what moves the lever, and clutch and throttle with it; the clutch closes with the speed of the engine."""
+    """Partial: operates the gear lever, the clutch and the throttle; the clutch closes with the speed of the engine."""
 
-    w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
-    w_closed: Parameter = parameter(
-        "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
-    )
+    w_open: Parameter = parameter("rad/s", "Engine speed below which the clutch is open", default=95.0, above=0)
+    w_closed: Parameter = parameter("rad/s", "Engine speed at which the clutch is fully closed", default=160.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the engine")
@@ -51,7 +49,7 @@ class Shifting(Component):
 
 
 class FixedGear(Shifting):
-    """One gear that is always in: for measurements.
+    """A single gear that is always engaged, for measurements.
 
     lever = gear,  throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """
@@ -69,11 +67,15 @@ class _Scheduled(Shifting):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
 
     speeds: tuple[tuple[float, float], ...] = SPEEDS
-    eager: Parameter = parameter("1", "How much later a full accelerator shifts up", default=1.0, min=0)
-    relaxed: Parameter = parameter("1", "Accelerator up to which it makes no difference", default=0.0, min=0, max=0.99)
-    kick: Parameter = parameter("1", "Accelerator from which it kicks down", default=0.8, min=0, max=1)
-    patience: Parameter = parameter("s", "Time in which it does not shift up from a kick-down", default=10.0, min=0)
-    dwell: Parameter = parameter("s", "Least time from one shift to the next", default=2.0, above=0)
+    eager: Parameter = parameter(
+        "1", "Relative increase of the upshift speed with the accelerator fully pressed", default=1.0, min=0
+    )
+    relaxed: Parameter = parameter(
+        "1", "Accelerator position up to which shift speeds do not change", default=0.0, min=0, max=0.99
+    )
+    kick: Parameter = parameter("1", "Accelerator position for kick-down", default=0.8, min=0, max=1)
+    patience: Parameter = parameter("s", "Time after a kick-down without upshifts", default=10.0, min=0)
+    dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
@@ -108,7 +110,7 @@ class _Scheduled(Shifting):
         for k, (up, down) in enumerate(self.speeds, 1):
             if not 0 < down < up:
                 raise ParameterError(
-                    f"{where}: up from gear {k} at {up:g} m/s, down to it at {down:g} m/s; it takes 0 < down < up"
+                    f"{where}: up from gear {k} at {up:g} m/s, down to it at {down:g} m/s; 0 < down < up is required"
                 )
         for k, (one, other) in enumerate(pairwise(self.speeds), 1):
             if not (one[0] < other[0] and one[1] < other[1]):
@@ -116,7 +118,7 @@ class _Scheduled(Shifting):
 
 
 class GearSchedule(_Scheduled):
-    """Changes gears by the speed of the vehicle: opens the clutch, moves the lever, closes the clutch, without throttle meanwhile.
+    """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
       up from gear to gear + 1 where v > up (1 + eager pressed)
       down to gear where v < min(down (1 + eager pressed), (up + down)/2)
@@ -127,11 +129,11 @@ class GearSchedule(_Scheduled):
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
 
     ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
-    up, and the difference is the hysteresis. A pressed accelerator shifts up later and, up to the middle between both speeds, down earlier,
-    so that no movement of the pedal alone shifts up and down again. A kick-down goes further; for the time ``patience`` after it only
-    v > up (1 + eager) shifts up. Between two shifts at least ``dwell`` passes. With the engine's speed the clutch closes as a centrifugal
-    one does: below w_open it is open, so that the vehicle starts and stops in first gear. Errors: ParameterError for speeds without
-    hysteresis or not in order.
+    up, and the difference is the hysteresis. A pressed accelerator shifts up later and, up to the middle between both speeds, down
+    earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time ``patience``
+    after it, only v > up (1 + eager) shifts up. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a
+    centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
+    without hysteresis or not in order.
     """
 
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
@@ -157,14 +159,14 @@ class GearSchedule(_Scheduled):
 
 
 class PowerShiftSchedule(_Scheduled):
-    """Changes gears by the speed of the vehicle without a pause of the engine, for gearboxes whose clutches take over from each other.
+    """Changes gears depending on the vehicle speed without interrupting the torque, for gearboxes with overlapping clutches.
 
     The gear is chosen as by ``GearSchedule``.
-    t = time since the shift began, 0..t_shift: the lever goes evenly to the new gear
+    t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
     throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """
 
-    t_shift: Parameter = parameter("s", "Time that a shift takes", default=0.4, above=0)
+    t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
 
     def equations(self) -> Equations:
         """When to shift, and where the lever is."""

@@ -1,4 +1,4 @@
-"""Who moves the pedals."""
+"""Operation of the pedals."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ SOON = 1e-3
 
 
 class Pedals(Component):
-    """Partial: an accelerator and a brake pedal, and what their foot may know: the speed to drive, the acceleration to come, the speed."""
+    """Partial: accelerator and brake pedal, with the desired speed, the acceleration ahead and the vehicle speed as inputs."""
 
-    v_ref: Input = signal_input("m/s", "Speed to drive", default=0.0)
-    a_ref: Input = signal_input("m/s2", "Acceleration to come", default=0.0)
+    v_ref: Input = signal_input("m/s", "Reference speed", default=0.0)
+    a_ref: Input = signal_input("m/s2", "Acceleration ahead", default=0.0)
     v: Input = signal_input("m/s", "Speed of the vehicle", default=0.0)
     accelerator: Output = signal_output("1", "Accelerator pedal, 0 to 1")
     brake: Output = signal_output("1", "Brake pedal, 0 to 1")

@@ -1,4 +1,4 @@
-"""Control of a continuously variable transmission: the engine on its line of least fuel."""
+"""Control of a continuously variable transmission: the engine runs on its line of least fuel."""
 
 from __future__ import annotations
 
@@ -24,37 +24,35 @@ PRESSED = 0.05
 
 
 class OperatingLineControl(Component):
-    """Gives the engine the speed at which it makes the demanded power with the least fuel, and the torque that is left to make.
+    """Sets the engine speed at which the demanded power takes the least fuel, and the torque for this power.
 
     power = accelerator F_max (v + v_0),  throttle = (power/w + tau_drag pressed)/(tau_open + tau_drag),  ratio = w_out/w_best
     pressed = accelerator/0.05 within 0..1,  clutch = (w - w_open)/(w_closed - w_open)
 
-    What the engine can do its vehicle says: ``w_best`` is the speed of least fuel for the ``power`` that goes out
-    (``engine.operating_line()`` is a map for it), ``tau_open`` the torque with an open throttle, ``tau_drag`` what turns it without fuel.
-    Combustion makes up for the drag, so that the power is what the crank gives. ``throttle`` is the part of the largest torque of
-    combustion; where that is not in proportion to the throttle, ``engine.opening`` has the throttle for it. With the accelerator released
-    the throttle is closed and the engine brakes. v_0 is what makes an accelerator ask for power at standstill. The ratio is
-    the speed at the transmission's output over that at its input, held within [ratio_min, ratio_max]. The start clutch closes with
-    the engine's speed as a centrifugal one does: where it is not positive, it is open.
+    The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``
+    (``engine.operating_line()`` is a map for it), ``tau_open`` the torque with open throttle, ``tau_drag`` the motoring torque without
+    fuel. Combustion compensates for the drag, so the power is that at the crank. ``throttle`` is the fraction of the largest combustion
+    torque; if that is not proportional to the throttle, ``engine.opening`` gives the throttle for it. With the accelerator released,
+    the throttle is closed and the engine brakes. Through v_0 the accelerator demands power at standstill. The ratio is the speed at the
+    transmission's output over that at its input, held within [ratio_min, ratio_max]. The start clutch closes with the engine speed like
+    a centrifugal clutch; if ``clutch`` is not positive, it is open.
     """
 
-    F_max: Parameter = parameter("N", "Tractive force that a full accelerator asks for", default=6000.0, above=0)
-    v_0: Parameter = parameter("m/s", "Speed for which power is asked at standstill", default=4.0, above=0)
-    ratio_min: Parameter = parameter("1", "Least ratio of the transmission", default=0.5, above=0)
-    ratio_max: Parameter = parameter("1", "Greatest ratio of the transmission", default=2.0, above=0)
-    w_open: Parameter = parameter("rad/s", "Speed of the engine below which the clutch is open", default=95.0, above=0)
-    w_closed: Parameter = parameter(
-        "rad/s", "Speed of the engine at which the clutch presses fully", default=160.0, above=0
-    )
+    F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
+    v_0: Parameter = parameter("m/s", "Equivalent speed for the power demand at standstill", default=4.0, above=0)
+    ratio_min: Parameter = parameter("1", "Minimum ratio of the transmission", default=0.5, above=0)
+    ratio_max: Parameter = parameter("1", "Maximum ratio of the transmission", default=2.0, above=0)
+    w_open: Parameter = parameter("rad/s", "Engine speed below which the clutch is open", default=95.0, above=0)
+    w_closed: Parameter = parameter("rad/s", "Engine speed at which the clutch is fully closed", default=160.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the engine")
     w_out: Input = signal_input("rad/s", "Speed at the output of the transmission")
-    w_best: Input = signal_input("rad/s", "Speed of the engine with the least fuel for the power")
+    w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
     tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
-    tau_drag: Input = signal_input("N.m", "Torque that turns the engine without fuel", default=0.0)
+    tau_drag: Input = signal_input("N.m", "Motoring torque of the engine", default=0.0)
     power: Output = signal_output("W", "Demanded power")
-    throttle: Output = signal_output("1", "Part of the engine's largest torque of combustion")
+    throttle: Output = signal_output("1", "Fraction of the maximum combustion torque")
     ratio: Output = signal_output("1", "Demanded ratio of the transmission")
     clutch: Output = signal_output("1", "Pressure of the start clutch")
 

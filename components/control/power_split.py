@@ -1,4 +1,4 @@
-"""Control of a power-split hybrid: how much the engine gives, at which speed, and what the machines do beside it."""
+"""Control of a power-split hybrid: power and speed of the engine, and torques of the machines."""
 
 from __future__ import annotations
 
@@ -42,51 +42,55 @@ class PowerSplitControl(Component):
     tau_1 = held - torque/(1 + ratio),  tau_2 = wanted - ratio (torque/(1 + ratio) - held)
     held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as torque until it fires and where it overspeeds
 
-    The battery gives or takes what the engine's power is below or above what is needed: a charge below soc_0 asks for more. Machine 1
-    holds the engine at the speed at which it makes the power with the least fuel; machine 2 makes up for what reaches the ring
-    without it, and recovers what the battery may take. Machine 1 starts the engine with the same control of speed.
+    The battery covers the difference between the power of the engine and the power demanded; a charge below soc_0 increases the demand.
+    Machine 1 holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers
+    as much as the battery accepts. Machine 1 starts the engine with the same speed control.
 
-    What the engine can do its vehicle says: ``w_best`` is the speed of least fuel for the ``power`` that goes out, ``tau_open`` the torque
+    The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``, ``tau_open`` the torque
     with an open throttle, ``opening`` the throttle for the ``torque`` that goes out.
     """
 
     ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the sun", default=2.6, above=0)
     tau_full: Parameter = parameter(
-        "N.m", "Torque at the ring that a full accelerator asks for", default=450.0, above=0
+        "N.m", "Torque at the ring with the accelerator fully pressed", default=450.0, above=0
     )
-    share: Parameter = parameter("1", "Part of the brake pedal that recovers energy", default=0.6, min=0, max=1)
-    w_fade: Parameter = parameter("rad/s", "Speed of the ring below which recovery fades", default=30.0, above=0)
-    k_soc: Parameter = parameter("W", "Power for a state of charge that is too low by 1", default=100e3, min=0)
-    soc_0: Parameter = parameter("1", "State of charge that is aimed at", default=0.6, min=0, max=1)
-    P_on: Parameter = parameter("W", "Demand from which the engine runs", default=9e3, above=0)
-    P_off: Parameter = parameter("W", "Demand below which it is stopped", default=4e3)
-    P_min: Parameter = parameter("W", "Least power of the running engine", default=5e3, min=0)
-    v_on: Parameter = parameter("m/s", "Speed from which the engine always runs", default=22.0, above=0)
-    v_off: Parameter = parameter("m/s", "Speed below which it may stop", default=20.0, above=0)
-    t_least: Parameter = parameter("s", "Least time that it runs or stands", default=4.0, min=0)
-    w_fire: Parameter = parameter("rad/s", "Speed from which the engine gives power", default=90.0, above=0)
+    share: Parameter = parameter(
+        "1", "Fraction of the brake pedal travel for regenerative braking", default=0.6, min=0, max=1
+    )
+    w_fade: Parameter = parameter(
+        "rad/s", "Speed of the ring below which regenerative braking fades out", default=30.0, above=0
+    )
+    k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
+    soc_0: Parameter = parameter("1", "Set point of the state of charge", default=0.6, min=0, max=1)
+    P_on: Parameter = parameter("W", "Power demand above which the engine runs", default=9e3, above=0)
+    P_off: Parameter = parameter("W", "Power demand below which the engine stops", default=4e3)
+    P_min: Parameter = parameter("W", "Minimum power of the running engine", default=5e3, min=0)
+    v_on: Parameter = parameter("m/s", "Vehicle speed from which the engine always runs", default=22.0, above=0)
+    v_off: Parameter = parameter("m/s", "Vehicle speed below which the engine may stop", default=20.0, above=0)
+    t_least: Parameter = parameter("s", "Minimum time between starts and stops", default=4.0, min=0)
+    w_fire: Parameter = parameter("rad/s", "Speed from which the engine delivers power", default=90.0, above=0)
     k_w: Parameter = parameter("N.m.s/rad", "Torque of machine 1 for the engine's speed", default=1.0, above=0)
-    w_sun: Parameter = parameter("rad/s", "Speed that machine 1 is driven up to", default=1000.0, above=0)
-    tau_held: Parameter = parameter("N.m", "Greatest torque of machine 1 for it", default=30.0, above=0)
+    w_sun: Parameter = parameter("rad/s", "Maximum speed of machine 1", default=1000.0, above=0)
+    tau_held: Parameter = parameter("N.m", "Maximum torque of machine 1 for speed control", default=30.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the engine")
     w_ring: Input = signal_input("rad/s", "Speed of the ring")
     soc: Input = signal_input("1", "State of charge")
-    charge_power: Input = signal_input("W", "Power that the battery may take", default=1e9)
-    discharge_power: Input = signal_input("W", "Power that the battery may give", default=1e9)
-    w_best: Input = signal_input("rad/s", "Speed of the engine with the least fuel for the power")
+    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
+    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
+    w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
     tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
     opening: Input = signal_input("1", "Throttle of the engine for the torque")
-    power: Output = signal_output("W", "Power that the engine is asked for")
-    torque: Output = signal_output("N.m", "Torque that the engine is asked for")
+    power: Output = signal_output("W", "Power demand on the engine")
+    torque: Output = signal_output("N.m", "Torque demand on the engine")
     on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
     throttle: Output = signal_output("1", "Throttle of the engine")
     tau_1: Output = signal_output("N.m", "Torque of machine 1")
     tau_2: Output = signal_output("N.m", "Torque of machine 2")
     friction: Output = signal_output("1", "Demand on the friction brakes")
-    demand: Variable = variable("W", "Power that car and battery ask for")
+    demand: Variable = variable("W", "Power demand of vehicle and battery")
     w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
     running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
     since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)

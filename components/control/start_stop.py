@@ -1,4 +1,4 @@
-"""Whether the engine runs."""
+"""Switching the engine on and off."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from powertrain import (
 
 
 class EngineSwitch(Component):
-    """Partial: says whether the engine runs, from the accelerator and the speed of the vehicle."""
+    """Partial: switches the engine on and off depending on the accelerator and the vehicle speed."""
 
     accelerator: Input = signal_input("1", "Accelerator pedal", default=0.0)
     v: Input = signal_input("m/s", "Speed of the vehicle", default=0.0)
@@ -38,19 +38,23 @@ class AlwaysOn(EngineSwitch):
 
 
 class StartStop(EngineSwitch):
-    """Stops the engine at rest, starts it with the accelerator.
+    """Stops the engine at standstill and starts it with the accelerator.
 
     The signal ``on``:
-      on = 0 from where |v| < v_stop and accelerator < u_stop have held for ``delay``,  if it has been running for t_least
-      on = 1 from where accelerator > u_start
+      on = 0 as soon as |v| < v_stop and accelerator < u_stop have held for ``delay``,  if it has been running for t_least
+      on = 1 as soon as accelerator > u_start
     """
 
     v_stop: Parameter = parameter("m/s", "Speed below which the engine is stopped", default=0.1, above=0)
-    u_stop: Parameter = parameter("1", "Accelerator below which it is stopped", default=0.01, above=0, max=1)
-    u_start: Parameter = parameter("1", "Accelerator above which it is started", default=0.02, above=0, max=1)
-    delay: Parameter = parameter("s", "Time at rest before it is stopped", default=0.0, min=0)
-    t_least: Parameter = parameter("s", "Least time that it runs", default=2.0, above=0)
-    running: Discrete = discrete("1", "1: runs, 0: is stopped", start=1.0)
+    u_stop: Parameter = parameter(
+        "1", "Accelerator position below which the engine may stop", default=0.01, above=0, max=1
+    )
+    u_start: Parameter = parameter(
+        "1", "Accelerator position above which the engine starts", default=0.02, above=0, max=1
+    )
+    delay: Parameter = parameter("s", "Time at standstill before the engine stops", default=0.0, min=0)
+    t_least: Parameter = parameter("s", "Minimum running time", default=2.0, above=0)
+    running: Discrete = discrete("1", "1: running, 0: stopped", start=1.0)
     since: Discrete = discrete("s", "Time at which it was started", start=0.0)
     rested: Discrete = discrete("s", "Time at which the vehicle came to rest", start=0.0)
 

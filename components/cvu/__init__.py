@@ -1,4 +1,4 @@
-"""Continuously variable units (CVU) behind one interface: two flanges and the speed ratio as a signal."""
+"""Continuously variable units (CVU) with a common interface: two flanges, and the speed ratio as a signal."""
 
 from __future__ import annotations
 

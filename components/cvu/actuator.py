@@ -1,4 +1,4 @@
-"""What sets the ratio of a variable unit."""
+"""Actuators for the ratio of a variable unit."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from powertrain.components.limited import limited
 
 
 class Actuator(Component):
-    """Partial: what brings the ratio of a variable unit to a demand, held within [ratio_min, ratio_max]."""
+    """Partial: brings the ratio of a variable unit to the demand, limited to [ratio_min, ratio_max]."""
 
-    ratio_min: Parameter = parameter("1", "Least ratio", default=-1e3)
-    ratio_max: Parameter = parameter("1", "Greatest ratio", default=1e3)
+    ratio_min: Parameter = parameter("1", "Minimum ratio", default=-1e3)
+    ratio_max: Parameter = parameter("1", "Maximum ratio", default=1e3)
     demand: Input = signal_input("1", "Demanded ratio")
     ratio: Output = signal_output("1", "Ratio, for the variable unit")
 
 
 class IdealActuator(Actuator):
-    """Has the demanded ratio at once: for operating points, where nothing moves any more.
+    """Follows the demanded ratio without delay, for operating points.
 
     ratio = demand held within [ratio_min, ratio_max]
     """
@@ -40,7 +40,7 @@ class IdealActuator(Actuator):
 
 
 class RatioActuator(Actuator):
-    """Follows a demanded ratio with a first-order lag, no faster than its rate and no further than its range.
+    """Follows a demanded ratio with a first-order lag, within limits of rate and range.
 
     T der(ratio) = target - ratio,  |der(ratio)| <= rate,  target = demand held within [ratio_min, ratio_max]
 
@@ -48,7 +48,7 @@ class RatioActuator(Actuator):
     """
 
     T: Parameter = parameter("s", "Time constant of the follow-up", default=0.05, above=0)
-    rate: Parameter = parameter("1/s", "Greatest rate of the ratio", default=1.0, above=0)
+    rate: Parameter = parameter("1/s", "Maximum rate of the ratio", default=1.0, above=0)
     ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
     V: Variable = variable("1", "Ratio", prefer=True)
 

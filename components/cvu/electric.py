@@ -16,18 +16,18 @@ class ElectricVariator(VariableUnit):
     der(E) = T_a w_a + T_b w_b - losses,  losses = copper (T_a^2 + T_b^2) + iron (w_a^2 + w_b^2)
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
 
-    The torque into each flange is positive where the machine generates. E is the energy in the link, E_0 what is aimed at: at low speed
-    of flange_a, and beyond its torque, the link is drawn down; a link drawn empty ends a simulation with an error. Machines as
-    quasi-static losses, without inertia. ``ratio`` may be any number, also through zero (geared neutral).
+    The torque into each flange is positive where the machine generates. E is the energy in the link and E_0 its set point. At low speed
+    of flange_a, and beyond its torque limit, the link discharges; an empty link ends a simulation with an error. The machines have
+    quasi-static losses and no inertia. ``ratio`` may have any value, also zero (geared neutral).
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)
-    tau_max_a: Parameter = parameter("N.m", "Greatest torque of the machine at flange_a", default=300.0, above=0)
-    tau_max_b: Parameter = parameter("N.m", "Greatest torque of the machine at flange_b", default=300.0, above=0)
+    tau_max_a: Parameter = parameter("N.m", "Maximum torque of the machine at flange_a", default=300.0, above=0)
+    tau_max_b: Parameter = parameter("N.m", "Maximum torque of the machine at flange_b", default=300.0, above=0)
     copper: Parameter = parameter("W/(N2.m2)", "Loss of each machine over its torque squared", default=0.05, min=0)
     iron: Parameter = parameter("W.s2/rad2", "Loss of each machine over its speed squared", default=2e-3, min=0)
     k_E: Parameter = parameter("1/s", "Gain of the control of the link's energy", default=50.0, above=0)
-    E_0: Parameter = parameter("J", "Energy that the link is kept at", default=5e3, above=0)
+    E_0: Parameter = parameter("J", "Set point of the energy in the link", default=5e3, above=0)
     slow: Parameter = parameter(
         "rad/s", "Speed of flange_a below which the machine gives less power", default=1.0, above=0
     )

@@ -1,4 +1,4 @@
-"""Variable units that transmit by friction: their speed ratio gives way under load."""
+"""Variable units that transmit by friction: their speed ratio drops under load (creep)."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class _Creeping(VariableUnit):
     """
 
     creep_max: Parameter = parameter(
-        "1", "Creep that carries the limit, if the first slope were kept", default=0.01, above=0
+        "1", "Creep at the limit force, extrapolated from the initial slope", default=0.01, above=0
     )
     slow: Parameter = parameter(
-        "rad/s", "Speed at flange_b below which creep counts against this speed", default=1.0, above=0
+        "rad/s", "Speed at flange_b below which creep is relative to this speed", default=1.0, above=0
     )
     w_slide: Variable = variable("rad/s", "Sliding speed at flange_b, V w_a - w_b")
     creep: Variable = variable("1", "Sliding speed over rolling speed")
@@ -53,14 +53,14 @@ class VBelt(_Creeping):
     creep = (V w_a - w_b)/w_rolling,  w_rolling^2 = slow^2 + (V w_a)^2/2 + w_b^2/2
     T_b = -tau,  T_a = V tau,  tau = tau_max x/sqrt(1 + x^2),  x = creep/creep_max
 
-    ``clamp`` presses the sheaves together axially; both flanks of a pulley rub, so that the belt carries the force F_max at most:
-    beyond it slips as a whole. Below it creeps in proportion to its load. The power tau (V w_a - w_b) is lost. That r_a + r_b stays
-    constant holds to (r_b - r_a)^2/(2 pi C), C the distance of the shafts. V > 0. Bearings and belt bending: add
+    ``clamp`` is the axial clamping force of the sheaves. Both flanks of a pulley transmit friction, so the belt carries at most F_max;
+    beyond that it slips as a whole, below it creeps in proportion to the load. The power tau (V w_a - w_b) is lost. That r_a + r_b
+    stays constant holds to (r_b - r_a)^2/(2 pi C), C the distance of the shafts. V > 0. Bearings and belt bending: add
     rotational.BearingFriction, ChurningLoss.
     """
 
-    ratio_min: Parameter = parameter("1", "Least ratio that the pulleys allow", default=0.1, above=0)
-    ratio_max: Parameter = parameter("1", "Greatest ratio that the pulleys allow", default=10.0, above=0)
+    ratio_min: Parameter = parameter("1", "Minimum ratio of the pulleys", default=0.1, above=0)
+    ratio_max: Parameter = parameter("1", "Maximum ratio of the pulleys", default=10.0, above=0)
     r_mean: Parameter = parameter("m", "Mean of the two running radii", default=0.05, above=0)
     clamp: Parameter = parameter("N", "Axial clamping force of a pulley", default=2e4, min=0)
     mue: Parameter = parameter("1", "Coefficient of friction between belt and sheave", default=0.09, min=0)
@@ -86,15 +86,15 @@ class TractionDrive(_Creeping):
     ``clamp`` is the normal force of each of the n contacts, ``mue`` the traction coefficient at which the fluid yields (0.05 to 0.1),
     ``creep_max`` the limit over the first slope of the traction curve. The rollers are tilted by the angle whose sine
     is (e/r_roller) (1 - |V|)/(1 + |V|), r_roller their radius. V < 0, or V > 0 with a reversing gear behind the discs. The power tau (V
-    w_a - w_b) is lost by creep; spin and bearings are parts of their own.
+    w_a - w_b) is lost by creep; model spin and bearing losses as separate components.
     """
 
-    ratio_min: Parameter = parameter("1", "Least ratio that the tilt of the rollers allows", default=-10.0)
-    ratio_max: Parameter = parameter("1", "Greatest ratio that the tilt of the rollers allows", default=10.0)
+    ratio_min: Parameter = parameter("1", "Minimum ratio within the tilt of the rollers", default=-10.0)
+    ratio_max: Parameter = parameter("1", "Maximum ratio within the tilt of the rollers", default=10.0)
     e: Parameter = parameter("m", "Distance of the roller's centre from the axis of the discs", default=0.06, above=0)
     n: Parameter = parameter("1", "Number of rollers", default=6.0, above=0)
     clamp: Parameter = parameter("N", "Normal force of a contact", default=1e4, min=0)
-    mue: Parameter = parameter("1", "Greatest traction coefficient", default=0.06, min=0)
+    mue: Parameter = parameter("1", "Maximum traction coefficient", default=0.06, min=0)
     r_a: Variable = variable("m", "Radius of the contact on the disc at flange_a")
     r_b: Variable = variable("m", "Radius of the contact on the disc at flange_b")
 

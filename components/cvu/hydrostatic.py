@@ -32,7 +32,7 @@ class HydrostaticUnit(VariableUnit):
     mue: Parameter = parameter(
         "1", "Dry friction torque over full displacement times pressure", default=0.0, min=0, max=0.99
     )
-    p: Variable = variable("Pa", "Pressure difference, positive where the pump drives forward", start=0.0)
+    p: Variable = variable("Pa", "Pressure difference, positive when the pump drives forward", start=0.0)
     tau_a: Variable = variable("N.m", "Dry friction torque of the pump")
     tau_b: Variable = variable("N.m", "Dry friction torque of the motor")
 

@@ -1,4 +1,4 @@
-"""What all continuously variable units have in common, whatever they are built of."""
+"""The common interface of all continuously variable units."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupp
 
 
 class VariableUnit(TwoFlangesAndSupport, Lossy):
-    """Partial: a continuously variable unit (CVU) between two shafts: the wanted speed ratio V = w_b/w_a is a signal.
+    """Partial: a continuously variable unit (CVU) between two shafts; the desired speed ratio V = w_b/w_a is a signal.
 
-    Its housing is the support, at rest where nothing is connected. A ratio outside [ratio_min, ratio_max] ends a simulation with an
+    Its housing is the support, which is at rest if nothing is connected. A ratio outside [ratio_min, ratio_max] ends a simulation with an
     error.
     """
 
     ratio: Input = signal_input("1", "Speed ratio V, speed of flange_b over speed of flange_a")
-    ratio_min: Parameter = parameter("1", "Least ratio that the unit can take", default=-1e3)
-    ratio_max: Parameter = parameter("1", "Greatest ratio that the unit can take", default=1e3)
+    ratio_min: Parameter = parameter("1", "Minimum ratio of the unit", default=-1e3)
+    ratio_max: Parameter = parameter("1", "Maximum ratio of the unit", default=1e3)
     w_a: Variable = variable("rad/s", "Speed of flange_a against the housing")
     w_b: Variable = variable("rad/s", "Speed of flange_b against the housing")
 

@@ -1,4 +1,4 @@
-"""Variable units with what limits them: the torque that they carry, the rate and range of their actuator."""
+"""Variable units with limits: torque capacity, and rate and range of the actuator."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 
 
 class TorqueLimiter(CompliantWithRelativeStates, Lossy):
-    """A coupling that slips where the torque exceeds tau_max, in either direction.
+    """A coupling that slips when the torque exceeds tau_max in either direction.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
     w_rel > 0: tau = tau_max;  w_rel < 0: tau = -tau_max;  w_rel = 0: |tau| <= tau_max
     """
 
-    tau_max: Parameter = parameter("N.m", "Greatest torque", min=0)
+    tau_max: Parameter = parameter("N.m", "Maximum torque", min=0)
 
     def equations(self) -> Equations:
         """Dry friction."""
@@ -30,12 +30,12 @@ class TorqueLimiter(CompliantWithRelativeStates, Lossy):
 
 
 class LimitedUnit(VariableUnit):
-    """A variable unit that slips where the torque at flange_b exceeds tau_max.
+    """A variable unit that slips when the torque at flange_b exceeds tau_max.
 
-    A unit of exact ratio, and a torque limiter between it and flange_b.
+    A unit with exact ratio and a torque limiter between it and flange_b.
     """
 
-    tau_max: Parameter = parameter("N.m", "Greatest torque at flange_b", min=0)
+    tau_max: Parameter = parameter("N.m", "Maximum torque at flange_b", min=0)
     unit: VariableUnit = CVU()
     limiter: TorqueLimiter = TorqueLimiter(tau_max=1)
 
@@ -55,12 +55,12 @@ class LimitedUnit(VariableUnit):
 
 
 class ActuatedUnit(VariableUnit):
-    """A variable unit whose ratio an actuator moves: the signal ``ratio`` is what is demanded, within the actuator's rate and range.
+    """A variable unit with an actuator: the signal ``ratio`` is the demand, subject to the actuator's rate and range.
 
-    A demand outside of [ratio_min, ratio_max] is held at the limit; the unit itself must allow what the actuator does.
+    A demand outside [ratio_min, ratio_max] is limited; the range of the unit must include that of the actuator.
     """
 
-    rate: Parameter = parameter("1/s", "Greatest rate of the ratio", default=1.0, above=0)
+    rate: Parameter = parameter("1/s", "Maximum rate of the ratio", default=1.0, above=0)
     ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
     actuator: RatioActuator = RatioActuator()
     unit: VariableUnit = CVU()

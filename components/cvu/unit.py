@@ -1,4 +1,4 @@
-"""The continuously variable unit by its efficiency."""
+"""A continuously variable unit described by its efficiency."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ AXES = {"ratio": "1", "w_a": "rad/s", "tau": "N.m"}
 
 
 class CVU(VariableUnit):
-    """A continuously variable unit that keeps its ratio exactly and loses power by an efficiency.
+    """A continuously variable unit with exact ratio and an efficiency.
 
     w_b = V w_a,  T_a = tauLoss - V T_b,  T_a + T_b + support.tau = 0
 
@@ -25,13 +25,13 @@ class CVU(VariableUnit):
 
     At rest tauLoss lies anywhere between its values forward and backward: the torques at rest hold each other within the efficiency.
 
-    ``map_ab``, ``map_ba`` take the place of eta_ab, eta_ba; their axes are any of ratio [1], w_a [rad/s] (its size), tau [N.m] (size of
+    ``map_ab``, ``map_ba`` replace eta_ab, eta_ba; their axes are any of ratio [1], w_a [rad/s] (its size), tau [N.m] (size of
     T_a). A ratio that changes between two shafts with inertia must change continuously (RatioActuator does). Errors: ParameterError for
-    other axes or values outside (0, 1]; SimulationError where the ratio leaves its range.
+    other axes or values outside (0, 1]; SimulationError if the ratio leaves its range.
     """
 
-    eta_ab: Parameter = parameter("1", "Efficiency where flange_a drives", default=1.0, above=0, max=1)
-    eta_ba: Parameter = parameter("1", "Efficiency where flange_b drives", default=1.0, above=0, max=1)
+    eta_ab: Parameter = parameter("1", "Efficiency if flange_a drives", default=1.0, above=0, max=1)
+    eta_ba: Parameter = parameter("1", "Efficiency if flange_b drives", default=1.0, above=0, max=1)
     map_ab: Map | None = None
     map_ba: Map | None = None
     tauLoss: Variable = variable("N.m", "Torque loss, counted at flange_a")

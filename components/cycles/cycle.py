@@ -37,9 +37,9 @@ GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
 
 @dataclass(frozen=True)
 class DriveCycle:
-    """Speed over time: rows (time in s, speed in m/s), joined by straight lines; times increase and speeds are not negative.
+    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase and speeds are not negative.
 
-    ``named`` takes one of the legislated cycles, ``from_csv`` a file, ``from_distance`` speeds over distance. ``grades``, where given,
+    ``named`` returns a legislated cycle, ``from_csv`` reads a file, ``from_distance`` takes speeds over distance. ``grades`` (optional)
     are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road.
 
     >>> wltc = DriveCycle.named("wltc")
@@ -55,17 +55,19 @@ class DriveCycle:
     def __post_init__(self) -> None:
         """Errors: ParameterError, which names the row."""
         if len(self.table) < 2:
-            raise ParameterError(f"drive cycle {self.name}: {len(self.table)} rows are none; it needs at least two")
+            raise ParameterError(
+                f"drive cycle {self.name}: {len(self.table)} rows are too few; at least two are needed"
+            )
         before = -math.inf
         for row, (t, v) in enumerate(self.table, 1):
             if not (math.isfinite(t) and math.isfinite(v)):
                 raise ParameterError(f"drive cycle {self.name}: row {row} is ({t:g} s, {v:g} m/s); both must be finite")
             if t <= before:
                 raise ParameterError(
-                    f"drive cycle {self.name}: row {row} is at {t:g} s, after {before:g} s; times increase"
+                    f"drive cycle {self.name}: row {row} is at {t:g} s, after {before:g} s; times must increase"
                 )
             if v < 0:
-                raise ParameterError(f"drive cycle {self.name}: row {row} asks for {v:g} m/s; a cycle drives forward")
+                raise ParameterError(f"drive cycle {self.name}: row {row} has {v:g} m/s; speeds must not be negative")
             before = t
         if self.grades and len(self.grades) != len(self.table):
             raise ParameterError(
@@ -78,7 +80,7 @@ class DriveCycle:
     def named(cls, name: str) -> Self:
         """One of ``CYCLES``. Errors: ParameterError for another name."""
         if name not in CYCLES:
-            raise ParameterError(f"there is no drive cycle {name!r}; there are {', '.join(CYCLES)}, and CSV files")
+            raise ParameterError(f"unknown drive cycle {name!r}; choose from {', '.join(CYCLES)}, or give a CSV file")
         if name in PHASES:
             whole, start, stop = PHASES[name]
             return cls(name, cls.named(whole).part(start, stop).table, CYCLES[name])
@@ -109,7 +111,7 @@ class DriveCycle:
         at, speed = _column(header, ("time_s", "distance_m"), path), _column(header, tuple(SPEED_UNITS), path)
         known = {at, speed, *GRADE_UNITS, *(["stop_s"] if at == "distance_m" else [])}
         if other := [name for name in header if name not in known]:
-            raise ParameterError(f"{path}: unknown column {other[0]!r}; the header may have {', '.join(sorted(known))}")
+            raise ParameterError(f"{path}: unknown column {other[0]!r}; allowed columns are {', '.join(sorted(known))}")
         speeds = [v * SPEED_UNITS[speed] for v in columns.get(speed, ())]
         grades = [g * GRADE_UNITS[name] for name in GRADE_UNITS for g in columns.get(name, ())]
         if at == "time_s":
@@ -134,7 +136,7 @@ class DriveCycle:
         """
         s, v = np.asarray(distances, float), np.asarray(speeds, float)
         if s.shape != v.shape or s.ndim != 1:
-            raise ParameterError(f"drive cycle {name}: {s.size} distances and {v.size} speeds do not go together")
+            raise ParameterError(f"drive cycle {name}: {s.size} distances but {v.size} speeds")
         halts = np.flatnonzero(v == 0)
         if stops and len(stops) != len(halts):
             raise ParameterError(

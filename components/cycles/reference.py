@@ -9,24 +9,22 @@ AT_REST = DriveCycle("rest", ((0.0, 0.0), (1.0, 0.0)))
 
 
 class CycleSpeed(Component):
-    """The speed that a drive cycle asks for now, and the acceleration that it asks for after ``preview`` seconds.
+    """The speed of a drive cycle, and its mean acceleration over the next ``preview`` seconds.
 
     v_ref = v(t),  a_ref = (v(t + preview) - v(t))/preview
 
-    A driver sees what comes: the preview is how far. Errors: ParameterError where the preview is not positive.
+    The preview is how far ahead the driver looks. Errors: ParameterError if the preview is not positive.
     """
 
     cycle: DriveCycle = AT_REST
     preview: float = 1.0
-    v_ref: Output = signal_output("m/s", "Speed that the cycle asks for")
-    a_ref: Output = signal_output("m/s2", "Mean acceleration that the cycle asks for during the preview")
+    v_ref: Output = signal_output("m/s", "Speed of the cycle")
+    a_ref: Output = signal_output("m/s2", "Mean acceleration of the cycle over the preview")
 
     def equations(self) -> Equations:
         """The cycle twice: now and later."""
         if not self.preview > 0:
-            raise ParameterError(
-                f"{self._path or 'CycleSpeed'}: a preview of {self.preview:g} s shows nothing; give one > 0 s"
-            )
+            raise ParameterError(f"{self._path or 'CycleSpeed'}: the preview of {self.preview:g} s must be > 0 s")
         times, speeds = self.cycle.times, self.cycle.speeds
         now, later = schedule(times, speeds), schedule(times - self.preview, speeds)
         yield self.v_ref.value == now

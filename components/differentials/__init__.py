@@ -1,4 +1,4 @@
-"""Differentials: the mesh law, and the geared sets, axle differentials and gears that are made of it."""
+"""Differentials: the mesh law, and the gear sets, axle differentials and gears based on it."""
 
 from __future__ import annotations
 

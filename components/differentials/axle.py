@@ -1,4 +1,4 @@
-"""Geared differentials of an axle: open, and with limited slip; and the crown wheel that drives them."""
+"""Geared axle differentials, open and with limited slip, and the crown wheel that drives them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class BevelDifferential(Differential):
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0
     The mesh law with R_o = -1: left.tau = right.tau without loss; with loss the slower side gets 1/eta of what the faster side gets.
 
-    No loss while both sides turn as fast as the crown wheel. Without inertia: put inertias at its flanges.
+    No loss while both sides turn as fast as the crown wheel. It has no inertia: connect inertias to its flanges.
     """
 
     eta: Parameter = parameter(
@@ -52,7 +52,7 @@ class BevelDifferential(Differential):
 
 
 class LimitedSlipDifferential(Differential, Lossy):
-    """A differential whose friction works against a difference of speed between its sides: preload, and a part that grows with the torque.
+    """A differential with friction against a speed difference between its sides: a preload, and a part that grows with the torque.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit
@@ -61,7 +61,8 @@ class LimitedSlipDifferential(Differential, Lossy):
     Power in is crown.tau w_crown + left.tau w_left + right.tau w_right = tau w_rel, which is lost. ``preload`` is the torque that turns
     one side while the other is held and the cage is free. ``bias`` is the torque-bias ratio, larger over smaller side torque without
     preload: 1 for an open differential, 2.5 to 5 for helical (Torsen-like) differentials, often higher in traction than in coasting.
-    It is the carrier-fixed efficiency 1/bias of the mesh law: both shafts loaded the same way, the two laws are the same.
+    This corresponds to a carrier-fixed efficiency of 1/bias in the mesh law: with both shafts loaded in the same direction, the two
+    laws are equal.
     """
 
     preload: Parameter = parameter("N.m", "Torque between one side and the other without load", default=0.0, min=0)
@@ -93,12 +94,12 @@ class CrownGear(TwoFlanges):
     crown wheel drives
 
     The mesh law with its carrier held (R_o = ratio); ratio < 0 where the crown wheel lies on the other side of the pinion. The shafts
-    are at right angles, so that the housing takes the whole torque of each about its own axis.
+    are at right angles, so the housing takes the whole torque of each about its own axis.
     """
 
     ratio: Parameter = parameter("1", "Speed of the pinion over speed of the crown wheel", exclude=(0.0, 1.0))
-    eta_ab: Parameter = parameter("1", "Efficiency where the pinion drives", default=1.0, above=0, max=1)
-    eta_ba: Parameter = parameter("1", "Efficiency where the crown wheel drives", default=1.0, above=0, max=1)
+    eta_ab: Parameter = parameter("1", "Efficiency if the pinion drives", default=1.0, above=0, max=1)
+    eta_ba: Parameter = parameter("1", "Efficiency if the crown wheel drives", default=1.0, above=0, max=1)
     heat_port: HeatPort = support(HeatPort)
     mesh: Mesh = Mesh(ratio=-1)
     housing: Fixed = Fixed()
@@ -118,6 +119,6 @@ class CrownGear(TwoFlanges):
         """The ratio is crown/pinion. Errors: ParameterError where the crown wheel is no larger than the pinion."""
         if crown <= pinion:
             raise ParameterError(
-                f"a crown wheel of {crown} teeth is no larger than its pinion of {pinion}: exchange them, or use a gear pair"
+                f"a crown wheel of {crown} teeth is not larger than its pinion of {pinion}: exchange them, or use a gear pair"
             )
         return cls(ratio=pair_ratio(pinion, crown), eta_ab=eta_ab, eta_ba=eta_ba)

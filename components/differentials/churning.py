@@ -9,13 +9,13 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class ChurningLoss(OneFlangeAndSupport, Lossy):
-    """What a shaft or wheel loses to oil and air, a torque that is a polynomial in its speed.
+    """The drag of oil and air on a shaft or wheel: a torque that is a polynomial in its speed.
 
     w = der(flange.phi - support.phi),  flange.tau = d w + d2 w |w| + d3 w^3
 
-    An additive part: connect it to the flange of the member that stirs the oil (its support to the carrier, for a planet). Dry bearing
-    friction, which holds at rest, is rotational.BearingFriction. Such losses cannot be told as an efficiency, which is not defined at
-    zero power.
+    An additional component: connect it to the flange of the member that churns the oil (its support to the carrier, for a planet). For
+    dry bearing friction, which holds at rest, use rotational.BearingFriction. Such losses cannot be expressed as an efficiency, which
+    is not defined at zero power.
     """
 
     d: Parameter = parameter("N.m.s/rad", "Viscous part", default=0.0, min=0)

@@ -1,4 +1,4 @@
-"""The fundamental differential in the terms of its tooth numbers."""
+"""The fundamental differential and its tooth numbers."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class FundamentalDifferential(MeshLaw):
     T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a where a drives relative to the carrier, T_b = -R_o T_a/eta_ba where b drives
 
     R_o < 0 is the type 2K-H(-) (Fig. 3), R_o > 0 the type 2K-H(+) (Fig. 4) or KHV (Fig. 5, where the planet g stands for a).
-    ``from_teeth`` and ``khv`` compute R_o from tooth numbers by eq. (3). Inertias, bearings and churning are parts of their own at its
-    flanges. Errors: ParameterError where ``from_teeth`` gets wheels that cannot be put together, where R_o is 0 or 1, where an
-    efficiency is not in (0, 1]. Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, pp. 9-12, eqs. (1)-(3), (5)-(18), (21).
+    ``from_teeth`` and ``khv`` compute R_o from tooth numbers by eq. (3). Model inertias, bearings and churning as separate components
+    at its flanges. Errors: ParameterError if the wheels of ``from_teeth`` cannot be assembled, if R_o is 0 or 1, or if an efficiency is
+    not in (0, 1]. Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, pp. 9-12, eqs. (1)-(3), (5)-(18), (21).
     """
 
     def equations(self) -> Equations:

@@ -1,4 +1,4 @@
-"""What the differentials have in common: the members of a fundamental differential, and the shafts of an axle's differential."""
+"""Common interfaces of differentials: the members of a fundamental differential, and the shafts of an axle differential."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class Epicyclic(Component):
 
 
 class Differential(Component):
-    """Partial: an axle's differential, from the crown wheel on its cage to the left and the right half shaft.
+    """Partial: an axle differential, from the crown wheel on its cage to the left and the right half shaft.
 
-    All of them keep (w_left + w_right)/2 = w_crown. They differ in how they share the torque.
+    For all of them (w_left + w_right)/2 = w_crown. They differ in how they share the torque.
     """
 
     crown: Flange = port(Flange)

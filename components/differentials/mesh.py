@@ -35,19 +35,19 @@ class MeshLaw(ThreeMembers, Lossy):
 
     w_rel = w_a - w_h = R_o (w_b - w_h);  T_a + T_b + T_h = 0;  T_b = -R_o (T_a - tauLoss)
 
-    The power that rubs is the same if the carrier is brought to rest in thought, because neither torques nor relative speeds
-    change by that (p. 12). P_a^h = T_a w_rel is then the latent power of a (eq. 5). Where a drives (P_a^h > 0) the efficiency eta_ab
-    gives T_b/T_a = -R_o eta_ab (eqs. 11-12), where b drives (P_a^h < 0) T_b/T_a = -R_o/eta_ba (eqs. 17-18), so that tauLoss = (1 -
-    eta_ab) T_a or (1 - 1/eta_ba) T_a, and the loss tauLoss w_rel is never negative. Without relative motion
-    nothing is lost: the mesh is stuck, tauLoss lies anywhere between its values forward and backward, the members turn as one block.
+    The friction power is unchanged if the carrier is imagined to be at rest, because neither torques nor relative speeds change (p.
+    12). P_a^h = T_a w_rel is then the latent power of a (eq. 5). Where a drives (P_a^h > 0) the efficiency eta_ab gives T_b/T_a = -R_o
+    eta_ab (eqs. 11-12), where b drives (P_a^h < 0) T_b/T_a = -R_o/eta_ba (eqs. 17-18), so that tauLoss = (1 - eta_ab) T_a or (1 -
+    1/eta_ba) T_a, and the loss tauLoss w_rel is never negative. Without relative motion there is no loss: the mesh is stuck, tauLoss is
+    between its values for forward and backward motion, and the members turn as one block.
 
-    R_o < 0 is the type 2K-H(-), R_o > 0 the types 2K-H(+) and KHV. For eta_ba < R_o < 1/eta_ab the carrier can drive but not be driven: a
-    moves it no more than b does, with the other one held. The gear locks itself; a torque that would have to pass it has no solution,
-    or several, and the simulation says so.
+    R_o < 0 is the type 2K-H(-), R_o > 0 the types 2K-H(+) and KHV. For eta_ba < R_o < 1/eta_ab the carrier can drive but not be driven:
+    neither a nor b can move it while the other is held. The gear is self-locking; if a torque has to pass through it, there is no
+    solution, or there are several, and the simulation reports this.
 
-    ``map_ab``, ``map_ba``: efficiencies that depend on the operating point take the place of eta_ab, eta_ba. Their axes are named by
-    what they depend on, any of w_rel [rad/s] (its size), tau [N.m] (size of T_a), angle [rad] (of a against the carrier, periodic over
-    the axis, whose ends have equal values), T [K] (of the heat port). Errors: ParameterError for other axes, or values outside (0, 1].
+    ``map_ab``, ``map_ba``: efficiencies that depend on the operating point, in place of eta_ab, eta_ba. The names of their axes are any
+    of w_rel [rad/s] (its size), tau [N.m] (size of T_a), angle [rad] (of a against the carrier, periodic over the axis, whose ends have
+    equal values), T [K] (of the heat port). Errors: ParameterError for other axes, or values outside (0, 1].
     """
 
     ratio: Parameter = parameter("1", "Basic speed ratio R_o = (w_a - w_h)/(w_b - w_h)", exclude=(0.0, 1.0))
@@ -96,8 +96,8 @@ class Mesh(MeshLaw):
 
     w_a - w_h = R_o (w_b - w_h),  T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a where a drives, -R_o T_a/eta_ba where b drives
 
-    It is also the single pair of wheels that more complex sets are made of: a pair of teeth Z_a, Z_b has R_o = -Z_b/Z_a where it is
-    external, +Z_b/Z_a where it is internal, and either member may be a planet (its flange turns with the planet's absolute speed).
+    It also represents a single pair of wheels in more complex sets: teeth Z_a, Z_b give R_o = -Z_b/Z_a for an external pair, +Z_b/Z_a
+    for an internal pair, and either member may be a planet (its flange turns with the planet's absolute speed).
     """
 
     def equations(self) -> Equations:
@@ -106,16 +106,16 @@ class Mesh(MeshLaw):
 
 
 def checked_efficiency(given: Map, where: str, axes: dict[str, str]) -> None:
-    """Refuses a map that is no efficiency in (0, 1] over some of ``axes`` (name: unit)."""
+    """Reject a map whose values are not in (0, 1] or whose axes are not among ``axes`` (name: unit)."""
     for axis in given.axes:
         if axes.get(axis.name) != axis.unit:
             known = ", ".join(f"{name} [{unit}]" for name, unit in axes.items())
-            raise ParameterError(
-                f"{where}: an efficiency has no axis {axis.name} [{axis.unit}]; it may depend on {known}"
-            )
+            raise ParameterError(f"{where}: an efficiency cannot depend on {axis.name} [{axis.unit}], only on {known}")
     low, high = float(given.values.min()), float(given.values.max())
     if not (low > 0 and high <= 1):
-        raise ParameterError(f"{where}: an efficiency lies in (0, 1], this map's values lie in [{low:g}, {high:g}]")
+        raise ParameterError(
+            f"{where}: an efficiency must be in (0, 1], but the values of this map are in [{low:g}, {high:g}]"
+        )
 
 
 def _check_period(given: Map, where: str) -> None:

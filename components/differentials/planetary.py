@@ -14,7 +14,9 @@ from powertrain.components.thermal import HeatPort
 class _SunAndRing(Epicyclic):
     """Partial: sun and ring mesh through planets that need no flange of their own."""
 
-    ratio: Parameter = parameter("1", "Size of the basic speed ratio; teeth of the ring over teeth of the sun", above=0)
+    ratio: Parameter = parameter(
+        "1", "Magnitude of the basic speed ratio: teeth of the ring over teeth of the sun", above=0
+    )
     eta_ab: Parameter = parameter("1", "Efficiency from sun to ring, carrier fixed", default=1.0, above=0, max=1)
     eta_ba: Parameter = parameter("1", "Efficiency from ring to sun, carrier fixed", default=1.0, above=0, max=1)
     heat_port: HeatPort = support(HeatPort)
@@ -30,7 +32,7 @@ class _SunAndRing(Epicyclic):
 
 
 class PlanetaryGear(_SunAndRing):
-    """A simple planetary gear, without inertia: a sun and a ring, joined by planets on a carrier.
+    """A simple planetary gear without inertia: a sun and a ring, connected by planets on a carrier.
 
     (1 + ratio) w_carrier = w_sun + ratio w_ring,  R_o = -ratio = -Z_ring/Z_sun (type 2K-H(-))
     sun.tau + ring.tau + carrier.tau = 0,  ring.tau = ratio eta_ab sun.tau where the sun drives relative to the carrier, else ratio
@@ -78,8 +80,8 @@ class DoublePinionPlanetaryGear(_SunAndRing):
 
     w_sun - w_carrier = +ratio (w_ring - w_carrier),  R_o = ratio = Z_ring/Z_sun > 1 (type 2K-H(+))
 
-    With ratio = 2 it is a differential of equal shares between sun and carrier, driven at the ring.
-    For ratio < 1/eta_ab the sun cannot drive the carrier with the ring held, nor the ring with the sun held: the gear locks itself.
+    With ratio = 2, driven at the ring, it is a differential with equal torques at sun and carrier. For ratio < 1/eta_ab the sun cannot
+    drive the carrier while the ring is held, nor the carrier the ring while the sun is held: the gear is self-locking.
     """
 
     def equations(self) -> Equations:

@@ -1,4 +1,4 @@
-"""Gear sets with several meshes, made of pairs of wheels around explicit planets."""
+"""Gear sets with several meshes, built from pairs of wheels around explicit planets."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from powertrain.components.thermal import HeatPort
 
 
 class PlanetTrain(Epicyclic):
-    """A planetary gear made of its two meshes, sun with planet and planet with ring, around a planet that has inertia.
+    """A planetary gear with two explicit meshes, sun with planet and planet with ring, and planets with inertia.
 
     w_sun - w_carrier = -sun_ratio (w_planet - w_carrier),  sun_ratio = Z_planet/Z_sun  (external)
     w_planet - w_carrier = ring_ratio (w_ring - w_carrier),  ring_ratio = Z_ring/Z_planet  (internal; on stepped planets of the second
     wheel)
 
-    Both meshes lose power of their own, so that with the carrier fixed eta = eta_sun eta_ring; R_o = -sun_ratio ring_ratio. ``J``: all
+    Each mesh has its own loss, so with the carrier fixed eta = eta_sun eta_ring; R_o = -sun_ratio ring_ratio. ``J``: all
     planets about their own axes; their mass around the centre, m e^2 each, belongs to the carrier's inertia.
     """
 
     sun_ratio: Parameter = parameter("1", "Teeth of the planet over teeth of the sun", above=0)
     ring_ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the planet", above=1)
     eta_sun: Parameter = parameter(
-        "1", "Efficiency of the mesh of sun and planet, both ways", default=1.0, above=0, max=1
+        "1", "Efficiency of the mesh of sun and planet in both directions", default=1.0, above=0, max=1
     )
     eta_ring: Parameter = parameter(
-        "1", "Efficiency of the mesh of planet and ring, both ways", default=1.0, above=0, max=1
+        "1", "Efficiency of the mesh of planet and ring in both directions", default=1.0, above=0, max=1
     )
     J: Parameter = parameter("kg.m2", "Moment of inertia of all planets about their own axes", default=0.0, min=0)
     heat_port: HeatPort = support(HeatPort)
@@ -86,7 +86,7 @@ class RavigneauxGear(Component):
     small_ratio: Parameter = parameter("1", "Teeth of the short planet over teeth of the small sun", above=0)
     pair_ratio: Parameter = parameter("1", "Teeth of the long planet over teeth of the short planet", above=0)
     ring_ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the long planet", above=1)
-    eta: Parameter = parameter("1", "Efficiency of each mesh, both ways", default=1.0, above=0, max=1)
+    eta: Parameter = parameter("1", "Efficiency of each mesh in both directions", default=1.0, above=0, max=1)
     J_long: Parameter = parameter(
         "kg.m2", "Moment of inertia of the long planets about their own axes", default=0.0, min=0
     )

@@ -1,4 +1,4 @@
-"""Numbers of teeth: the basic speed ratio that they give, and whether such a gear set can be put together and turn.
+"""Numbers of teeth: the basic speed ratio that they give, and whether such a gear set can be assembled and turn.
 
 D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology (July/August 1986), eq. (3), p. 11.
 """
@@ -82,7 +82,7 @@ def train_value(*pairs: tuple[int, int, bool]) -> float:
 
 
 def basic_ratio(a: Central, b: Central, planets: Planets | Pairs) -> float:
-    """R_o of a fundamental differential. Errors: ParameterError where these wheels cannot be put together.
+    """R_o of a fundamental differential. Errors: ParameterError if these wheels cannot be assembled.
 
     >>> basic_ratio(Sun(90), Ring(153), Planets(31))
     -1.7
@@ -101,7 +101,7 @@ def basic_ratio(a: Central, b: Central, planets: Planets | Pairs) -> float:
 
 
 def eccentric_ratio(planet: int, ring: int) -> float:
-    """R_o of a KHV gear: a single planet in a ring, whose rotation is taken off by an angular velocity mechanism."""
+    """R_o of a KHV gear: a single planet in a ring, whose rotation is transmitted by an angular velocity mechanism."""
     _check(planet, "planet")
     check_pair(Ring(ring), planet)
     return ring / planet
@@ -124,14 +124,14 @@ def pair_ratio(driving: int, driven: int) -> float:
 
 def _check(teeth: int, what: str) -> None:
     if isinstance(teeth, bool) or not isinstance(teeth, int):
-        raise ParameterError(f"a {what} of {teeth!r} teeth: a number of teeth is an integer")
+        raise ParameterError(f"a {what} of {teeth!r} teeth: the number of teeth must be an integer")
     if teeth < FEWEST:
         raise ParameterError(f"a {what} of {teeth} teeth: no wheel has fewer than {FEWEST}")
 
 
 def _check_number(n: int) -> None:
     if isinstance(n, bool) or not isinstance(n, int) or n < 1:
-        raise ParameterError(f"{n!r} planets: their number is an integer from 1 on")
+        raise ParameterError(f"{n!r} planets: their number must be an integer of at least 1")
 
 
 def _check_coaxial(a: Central, b: Central, planet: int) -> None:
@@ -148,7 +148,7 @@ def _check_coaxial(a: Central, b: Central, planet: int) -> None:
         raise ParameterError(
             f"a planet of {planet} teeth does not fit between a sun of {sun.teeth} and a ring of {ring.teeth}: ring "
             f"- sun - 2 planet = {off}, "
-            f"and profile shift makes up for {SHIFT} at most; take a planet of {(ring.teeth - sun.teeth) // 2}"
+            f"and profile shift compensates {SHIFT} at most; use a planet of {(ring.teeth - sun.teeth) // 2}"
         )
 
 
@@ -173,8 +173,8 @@ def _check_assembly(a: Central, b: Central, planets: Planets) -> None:
         named = "-".join(map(str, dict.fromkeys((g, f))))
         fit = ", ".join(str(k) for k in range(1, 13) if teeth % k == 0)
         raise ParameterError(
-            f"{planets.n} planets of {named} teeth cannot be put in between {a} and {b} at equal distances: "
-            f"{teeth} is not divisible by {planets.n}; numbers that fit: {fit}"
+            f"{planets.n} planets of {named} teeth cannot be assembled between {a} and {b} at equal spacing: "
+            f"{teeth} is not divisible by {planets.n}; possible numbers: {fit}"
         )
 
 
@@ -188,11 +188,11 @@ def _check_pairs(a: Central, b: Central, planets: Pairs) -> None:
         raise ParameterError(
             f"planets of {planets.inner} and {planets.outer} teeth cannot mesh with each other, a sun of {a.teeth} "
             f"and a ring of {b.teeth}: their axes, "
-            f"{inner} and {outer} from the centre and {across} apart, make no triangle"
+            f"{inner} and {outer} from the centre and {across} apart, do not form a triangle"
         )
     if (b.teeth - a.teeth) % planets.n:
         raise ParameterError(
-            f"{planets.n} pairs of planets cannot be put in between {a} and {b} at equal distances: "
+            f"{planets.n} pairs of planets cannot be assembled between {a} and {b} at equal spacing: "
             f"{b.teeth} - {a.teeth} is not divisible by {planets.n}"
         )
     _check_neighbours(a, planets.inner, planets.n)
@@ -206,12 +206,12 @@ def _check_clearance(a: Central, b: Central, planets: Pairs) -> None:
     if a.teeth + 2 * planets.inner + 2 >= b.teeth - 2:
         raise ParameterError(
             f"inner planets of {planets.inner} teeth reach into {b}: over the module, {a.teeth} + 2 {planets.inner} + 2 across their tips "
-            f"must be less than {b.teeth} - 2 across the tips of the ring; take inner planets of {_most(b.teeth - a.teeth)} teeth at most"
+            f"must be less than {b.teeth} - 2 across the tips of the ring; use inner planets of {_most(b.teeth - a.teeth)} teeth at most"
         )
     if b.teeth - 2 * planets.outer - 2 <= a.teeth + 2:
         raise ParameterError(
             f"outer planets of {planets.outer} teeth reach into {a}: over the module, {b.teeth} - 2 {planets.outer} - 2 between their tips "
-            f"must be more than {a.teeth} + 2 across the tips of the sun; take outer planets of {_most(b.teeth - a.teeth)} teeth at most"
+            f"must be more than {a.teeth} + 2 across the tips of the sun; use outer planets of {_most(b.teeth - a.teeth)} teeth at most"
         )
 
 

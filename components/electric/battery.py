@@ -1,4 +1,4 @@
-"""Batteries by their open-circuit voltage over the state of charge and an internal resistance."""
+"""Batteries with an open-circuit voltage over the state of charge and an internal resistance."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ CELL = ((0.0, 3.0), (0.05, 3.35), (0.1, 3.47), (0.2, 3.56), (0.4, 3.64), (0.6, 3
 
 
 def cells_in_series(cells: int) -> Map:
-    """The open-circuit voltage of made-up lithium-ion cells; a state of charge outside 0..1 ends a simulation."""
+    """The open-circuit voltage of generic (invented) lithium-ion cells; a state of charge outside 0..1 ends a simulation."""
     volts = [cells * volt for _, volt in CELL]
     return Map.curve([s for s, _ in CELL], volts, x="state of charge", unit="V", name="open-circuit voltage")
 
@@ -42,20 +42,20 @@ class _Battery(Lossy):
     ocv: Map = cells_in_series(56)
     beyond: Literal["count", "error"] = "count"
     Q: Parameter = parameter("A.s", "Capacity", default=6.5 * 3600, above=0)
-    i_discharge: Parameter = parameter("A", "Largest current when it discharges", default=150.0, above=0)
-    i_charge: Parameter = parameter("A", "Largest current when it is charged", default=100.0, above=0)
+    i_discharge: Parameter = parameter("A", "Maximum discharge current", default=150.0, above=0)
+    i_charge: Parameter = parameter("A", "Maximum charge current", default=100.0, above=0)
     soc_min: Parameter = parameter("1", "State of charge at which discharge_power is zero", default=0.2, min=0, max=1)
     soc_max: Parameter = parameter("1", "State of charge at which charge_power is zero", default=0.9, min=0, max=1)
     B: Parameter = parameter(
-        "K", "How steeply the resistance rises in the cold, some 2000 K for lithium-ion cells", default=0.0, min=0
+        "K", "Temperature coefficient of the resistance, about 2000 K for lithium-ion cells", default=0.0, min=0
     )
-    band: Parameter = parameter("1", "Range of the state of charge over which they fade", default=0.05, above=0)
+    band: Parameter = parameter("1", "Range of the state of charge in which they fade out", default=0.05, above=0)
     bus: DCTerminal = port(DCTerminal)
     state_of_charge: Output = signal_output("1", "State of charge")
-    discharge_power: Output = signal_output("W", "Power that it may give")
-    charge_power: Output = signal_output("W", "Power that it may take")
+    discharge_power: Output = signal_output("W", "Maximum discharge power")
+    charge_power: Output = signal_output("W", "Maximum charge power")
     soc: Variable = variable("1", "State of charge", start=0.6)
-    i: Variable = variable("A", "Current, positive when it is charged")
+    i: Variable = variable("A", "Current, positive when charging")
 
     def check(self) -> Equations:
         """The limits of the state of charge are in order."""
@@ -89,7 +89,7 @@ class _Battery(Lossy):
 
 
 class Battery(_Battery):
-    """A voltage that falls with the charge taken out, behind a resistance.
+    """A voltage that depends on the state of charge, in series with a resistance.
 
     Q der(soc) = i,  bus.v = ocv(soc) + R cold i,  i = bus.i > 0 charges,  loss = R cold i^2
     cold = exp(B (1/heat_port.T - 1/293.15 K))
@@ -98,9 +98,9 @@ class Battery(_Battery):
     charge_power = (ocv + R cold i_charge) i_charge faded above soc_max - band
 
     ``discharge_power`` and ``charge_power`` are signals for a control, which has to respect them. A current beyond i_discharge or
-    i_charge is counted, or refused (``beyond``). What holds for a state of charge outside of ``ocv`` its axis says. No voltage
-    belongs to more power than ocv^2/(4 R): the simulation ends there. Machines that draw power make the voltage implicit; where that
-    costs too much time take ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
+    i_charge is counted or is an error (``beyond``). The axis of ``ocv`` determines what holds for a state of charge outside it. The
+    battery cannot deliver more than ocv^2/(4 R); a simulation ends there. Machines that draw power make the voltage implicit; if that
+    takes too much time, use ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
     """
 
     R: Parameter = parameter("Ohm", "Internal resistance", default=0.15, above=0)
@@ -120,18 +120,18 @@ class Battery(_Battery):
 
 
 class PolarizedBattery(_Battery):
-    """A battery whose voltage follows a change of current partly at once and partly with a delay: a resistance and an RC element in a row.
+    """A battery whose voltage responds to current partly at once and partly with a delay: a resistance and an RC element in series.
 
     Q der(soc) = i,  bus.v = ocv(soc) + R_0 cold i + u,  T der(u) = R_1 i - u/cold,  R_0 = ohmic R,  R_1 = (1 - ohmic) R
     loss = R_0 cold i^2 + u^2/(R_1 cold),  cold as of ``Battery``,  stored energy as of ``Battery`` and T u^2/(2 R_1)
 
-    At constant current it is ``Battery``. What is lost in pulses is in between: those shorter than T see R_0 only. With ohmic = 0 the
-    voltage is a state, and what draws power from the bus needs no solution of equations; but then short pulses cost too little.
+    At constant current it equals ``Battery``. Pulses shorter than T see only R_0. With ohmic = 0 the voltage is a state, so that loads
+    on the bus need no implicit equations, but the losses of short pulses are too small.
     """
 
     R: Parameter = parameter("Ohm", "Resistance at constant current", default=0.15, above=0)
-    ohmic: Parameter = parameter("1", "Part of it that acts at once", default=0.5, min=0, max=0.99)
-    T: Parameter = parameter("s", "Time in which the voltage follows the current", default=1.0, above=0)
+    ohmic: Parameter = parameter("1", "Fraction of the resistance that acts at once", default=0.5, min=0, max=0.99)
+    T: Parameter = parameter("s", "Time constant of the voltage", default=1.0, above=0)
     u: Variable = variable("V", "Voltage over the RC element", start=0.0)
 
     def equations(self) -> Equations:

@@ -8,7 +8,7 @@ from powertrain import Component, Connector, Equations, Parameter, Symbol, Varia
 
 
 class DCTerminal(Connector):
-    """A place on a direct-current bus: its voltage v against the return, and the current i into the component; power v i."""
+    """A terminal of a direct-current bus: voltage v against the return, and current i into the component; power v i."""
 
     v: Variable = variable("V", "Voltage against the return", guess=200.0)
     i: Variable = flow("A", "Current into the component")
@@ -19,7 +19,7 @@ class DCTerminal(Connector):
 
 
 class VoltageSource(Component):
-    """A constant voltage that gives and takes any current.
+    """A constant voltage source for any current in either direction.
 
     bus.v = V
     """

@@ -1,4 +1,4 @@
-"""What else stands at the bus: accessories, and converters between two voltages."""
+"""Loads of the bus: accessories, and converters between two voltages."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from powertrain.components.thermal import Lossy
 
 
 class AccessoryLoad(Lossy):
-    """Draws a power, whatever the voltage: lamps, fans, control units.
+    """Draws a given power at any voltage: lamps, fans, control units.
 
     bus.v bus.i = P demand = lossPower
 
-    All of it ends as heat. A demand below zero counts as none.
+    All of it becomes heat. A demand below zero counts as zero.
     """
 
     bus: DCTerminal = port(DCTerminal)
-    demand: Input = signal_input("1", "Part of P that is switched on", default=1.0)
+    demand: Input = signal_input("1", "Fraction of P that is switched on", default=1.0)
     P: Parameter = parameter("W", "Power", default=300.0, min=0)
 
     def equations(self) -> Equations:
@@ -32,7 +32,7 @@ class AccessoryLoad(Lossy):
 
 
 class DCDCConverter(Lossy):
-    """Joins two buses of different voltage: the side ``low`` is kept at a constant voltage, as far as ``high`` carries the power.
+    """Connects two buses of different voltage: the side ``low`` is kept at a constant voltage, as long as ``high`` supplies the power.
 
     low.v = V,  P = -low.v low.i,  high.v high.i = P + lossPower,  lossPower = (1/eta - 1) P for P > 0, (1 - eta) |P| for P < 0
     """

@@ -1,4 +1,4 @@
-"""An electric machine with its inverter: a torque on demand, within limits, and what it loses."""
+"""An electric machine with its inverter: a torque on demand within limits, and its losses."""
 
 from __future__ import annotations
 
@@ -39,31 +39,31 @@ LEAST = 1e-3
 
 
 class ElectricMachine(Lossy):
-    """A motor and generator whose torque follows a demand as far as its limits let it.
+    """A motor and generator whose torque follows a demand within its limits.
 
     J der(w) = tau + shaft.tau,  bus.v bus.i = tau w + lossPower,  w = der(shaft.phi)
     tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max supply/|w|) fade,  fade = (w_max supply - |w|)/band within 0..1
     supply = bus.v/V_full within 0..1,  lossPower = P_0 + copper warm tau^2 + iron |w| + windage w^2,  or loss_map
     warm = 1 + alpha (heat_port.T - 293.15 K)
 
-    Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full the field has to be weakened at a lower speed:
-    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] takes the place of the formula: over |w|
-    [rad/s] and |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives,
-    negative where it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the
-    bus, also at rest and without torque. The torque comes without delay. The default numbers are made up for a machine of 50 kW. Errors:
+    Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full, field weakening begins at a lower speed:
+    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] replaces the formula: over |w| [rad/s] and
+    |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
+    it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the bus, also at
+    rest and without torque. The torque follows without delay. The default values are invented, for a machine of 50 kW. Errors:
     ParameterError for a loss map with other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
     bus: DCTerminal = port(DCTerminal)
-    torque_demand: Input = signal_input("N.m", "Torque that is asked for; positive, it drives forward")
+    torque_demand: Input = signal_input("N.m", "Torque demand, positive in the forward direction")
     speed: Output = signal_output("rad/s", "Speed of the shaft")
     loss_map: Map | None = None
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=0.03, min=0)
     tau_max: Parameter = parameter("N.m", "Largest torque", default=200.0, above=0)
     P_max: Parameter = parameter("W", "Largest power at the shaft", default=50e3, above=0)
     w_max: Parameter = parameter("rad/s", "Speed from which there is no torque", default=1200.0, above=0)
-    band: Parameter = parameter("rad/s", "Range of speed below it in which the torque fades", default=20.0, above=0)
+    band: Parameter = parameter("rad/s", "Speed range below it in which the torque fades out", default=20.0, above=0)
     V_full: Parameter = parameter("V", "Voltage of the bus from which P_max and w_max hold", default=0.0, min=0)
     alpha: Parameter = parameter("1/K", "Rise of the winding's resistance, 0.0039 for copper", default=0.0, min=0)
     P_0: Parameter = parameter("W", "Loss at rest without torque", default=50.0, min=0)
@@ -71,8 +71,8 @@ class ElectricMachine(Lossy):
     iron: Parameter = parameter("W.s/rad", "Loss over speed", default=1.0, min=0)
     windage: Parameter = parameter("W.s2/rad2", "Loss over speed squared", default=1e-3, min=0)
     w: Variable = variable("rad/s", "Speed of the shaft", prefer=True)
-    tau: Variable = variable("N.m", "Torque of the machine before its inertia")
-    power: Variable = variable("W", "Power of the machine before its inertia, positive where it drives")
+    tau: Variable = variable("N.m", "Torque of the machine, without its inertia")
+    power: Variable = variable("W", "Power of the machine, without its inertia, positive when driving")
 
     def equations(self) -> Equations:
         """A limited torque, and the balance of power."""
@@ -137,4 +137,4 @@ def _checked_loss(table: Map, path: str) -> None:
             f"{path}.loss_map gives {table.name} [{table.unit}] over {said}; it must give a loss [W] over speed [rad/s] and torque [N.m]"
         )
     if table.values.min() < 0:
-        raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss is not negative")
+        raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss must not be negative")

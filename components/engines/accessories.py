@@ -1,4 +1,4 @@
-"""What a combustion engine drives beside the vehicle: alternator, pumps, fan."""
+"""Accessories of a combustion engine: alternator, pumps, fan."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class AccessoryDrive(OneFlangeAndSupport, Lossy):
-    """A belt that takes a constant power from the crank; below w_0 its torque falls to zero at rest, so that a starter overcomes it.
+    """A belt drive that takes a constant power from the crank.
+
+    Below w_0 its torque falls to zero at rest, so that the starter can overcome it.
 
     tau = P w/max(|w|, w_0)^2,  w = der(flange.phi - support.phi)
     """
 
     P: Parameter = parameter("W", "Power", default=0.0, min=0)
-    w_0: Parameter = parameter("rad/s", "Speed from which all of it is taken", default=50.0, above=0)
+    w_0: Parameter = parameter("rad/s", "Speed from which the full power is taken", default=50.0, above=0)
     w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:

@@ -1,4 +1,4 @@
-"""What engines have in common: crank, throttle, fuel, idle control, rev limit, starter, and their operating points as numbers."""
+"""The common interface of engines: crank, throttle, fuel, idle control, rev limit, starter, and operating points as numbers."""
 
 from __future__ import annotations
 
@@ -45,41 +45,39 @@ class Engine(Component):
     w > 0: drag = motoring(w);  w < 0: drag = -motoring(-w);  w = 0: |drag| <= motoring(0)
     fuel_rate heating_value = fuel power(w, firing),  der(fuel) = fuel_rate,  power = tau w
 
-    The firing torque is what combustion gives beside the motoring drag, zero with closed throttle: in overrun no fuel flows. Its throttle
-    is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and
-    started = w/w_fire within 0..1;  starter = on (1 - started) tau_starter
-    limited = (w_limit - w)/band_limit within 0..1: the rev limiter
-    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and
-    begins with the throttle that idling takes
+    The firing torque is the torque of combustion in addition to the motoring drag. It is zero with closed throttle: in overrun no fuel
+    flows. The throttle is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and started = w/w_fire
+    within 0..1; starter = on (1 - started) tau_starter limited = (w_limit - w)/band_limit within 0..1: the rev limiter idle = x +
+    k_idle (w_idle - w) within 0..1, der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and begins
+    with the throttle that idling takes
 
-    With ``on`` = 0 the engine burns nothing and comes to rest by its drag, which then holds it; back at 1 the starter turns it.
-    A boundary: it supplies the chemical power of its fuel and the starter's power; its loss is what the crank does not get of them.
+    With ``on`` = 0 the engine burns no fuel and comes to rest by its drag, which then holds it; when ``on`` returns to 1, the starter
+    turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the part
+    that does not reach the crank.
     """
 
     boundary: ClassVar[bool] = True
     crank: Flange = port(Flange)
     throttle: Input = signal_input("1", "Throttle, 0 to 1")
-    on: Input = signal_input("1", "1: runs, 0: is stopped", default=1.0)
+    on: Input = signal_input("1", "1: running, 0: stopped", default=1.0)
     speed: Output = signal_output("rad/s", "Speed of the crank")
     J: Parameter = parameter("kg.m2", "Moment of inertia with the flywheel", default=0.15, min=0)
     heating_value: Parameter = parameter("J/kg", "Lower heating value of the fuel", default=43e6, above=0)
     fuel_density: Parameter = parameter("kg/m3", "Density of the fuel", default=745.0, above=0)
-    co2_per_fuel: Parameter = parameter("kg/kg", "Carbon dioxide from a kilogram of fuel", default=3.17, min=0)
+    co2_per_fuel: Parameter = parameter("kg/kg", "Mass of carbon dioxide per mass of fuel", default=3.17, min=0)
     w_idle: Parameter = parameter("rad/s", "Idle speed", default=85.0, min=0)
-    k_idle: Parameter = parameter("s/rad", "Throttle for a speed 1 rad/s below idle", default=0.02, min=0)
+    k_idle: Parameter = parameter("s/rad", "Throttle per speed deviation below idle", default=0.02, min=0)
     T_idle: Parameter = parameter("s", "Integral time of the idle controller", default=0.5, above=0)
-    w_limit: Parameter = parameter("rad/s", "Speed from which nothing fires", default=680.0, above=0)
-    band_limit: Parameter = parameter(
-        "rad/s", "Range of speed below it in which the limiter acts", default=10.0, above=0
-    )
-    w_fire: Parameter = parameter("rad/s", "Speed from which it fires fully", default=40.0, above=0)
+    w_limit: Parameter = parameter("rad/s", "Speed from which the engine does not fire", default=680.0, above=0)
+    band_limit: Parameter = parameter("rad/s", "Speed range of the limiter below it", default=10.0, above=0)
+    w_fire: Parameter = parameter("rad/s", "Speed from which the engine fires fully", default=40.0, above=0)
     tau_starter: Parameter = parameter("N.m", "Torque of the starter at rest", default=60.0, min=0)
     w: Variable = variable("rad/s", "Speed of the crank", prefer=True)
-    tau: Variable = variable("N.m", "Torque of the engine before its inertia")
-    firing: Variable = variable("N.m", "Torque of combustion")
-    drag: Variable = variable("N.m", "Torque of friction and pumping")
+    tau: Variable = variable("N.m", "Torque of the engine, without its inertia")
+    firing: Variable = variable("N.m", "Combustion torque")
+    drag: Variable = variable("N.m", "Friction and pumping torque")
     x: Variable = variable("1", "Integral part of the idle controller")
-    power: Variable = variable("W", "Power of the engine before its inertia")
+    power: Variable = variable("W", "Power of the engine, without its inertia")
     fuel_rate: Variable = variable("kg/s", "Fuel flow")
     fuel: Variable = variable("kg", "Fuel burnt", start=0.0)
 

@@ -1,4 +1,4 @@
-"""An engine by two tables: torque over speed and throttle, fuel over speed and torque."""
+"""An engine described by two tables: torque over speed and throttle, fuel over speed and torque."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ ROUND = 1e-9
 
 
 class MappedEngine(Engine):
-    """An engine whose torque and fuel are measured, or computed, tables.
+    """An engine with measured or computed tables of torque and fuel.
 
     firing = torque_map(w, u) - torque_map(w, 0),  motoring(w) = -torque_map(w, 0),  full load(w) = torque_map(w, 1)
     fuel_rate = fuel_map(w, firing - motoring), not below zero, times firing/cut_off within 0..1: without firing no fuel
 
     ``torque_map`` [N.m] is over speed [rad/s] and throttle [1] from 0 (motored, not above zero) to 1. ``fuel_map`` is over speed and
-    torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its lowest
-    torque the fuel goes on in the straight line through its two lowest torques at each speed (a Willans line). What holds
-    outside of a table its axes say: refused, or held at the edge and counted. A specific consumption is held as such, so that beyond the
-    table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic
-    tables, see ``synthetic``; ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
+    torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its
+    lowest torque the fuel is extrapolated linearly from the two lowest torques at each speed (a Willans line). The axes of a table
+    determine what holds outside it: an error, or the value at the edge, with a count of the steps. A specific consumption is held as
+    such, so beyond the table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
+    ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
     """
 
     torque_map: Map
     fuel_map: Map
-    cut_off: Parameter = parameter("N.m", "Torque of combustion below which the fuel is cut off", default=2.0, above=0)
+    cut_off: Parameter = parameter("N.m", "Combustion torque below which the fuel is cut off", default=2.0, above=0)
 
     @classmethod
     def from_csv(
@@ -195,20 +195,22 @@ def _torque_table(table: Map) -> None:
     throttle = table.axes[1]
     if abs(throttle.low) > ROUND or abs(throttle.high - 1) > ROUND:
         raise ParameterError(
-            f"the torque table has throttles from {throttle.low:g} to {throttle.high:g}; they must go from 0, motored, to 1, full load"
+            f"the torque table has throttles from {throttle.low:g} to {throttle.high:g}; they must range from 0 (motored) to 1 (full load)"
         )
     closed = table.values[:, 0]
     if closed.max() > 0:
         w = table.axes[0].points[int(closed.argmax())]
         raise ParameterError(
-            f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine brakes"
+            f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine must not drive"
         )
 
 
 def _fuel_table(table: Map) -> None:
     _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
     if table.values.min() < 0:
-        raise ParameterError(f"the fuel table has {table.values.min():g} {table.unit}; fuel is not negative")
+        raise ParameterError(
+            f"the fuel table has {table.values.min():g} {table.unit}; the fuel flow must not be negative"
+        )
     if table.unit in SPECIFIC and table.axes[1].low <= 0:
         raise ParameterError(
             f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"

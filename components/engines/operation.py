@@ -1,4 +1,4 @@
-"""How to run an engine: the operating points of least fuel over power, and the throttle that a torque takes."""
+"""Operating points of an engine: least fuel over power, and the throttle for a torque."""
 
 from __future__ import annotations
 
@@ -54,18 +54,18 @@ def best_fuel_line(
     share: float = 1.0,
     points: int = 30,
 ) -> FuelLine:
-    """The speed, and with it the torque, at which the engine gives each power [W] with the least fuel.
+    """The speed and torque at which the engine delivers each power [W] with the least fuel.
 
     Between the speeds ``w_min`` (else idle) and ``w_max`` (else where the rev limiter begins), with torques up to ``share`` of full
-    load: less than 1 leaves torque in hand. Without ``power``: as many ``points`` from zero to the largest power there is.
-    Errors: ParameterError for a power that the engine does not give within these limits, and for limits that leave nothing.
+    load: less than 1 leaves a torque reserve. Without ``power``: ``points`` values from zero to the largest power. Errors:
+    ParameterError for a power that the engine cannot deliver within these limits, and for limits that contain no operating points.
     """
     engine = replace(engine)
     low = float(engine.w_idle) if w_min is None else w_min
     high = float(engine.w_limit - engine.band_limit) if w_max is None else w_max
     if not (0 < low < high and 0 < share <= 1):
         raise ParameterError(
-            f"best_fuel_line: speeds {low:g}..{high:g} rad/s at {share:g} of full load leave no points"
+            f"best_fuel_line: speeds {low:g}..{high:g} rad/s at {share:g} of full load contain no operating points"
         )
     grid = np.linspace(low, high, GRID)
     top = float((grid * share * engine.full_load(grid)).max())

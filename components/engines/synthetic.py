@@ -1,4 +1,4 @@
-"""Engines that do not exist: torque and fuel over the operating range by formulas, as tables for ``MappedEngine``.
+"""Synthetic engines: torque and fuel over the operating range from formulas, as tables for ``MappedEngine``.
 
 The CSV files in ``data`` are written by ``write_tables``; no number in them was measured.
 """

@@ -1,4 +1,4 @@
-"""An engine by its Willans line and the numbers of a data sheet."""
+"""An engine described by a Willans line and the numbers of a data sheet."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from powertrain.components.limited import limited
 
 
 class WillansEngine(Engine):
-    """An engine whose fuel power rises in a straight line with its torque.
+    """An engine whose fuel power is a linear function of its torque.
 
     fuel power = firing w/e + P_heat (firing/tau_heat within 0..1),  firing = tau + motoring
     motoring = tau_0 + tau_2 w^2,  tau = u (full load + motoring) - motoring
 
-    In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. P_heat is
-    what the hot cylinders lose to their walls whatever the load, from the torque of combustion tau_heat on; in overrun it is zero. The
-    full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at w_tau, and
-    from there to the largest power P_max at w_P the cubic that has the slope of a largest power there, -P_max/w_P^2 (held at tau_max
-    where it would exceed that); or ``curve``, a map from speed [rad/s] to torque [N.m].
+    In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. P_heat
+    is the load-independent heat loss to the cylinder walls, fully developed from the combustion torque tau_heat on; in overrun it is
+    zero. The full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at
+    w_tau, and from there to the largest power P_max at w_P the cubic that has the slope of a largest power there, -P_max/w_P^2 (held at
+    tau_max where it would exceed that); or ``curve``, a map from speed [rad/s] to torque [N.m].
 
-    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are made up for a
-    gasoline engine of 1.6 l, not measured. Errors: ParameterError for a curve with other axes.
+    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are invented, for a
+    gasoline engine of 1.6 l. Errors: ParameterError for a curve with other axes.
     """
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
     tau_0: Parameter = parameter("N.m", "Motoring torque at rest", default=18.0, min=0)
-    P_heat: Parameter = parameter("W", "Heat lost to the walls while it fires", default=0.0, min=0)
-    tau_heat: Parameter = parameter("N.m", "Torque of combustion from which it is lost", default=1.0, above=0)
+    P_heat: Parameter = parameter("W", "Heat loss to the cylinder walls while firing", default=0.0, min=0)
+    tau_heat: Parameter = parameter("N.m", "Combustion torque from which the full heat is lost", default=1.0, above=0)
     tau_2: Parameter = parameter("N.m.s2/rad2", "Rise of the motoring torque with speed squared", default=4e-5, min=0)
     tau_max: Parameter = parameter("N.m", "Largest torque", default=150.0, above=0)
     w_tau: Parameter = parameter("rad/s", "Speed of the largest torque", default=420.0, above=0)

@@ -98,7 +98,7 @@ class _Run:
         for step in self.path.replace("]", "").replace("[", ".").split("."):
             found = found[int(step)] if isinstance(found, tuple) else getattr(found, step, None)
         if not isinstance(found, Component):
-            raise ParameterError(f"path = {self.path!r} is no component of {type(model).__name__}")
+            raise ParameterError(f"path = {self.path!r} is not a component of {type(model).__name__}")
         return found
 
     def __getitem__(self, name: str) -> Array:
@@ -126,17 +126,17 @@ class _Run:
 
 @singledispatch
 def _reactions(part: Component, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
-    raise ParameterError(f"{run.path} is a {type(part).__name__}, no gearless differential")
+    raise ParameterError(f"{run.path} is a {type(part).__name__}, not a gearless differential")
 
 
 @singledispatch
 def _contact(part: Component, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
-    raise ParameterError(f"{run.path} is a {type(part).__name__}, no gearless differential")
+    raise ParameterError(f"{run.path} is a {type(part).__name__}, not a gearless differential")
 
 
 @singledispatch
 def _shaking(part: Component, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
-    raise ParameterError(f"{run.path} is a {type(part).__name__}, no gearless differential")
+    raise ParameterError(f"{run.path} is a {type(part).__name__}, not a gearless differential")
 
 
 def _cams(part: CircularCamDifferential, run: _Run, design: Any) -> CircularCams:

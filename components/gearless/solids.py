@@ -21,7 +21,7 @@ def write_stl(path: str | PathLike[str], triangles: Array) -> Path:
     Errors: ParameterError where the surface is not closed, so that it bounds no body.
     """
     if (gaps := open_edges(triangles)) > 0:
-        raise ParameterError(f"write_stl: {gaps} edges have a triangle on one side only: the surface bounds no body")
+        raise ParameterError(f"write_stl: {gaps} edges have a triangle on one side only: the surface is not closed")
     corners = 1e3 * np.asarray(triangles, float)
     facets = np.zeros(len(corners), _FACET)
     facets["corners"] = corners

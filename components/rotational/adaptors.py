@@ -1,4 +1,4 @@
-"""Flanges as signals, for blocks that know inputs and outputs only."""
+"""Flanges as signals, for blocks that have only inputs and outputs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from powertrain.components.rotational.interfaces import Flange
 
 
 class TorqueToAngleAdaptor(Component):
-    """Gives a flange's motion as signals and takes the torque on it from a signal.
+    """Outputs the motion of a flange as signals and applies a torque given by a signal.
 
     phi = flange.phi,  w = der(phi) where use_w,  a = der(w) where use_a (else 0),  flange.tau = tau
     """
@@ -32,7 +32,7 @@ class TorqueToAngleAdaptor(Component):
 
 
 class AngleToTorqueAdaptor(Component):
-    """Forces a flange's angle by a signal and gives the torque that this takes.
+    """Prescribes the angle of a flange by a signal and outputs the torque required.
 
     flange.phi = phi,  tau = -flange.tau.  Speed and acceleration follow by differentiation of phi.
     """

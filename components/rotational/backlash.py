@@ -41,10 +41,9 @@ class ElastoBacklash(_Play):
     x = phi_rel - phi_rel0,  tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0
     tau = tau_c + tau_d with tau_d = d w_rel limited to [-|tau_c|, |tau_c|]
 
-    The limit lets the damper torque grow from zero at contact and end at a torque of zero when the sides part
-    (the law of the Modelica Standard Library 4.0.0). lossPower = tau_d w_rel; so it also counts the spring's energy
-    that is lost where the sides part before it is relaxed, which that library leaves out.
-    Up to b = 1e-10 rad the element is a SpringDamper.
+    The limit makes the damper torque grow from zero at contact and end at zero when the sides separate (the law of the Modelica
+    Standard Library 4.0.0). lossPower = tau_d w_rel; so it includes the energy of the spring that is lost if the sides separate before
+    it is relaxed, which that library leaves out. Up to b = 1e-10 rad the element is a SpringDamper.
     """
 
     def equations(self) -> Equations:

@@ -17,9 +17,7 @@ class BearingFriction(TwoFlangesAndSupport, Lossy):
     """
 
     tau_pos: Table = ((0.0, 1.0),)
-    peak: Parameter = parameter(
-        "1", "Friction torque at which a resting shaft breaks loose over tau_pos(0)", default=1.0, min=1
-    )
+    peak: Parameter = parameter("1", "Break-away torque relative to tau_pos(0)", default=1.0, min=1)
     phi: Variable = variable("rad", "Angle of the shaft against the support")
     w: Variable = variable("rad/s", "Speed of the shaft against the support")
     tau: Variable = variable("N.m", "Friction torque")

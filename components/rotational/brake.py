@@ -10,18 +10,18 @@ from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupp
 
 
 class Brake(TwoFlangesAndSupport, Lossy):
-    """Coulomb friction between a shaft and the support, in proportion to a normal force that a signal controls.
+    """Coulomb friction between a shaft and the support, proportional to a normal force controlled by a signal.
 
     phi = flange_a.phi - support.phi = flange_b.phi - support.phi,  w = der(phi),  flange_a.tau + flange_b.tau = tau
     fn = fn_max f_normalized;  w > 0: tau = cgeo mue_pos(w) fn;  w < 0: tau = -cgeo mue_pos(-w) fn;
     w = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0
 
     ``mue_pos``: rows (speed rad/s, coefficient of friction), linear between them and beyond the last.
-    For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.
+    For N friction faces with radii ri, ro and uniform wear cgeo = N (ro + ri)/2.
     """
 
     mue_pos: Table = ((0.0, 0.5),)
-    peak: Parameter = parameter("1", "Coefficient at which the brake breaks loose over mue_pos(0)", default=1.0, min=1)
+    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
     cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
     fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
     f_normalized: Input = signal_input("1", "Normal force over fn_max; the brake is open where it is not positive")

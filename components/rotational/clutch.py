@@ -15,7 +15,7 @@ class _Pressed(CompliantWithRelativeStates, Lossy):
     """Partial: plates that a signal presses together."""
 
     mue_pos: Table = ((0.0, 0.5),)
-    peak: Parameter = parameter("1", "Coefficient at which the clutch breaks loose over mue_pos(0)", default=1.0, min=1)
+    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
     cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
     fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
     f_normalized: Input = signal_input("1", "Normal force over fn_max; the clutch is open where it is not positive")
@@ -35,14 +35,14 @@ class _Pressed(CompliantWithRelativeStates, Lossy):
 
 
 class Clutch(_Pressed):
-    """Coulomb friction between two shafts, in proportion to a normal force that a signal controls.
+    """Coulomb friction between two shafts, proportional to a normal force controlled by a signal.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
     fn = fn_max f_normalized;  w_rel > 0: tau = cgeo mue_pos(w_rel) fn;  w_rel < 0: tau = -cgeo mue_pos(-w_rel) fn;
     w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0
 
     ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
-    For N pairs of rings of radii ri, ro that wear evenly cgeo = N (ro + ri)/2.
+    For N friction faces with radii ri, ro and uniform wear cgeo = N (ro + ri)/2.
     """
 
     def equations(self) -> Equations:
@@ -54,13 +54,13 @@ class Clutch(_Pressed):
 
 
 class OneWayClutch(_Pressed):
-    """A clutch with a freewheel beside it: flange_b may run ahead of flange_a, against friction, but never fall behind.
+    """A clutch with a freewheel in parallel: flange_b may run ahead of flange_a, against friction, but never fall behind.
 
     w_rel = der(flange_b.phi - flange_a.phi) >= 0,  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
     w_rel > 0: tau = cgeo mue_pos(w_rel) fn (0 where fn <= 0);  w_rel = 0: tau <= peak cgeo mue_pos(0) fn
 
     ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
-    One element, because the torques of a locked clutch and a locked freewheel side by side would not be determined.
+    It is a single component because the torques of a stuck clutch and a stuck freewheel in parallel are not determined individually.
     """
 
     def equations(self) -> Equations:

@@ -7,7 +7,7 @@ from powertrain.components.rotational.interfaces import TwoFlanges
 
 
 class Disc(TwoFlanges):
-    """A rigid shaft without inertia whose flanges stand at a fixed angle to each other.
+    """A rigid shaft without inertia whose flanges are at a fixed angle to each other.
 
     flange_a.phi = phi - deltaPhi/2,  flange_b.phi = phi + deltaPhi/2,  flange_a.tau + flange_b.tau = 0
     """

@@ -1,4 +1,4 @@
-"""Clutches that hold by their shape."""
+"""Positive-locking clutches."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 
 
 class DogClutch(CompliantWithRelativeStates, Lossy):
-    """Two shafts that dogs join: they go in only where the shafts turn nearly alike, and come out only where they carry little.
+    """Dogs that connect two shafts: they engage only at nearly equal speeds and disengage only at low torque.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
-    in from where engage > 1/2 and |w_rel| < w_in;  out from where engage < 1/2 and |tau| < tau_out
+    in as soon as engage > 1/2 and |w_rel| < w_in;  out as soon as engage < 1/2 and |tau| < tau_out
     in: w_rel = 0 and |tau| <= tau_max, or tau = tau_max sign(w_rel);  out: tau = 0
 
-    What is left of w_rel as they go in is stopped by tau_max, the torque beyond which the dogs shear, in an instant that is short but
-    finite: the shafts need inertia. The angle between two dogs is taken as small: they find their gaps at once.
+    On engagement the torque tau_max, beyond which the dogs shear, removes the remaining w_rel within a short but finite time, so the
+    shafts need inertia. The angle between two dogs is assumed to be small, so they engage at once.
     """
 
-    w_in: Parameter = parameter("rad/s", "Difference of speed below which the dogs go in", default=5.0, above=0)
-    tau_out: Parameter = parameter("N.m", "Torque below which they come out", default=20.0, above=0)
-    tau_max: Parameter = parameter("N.m", "Torque that they hold", default=3000.0, above=0)
-    engage: Input = signal_input("1", "1: shall be in, 0: shall be out")
-    inside: Discrete = discrete("1", "1: in, 0: out", start=0.0)
+    w_in: Parameter = parameter("rad/s", "Speed difference below which the dogs engage", default=5.0, above=0)
+    tau_out: Parameter = parameter("N.m", "Torque below which the dogs disengage", default=20.0, above=0)
+    tau_max: Parameter = parameter("N.m", "Torque capacity of the dogs", default=3000.0, above=0)
+    engage: Input = signal_input("1", "Command: 1 engage, 0 disengage")
+    inside: Discrete = discrete("1", "1: engaged, 0: disengaged", start=0.0)
 
     def equations(self) -> Equations:
         """A latch, and friction that it switches."""

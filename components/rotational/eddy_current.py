@@ -7,7 +7,7 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
-    """A disc that brakes by eddy currents; a warm disc brakes most at a higher speed.
+    """An eddy-current brake disc; a warm disc has its largest torque at a higher speed.
 
     tau = flange.tau = 2 tau_nominal v/(1 + v^2),  v = w/(w_nominal R(T)/R(TRef)),  w = der(phi)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
@@ -15,7 +15,7 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
 
     tau_nominal: Parameter = parameter("N.m", "Largest torque; it brakes in both directions", min=0)
     w_nominal: Parameter = parameter("rad/s", "Speed of the largest torque at TRef", min=1e-15)
-    TRef: Parameter = parameter("K", "Temperature that w_nominal belongs to", default=293.15, min=0)
+    TRef: Parameter = parameter("K", "Reference temperature of w_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the disc's resistance at 293.15 K", default=0.0)
     w: Variable = variable("rad/s", "Speed of the disc against the support")
     tau: Variable = variable("N.m", "Braking torque, flange.tau")

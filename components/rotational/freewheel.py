@@ -9,7 +9,7 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 
 
 class Freewheel(CompliantWithRelativeStates):
-    """Lets flange_b run ahead of flange_a without torque and takes it along before it falls behind.
+    """Lets flange_b run ahead of flange_a without torque and drives it before it falls behind.
 
     w_rel = der(flange_b.phi - flange_a.phi) >= 0,  tau = flange_b.tau = -flange_a.tau <= 0,  tau w_rel = 0
     """

@@ -1,4 +1,4 @@
-"""Gears with loss: a constant efficiency, or a table of losses over speed."""
+"""Gears with losses: constant efficiency, or a table of losses over speed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LEAST = -1e-12
 
 
 class LossyPair(TwoFlangesAndSupport, Lossy):
-    """Partial: a gear pair that loses the torque tauLoss, counted at flange_a."""
+    """Partial: a gear pair with the loss torque tauLoss at flange_a."""
 
     ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b", exclude=(0.0,))
     phi_a: Variable = variable("rad", "Angle of flange_a against the support")
@@ -54,8 +54,7 @@ class Gear(LossyPair):
     phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss),  output power = efficiency input power:
     tauLoss = (1 - efficiency) flange_a.tau where flange_a drives, (1 - 1/efficiency) flange_a.tau where flange_b drives
 
-    At rest the mesh holds while its torques lie between the two: one side must overcome the other by
-    1/efficiency to start.
+    At rest the mesh holds while its torques are between the two: to start, one side must exceed the other by 1/efficiency.
     """
 
     efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, min=1e-6, max=1)
@@ -85,7 +84,7 @@ class LossyGear(LossyPair):
     flange_a.tau = sign(w_a) (tau_bf1 - tau_bf2)/(eta_mf1 - 1/eta_mf2).
     Source: Pelchen, Schweiger and Otter: Modeling and Simulating the Efficiency of Gearboxes and of Planetary Gearboxes, Modelica
     Conference 2002, with the driving side found from the mesh torque (Bertsch 2009).
-    Errors: ParameterError where without mesh loss the two bearing frictions differ, because no such bearing exists.
+    Errors: ParameterError if a row has no mesh loss but two different bearing torques, which is impossible.
     """
 
     lossTable: Table = ((0.0, 1.0, 1.0, 0.0, 0.0),)

@@ -12,7 +12,7 @@ from powertrain.components.thermal import HeatPort
 class Gearbox(TwoFlangesAndSupport):
     """A lossy gear at flange_a and, behind it, a shaft with elasticity, damping and play at flange_b; without inertia.
 
-    Put inertias at its flanges. Both parts' losses leave through the heat port.
+    Connect inertias to its flanges. The losses of both parts leave through the heat port.
     """
 
     lossyGear: LossyGear

@@ -7,7 +7,7 @@ from powertrain.components.rotational.interfaces import Flange, TwoFlangesAndSup
 
 
 class IdealGear(TwoFlangesAndSupport):
-    """A gear pair in a housing (the support), without inertia, elasticity and loss.
+    """A gear pair in a housing (the support) without inertia, elasticity or loss.
 
     phi_a = flange_a.phi - support.phi = ratio phi_b,  phi_b = flange_b.phi - support.phi
     ratio flange_a.tau + flange_b.tau = 0
@@ -27,7 +27,7 @@ class IdealGear(TwoFlangesAndSupport):
 
 
 class IdealPlanetary(Component):
-    """A planetary gear of sun, carrier and ring, without inertia, elasticity and loss.
+    """A planetary gear with sun, carrier and ring, without inertia, elasticity or loss.
 
     (1 + ratio) carrier.phi = sun.phi + ratio ring.phi,  ring.tau = ratio sun.tau,  carrier.tau = -(1 + ratio) sun.tau
     """

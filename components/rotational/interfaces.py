@@ -1,4 +1,4 @@
-"""Rotational flange and the partial components that the rotational library is written with."""
+"""Rotational flange and the partial components of the rotational library."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from powertrain.components.thermal import Lossy as Lossy
 
 
 class Flange(Connector):
-    """A shaft's end: its angle phi and the torque tau on the component, whose power is tau der(phi)."""
+    """The end of a shaft: its angle phi and the torque tau on the component, with the power tau der(phi)."""
 
     phi: Variable = variable("rad", "Absolute rotation angle")
     tau: Variable = flow("N.m", "Cut torque")
@@ -25,7 +25,7 @@ class TwoFlanges(Component):
 
 
 class OneFlangeAndSupport(Component):
-    """Partial: one flange that acts against a support, which is ground where nothing is connected.
+    """Partial: one flange that acts against a support, which is ground if nothing is connected.
 
     phi = flange.phi - support.phi,  flange.tau + support.tau = 0
     """
@@ -40,7 +40,7 @@ class OneFlangeAndSupport(Component):
 
 
 class TwoFlangesAndSupport(TwoFlanges):
-    """Partial: two flanges and a support that takes up their torques' difference; ground where nothing is connected."""
+    """Partial: two flanges and a support that takes the difference of their torques; ground if nothing is connected."""
 
     support: Flange = support(Flange)
 

@@ -1,4 +1,4 @@
-"""Motions that are forced on a shaft, whatever torque that takes."""
+"""Prescribed motions of a shaft, at whatever torque is required."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BESSEL = (1.3617, 0.6180)
 
 
 class Position(OneFlangeAndSupport):
-    """Moves a shaft by an angle signal.
+    """Prescribes the angle of a shaft by a signal.
 
     exact: phi = phi_ref, which must be differentiable as often as the model needs
 
@@ -44,7 +44,7 @@ class Position(OneFlangeAndSupport):
 
 
 class Speed(OneFlangeAndSupport):
-    """Moves a shaft by a speed signal.
+    """Prescribes the speed of a shaft by a signal.
 
     exact: w = w_ref, which must be differentiable as often as the model needs
 
@@ -74,7 +74,7 @@ class Speed(OneFlangeAndSupport):
 
 
 class Accelerate(OneFlangeAndSupport):
-    """Moves a shaft by an acceleration signal.
+    """Prescribes the acceleration of a shaft by a signal.
 
     w = der(phi),  a = der(w) = a_ref
     """
@@ -93,12 +93,12 @@ class Accelerate(OneFlangeAndSupport):
 
 
 class Move(OneFlangeAndSupport):
-    """Moves a shaft by an angle signal whose derivatives are given as signals too.
+    """Prescribes the angle of a shaft by a signal whose derivatives are also given as signals.
 
     phi = u_phi,  w = der(phi) = u_w,  a = der(w) = u_a
 
-    u_phi gives the angle at the start, u_w the speed at the start, and u_a moves the shaft from then on: where
-    the signals are consistent that is u_phi and u_w at every time.
+    u_phi gives the initial angle, u_w the initial speed, and u_a moves the shaft from then on. If the signals are consistent, u_phi and
+    u_w hold at every time.
     """
 
     boundary: ClassVar[bool] = True

@@ -1,4 +1,4 @@
-"""Ideal sensors: they read angles, speeds, accelerations, torques and powers and do not disturb the shaft."""
+"""Ideal sensors of angle, speed, acceleration, torque and power, without effect on the shaft."""
 
 from __future__ import annotations
 

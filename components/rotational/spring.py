@@ -45,7 +45,7 @@ class Damper(CompliantWithRelativeStates, Lossy):
 
 
 class SpringDamper(CompliantWithRelativeStates, Lossy):
-    """A linear torsion spring and a linear damper side by side.
+    """A linear torsion spring and a linear damper in parallel.
 
     tau = c (phi_rel - phi_rel0) + d w_rel,  lossPower = d w_rel^2
     """

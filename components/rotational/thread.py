@@ -1,4 +1,4 @@
-"""Threads and their friction: worm gears and screws, which may lock themselves; and the rack, which does not."""
+"""Worm gears and screws with thread friction, which may be self-locking, and a rack and pinion."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from powertrain.components.rotational.rolling import RotationToTranslation
 
 
 def thread_efficiencies(lead: Symbol, mue: Symbol, alpha: Symbol) -> tuple[Symbol, Symbol]:
-    """Efficiency where the thread drives, and where it is driven (not above zero: it locks itself), from its angles in rad."""
+    """Efficiency if the thread drives and if it is driven (not above zero: self-locking), from its angles in rad."""
     rho = ca.atan(mue / ca.cos(alpha))
     return ca.tan(lead) / ca.tan(lead + rho), ca.tan(lead - rho) / ca.tan(lead)
 
 
 def flank_losses(load: Symbol, eta_1: Symbol, eta_2: Symbol) -> tuple[Symbol, Symbol]:
-    """What the torque at the thread exceeds the ``load`` by, while it moves backward and while it moves forward.
+    """The torque at the thread in excess of the ``load``, for backward and for forward motion.
 
     The load chooses the flank that carries. Moved against the load the thread takes load/eta_1, moved with it eta_2 load: negative for
     eta_2 < 0, since a thread that locks itself has to be turned that way, too.
@@ -40,17 +40,17 @@ def flank_losses(load: Symbol, eta_1: Symbol, eta_2: Symbol) -> tuple[Symbol, Sy
 
 
 class WormGear(LossyPair):
-    """A worm (flange_a) that drives a wheel (flange_b), with the friction of its thread; it locks itself where the lead is small.
+    """A worm (flange_a) that drives a wheel (flange_b), with thread friction; self-locking if the lead is small.
 
     phi_a = ratio phi_b,  load = -flange_b.tau/ratio,  flange_a.tau = load + tauLoss,  rho = atan(mue/cos(alpha))
     w_a load > 0: flange_a.tau = load/eta_1,  eta_1 = tan(lead)/tan(lead + rho)
     w_a load < 0: flange_a.tau = load eta_2,  eta_2 = tan(lead - rho)/tan(lead)
     w_a = 0: flange_a.tau anywhere between the two
 
-    With lead <= rho the efficiency eta_2 is not positive: the wheel cannot turn the worm, whatever its torque, and a load has to be
-    lowered by a torque. The law is that of ``LossyGear``, told by the torque at the wheel, so that it holds for eta_2 <= 0 as well.
-    The shafts cross; the housing takes the whole torque of each.
-    Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch. 24.
+    With lead <= rho the efficiency eta_2 is not positive: the wheel cannot turn the worm at any torque, and lowering a load requires a
+    torque. The law is that of ``LossyGear``, expressed by the torque at the wheel, so that it also holds for eta_2 <= 0. The shafts
+    cross; the housing takes the whole torque of each. Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch.
+    24.
     """
 
     lead: Parameter = parameter("rad", "Lead angle of the worm", above=0, max=1.2)
@@ -114,7 +114,7 @@ class RackAndPinion(_LossyR2T):
 
 
 class Screw(_LossyR2T):
-    """A screw (flangeR) that moves its nut (flangeT), with the friction of its thread; it locks itself where the lead is small.
+    """A screw (flangeR) that moves its nut (flangeT), with thread friction; self-locking if the lead is small.
 
     flangeT.s - supportT.s = p/(2 pi) (flangeR.phi - supportR.phi),  tan(lead) = p/(pi d),  rho = atan(mue/cos(alpha))
     load = -p/(2 pi) flangeT.f,  flangeR.tau = load + tauLoss

@@ -26,7 +26,7 @@ Regularization: TypeAlias = Literal["exp", "sine", "linear", "cosine"]
 
 
 class Torque(OneFlangeAndSupport):
-    """A signal as torque on a shaft: a positive signal accelerates it.
+    """A torque on a shaft given by a signal; a positive signal accelerates it.
 
     flange.tau = -tau,  support.tau = tau
     """
@@ -41,7 +41,7 @@ class Torque(OneFlangeAndSupport):
 
 
 class Torque2(TwoFlanges):
-    """A signal as torque between two shafts: a positive signal accelerates flange_b and slows flange_a down.
+    """A torque between two shafts given by a signal; a positive signal accelerates flange_b and decelerates flange_a.
 
     flange_a.tau = tau,  flange_b.tau = -tau
     """
@@ -81,7 +81,7 @@ class ConstantTorque(_TorqueOnFlange):
 
 
 class TorqueStep(_TorqueOnFlange):
-    """A torque that steps at a time.
+    """A torque step.
 
     flange.tau = -offsetTorque before startTime, -(offsetTorque + stepTorque) from then on
     """
@@ -112,7 +112,7 @@ class _SpeedDependentTorque(_TorqueOnFlange):
 
 
 class LinearSpeedDependentTorque(_SpeedDependentTorque):
-    """A torque in proportion to speed.
+    """A torque proportional to speed.
 
     tau = tau_nominal |w/w_nominal| with TorqueDirection (the same direction whichever way the shaft turns),
     else tau = tau_nominal w/w_nominal
@@ -126,7 +126,7 @@ class LinearSpeedDependentTorque(_SpeedDependentTorque):
 
 
 class QuadraticSpeedDependentTorque(_SpeedDependentTorque):
-    """A torque in proportion to the square of speed.
+    """A torque proportional to the square of the speed.
 
     tau = tau_nominal (w/w_nominal)^2 with TorqueDirection (the same direction whichever way the shaft turns),
     else tau = tau_nominal (w/w_nominal) |w/w_nominal|
@@ -140,7 +140,7 @@ class QuadraticSpeedDependentTorque(_SpeedDependentTorque):
 
 
 class InverseSpeedDependentTorque(_SpeedDependentTorque):
-    """A torque in inverse proportion to speed (constant power).
+    """A torque inversely proportional to speed (constant power).
 
     tau = tau_nominal w_nominal/|w| with TorqueDirection (the same direction whichever way the shaft turns), held constant below w0
     else tau = tau_nominal w_nominal/w,  below w0 tau = tau_nominal w/w0

@@ -9,11 +9,11 @@ from powertrain.components.rotational.interfaces import TwoFlangesAndSupport
 
 
 class UniversalJoint(TwoFlangesAndSupport):
-    """A Cardan joint: two shafts that meet at an angle, of which the second turns unevenly, without inertia and loss.
+    """A Cardan joint between two shafts at an angle, without inertia or loss; the second shaft turns nonuniformly.
 
     tan(phi_b) = cos(beta) tan(phi_a),  flange_a.tau + k flange_b.tau = 0,  k = w_b/w_a = cos(beta)/(1 - sin(beta)^2 sin(phi_a)^2)
 
-    k goes from cos(beta) to 1/cos(beta) twice in a turn. The angles are counted on, turn after turn:
+    k varies between cos(beta) and 1/cos(beta) twice per revolution. The angles are continuous over several revolutions:
     phi_b = phi_a - atan((1 - cos(beta)) sin(phi_a) cos(phi_a)/(cos(phi_a)^2 + cos(beta) sin(phi_a)^2)), where nothing jumps. At phi_a = 0
     the pin in the fork of flange_a is normal to the plane of the two shafts. The support takes the difference of the torques.
     """

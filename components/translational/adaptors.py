@@ -1,4 +1,4 @@
-"""Flanges as signals, for blocks that know inputs and outputs only."""
+"""Flanges as signals, for blocks that have only inputs and outputs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from powertrain.components.translational.interfaces import Flange
 
 
 class ForceToPositionAdaptor(Component):
-    """Gives a flange's motion as signals and takes the force on it from a signal.
+    """Outputs the motion of a flange as signals and applies a force given by a signal.
 
     s = flange.s,  v = der(s) where use_v,  a = der(v) where use_a (else 0),  flange.f = f
     """
@@ -32,7 +32,7 @@ class ForceToPositionAdaptor(Component):
 
 
 class PositionToForceAdaptor(Component):
-    """Forces a flange's position by a signal and gives the force that this takes.
+    """Prescribes the position of a flange by a signal and outputs the force required.
 
     flange.s = s,  f = -flange.f.  Speed and acceleration follow by differentiation of s.
     """

@@ -50,9 +50,7 @@ class SupportFriction(_SlidesOnSupport):
     """
 
     f_pos: Table = ((0.0, 1.0),)
-    peak: Parameter = parameter(
-        "1", "Friction force at which a resting rod breaks loose over f_pos(0)", default=1.0, min=1
-    )
+    peak: Parameter = parameter("1", "Break-away force relative to f_pos(0)", default=1.0, min=1)
 
     def equations(self) -> Equations:
         """A rod that rubs on its support."""
@@ -62,7 +60,7 @@ class SupportFriction(_SlidesOnSupport):
 
 
 class Brake(_SlidesOnSupport):
-    """Coulomb friction between a rod and the support, in proportion to a normal force that a signal controls.
+    """Coulomb friction between a rod and the support, proportional to a normal force controlled by a signal.
 
     s = flange_a.s - support.s = flange_b.s - support.s,  v = der(s),  flange_a.f + flange_b.f = f
     fn = fn_max f_normalized;  v > 0: f = cgeo mue_pos(v) fn;  v < 0: f = -cgeo mue_pos(-v) fn;
@@ -72,7 +70,7 @@ class Brake(_SlidesOnSupport):
     """
 
     mue_pos: Table = ((0.0, 0.5),)
-    peak: Parameter = parameter("1", "Coefficient at which the brake breaks loose over mue_pos(0)", default=1.0, min=1)
+    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
     cgeo: Parameter = parameter("1", "Geometry factor, such as the number of friction faces", default=1.0, min=0)
     fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
     f_normalized: Input = signal_input("1", "Normal force over fn_max; the brake is open where it is not positive")

@@ -7,7 +7,7 @@ from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSu
 
 
 class EddyCurrentForce(OneFlangeAndSupport, Lossy):
-    """A fin that brakes by eddy currents; a warm fin brakes most at a higher speed.
+    """An eddy-current brake fin; a warm fin has its largest force at a higher speed.
 
     f = flange.f = 2 f_nominal x/(1 + x^2),  x = v/(v_nominal R(T)/R(TRef)),  v = der(s)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
@@ -15,7 +15,7 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
 
     f_nominal: Parameter = parameter("N", "Largest force; it brakes in both directions", min=0)
     v_nominal: Parameter = parameter("m/s", "Speed of the largest force at TRef", min=1e-15)
-    TRef: Parameter = parameter("K", "Temperature that v_nominal belongs to", default=293.15, min=0)
+    TRef: Parameter = parameter("K", "Reference temperature of v_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the fin's resistance at 293.15 K", default=0.0)
     v: Variable = variable("m/s", "Speed of the fin against the support")
     f: Variable = variable("N", "Braking force, flange.f")

@@ -12,13 +12,13 @@ TOUCH = 1e-30
 
 
 class ElastoGap(CompliantWithRelativeStates, Lossy):
-    """A spring and damper that push where two parts touch and do nothing where they do not.
+    """A spring and damper that act while two parts are in contact.
 
     s_rel < s_rel0: f = f_c + f_d with f_c = -c (s_rel0 - s_rel)^n and f_d = d v_rel limited to [f_c, -f_c];
     else f = 0.  lossPower = f_d v_rel
 
-    The limit lets the damper force grow from zero at contact, and it keeps the contact from pulling when the parts
-    separate. Source: Modelica Standard Library 4.0.0. n = 1.5 is Hertz' contact of spheres.
+    The limit makes the damper force grow from zero at contact, and prevents tension when the parts separate. Source: Modelica Standard
+    Library 4.0.0. n = 1.5 is Hertz' contact of spheres.
     """
 
     c: Parameter = parameter("N/m", "Stiffness (N/m^n)", min=0)

@@ -26,7 +26,7 @@ Expression: TypeAlias = "Symbol | float"
 
 
 class Force(OneFlangeAndSupport):
-    """A signal as force on a rod: a positive signal accelerates it.
+    """A force on a rod given by a signal; a positive signal accelerates it.
 
     flange.f = -f,  support.f = f
     """
@@ -41,7 +41,7 @@ class Force(OneFlangeAndSupport):
 
 
 class Force2(TwoFlanges):
-    """A signal as force between two rods: a positive signal accelerates flange_b and slows flange_a down.
+    """A force between two rods given by a signal; a positive signal accelerates flange_b and decelerates flange_a.
 
     flange_a.f = f,  flange_b.f = -f
     """
@@ -81,7 +81,7 @@ class ConstantForce(_ForceOnFlange):
 
 
 class ForceStep(_ForceOnFlange):
-    """A force that steps at a time.
+    """A force step.
 
     f = -offsetForce before startTime, -(offsetForce + stepForce) from then on
     """
@@ -105,7 +105,7 @@ class _SpeedDependentForce(_ForceOnFlange):
 
 
 class LinearSpeedDependentForce(_SpeedDependentForce):
-    """A force in proportion to speed.
+    """A force proportional to speed.
 
     f = -f_nominal |v/v_nominal| with ForceDirection (the same direction whichever way the rod moves),
     else f = -f_nominal v/v_nominal
@@ -119,7 +119,7 @@ class LinearSpeedDependentForce(_SpeedDependentForce):
 
 
 class QuadraticSpeedDependentForce(_SpeedDependentForce):
-    """A force in proportion to the square of speed.
+    """A force proportional to the square of the speed.
 
     f = -f_nominal (v/v_nominal)^2 with ForceDirection (the same direction whichever way the rod moves),
     else f = -f_nominal (v/v_nominal) |v/v_nominal|
@@ -133,7 +133,7 @@ class QuadraticSpeedDependentForce(_SpeedDependentForce):
 
 
 class InverseSpeedDependentForce(_SpeedDependentForce):
-    """A force in inverse proportion to speed (constant power).
+    """A force inversely proportional to speed (constant power).
 
     f = -f_nominal v_nominal/|v| with ForceDirection (the same direction whichever way the rod moves), held constant below v0
     else f = -f_nominal v_nominal/v,  below v0 f = -f_nominal v/v0

@@ -1,4 +1,4 @@
-"""Translational flange and the partial components that the translational library is written with."""
+"""Translational flange and the partial components of the translational library."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from powertrain.components.thermal import Lossy as Lossy
 
 
 class Flange(Connector):
-    """A rod's end: its position s and the force f on the component, whose power is f der(s)."""
+    """The end of a rod: its position s and the force f on the component, with the power f der(s)."""
 
     s: Variable = variable("m", "Absolute position")
     f: Variable = flow("N", "Cut force")
@@ -38,7 +38,7 @@ class TwoFlanges(Component):
 
 
 class OneFlangeAndSupport(Component):
-    """Partial: one flange that acts against a support, which is ground where nothing is connected.
+    """Partial: one flange that acts against a support, which is ground if nothing is connected.
 
     s = flange.s - support.s,  flange.f + support.f = 0
     """
@@ -53,7 +53,7 @@ class OneFlangeAndSupport(Component):
 
 
 class TwoFlangesAndSupport(TwoFlanges):
-    """Partial: two flanges and a support that takes up their forces' sum; ground where nothing is connected."""
+    """Partial: two flanges and a support that takes the sum of their forces; ground if nothing is connected."""
 
     support: Flange = support(Flange)
 

@@ -1,4 +1,4 @@
-"""Motions that are forced on a rod, whatever force that takes."""
+"""Prescribed motions of a rod, at whatever force is required."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BESSEL = (1.3617, 0.6180)
 
 
 class Position(OneFlangeAndSupport):
-    """Moves a rod to a position signal.
+    """Prescribes the position of a rod by a signal.
 
     exact: s = s_ref, which must be differentiable as often as the model needs
 
@@ -45,7 +45,7 @@ class Position(OneFlangeAndSupport):
 
 
 class Speed(OneFlangeAndSupport):
-    """Moves a rod by a speed signal.
+    """Prescribes the speed of a rod by a signal.
 
     exact: v = v_ref, which must be differentiable as often as the model needs
 
@@ -76,7 +76,7 @@ class Speed(OneFlangeAndSupport):
 
 
 class Accelerate(OneFlangeAndSupport):
-    """Moves a rod by an acceleration signal.
+    """Prescribes the acceleration of a rod by a signal.
 
     v = der(s),  a = der(v) = a_ref
     """
@@ -96,12 +96,12 @@ class Accelerate(OneFlangeAndSupport):
 
 
 class Move(OneFlangeAndSupport):
-    """Moves a rod by a position signal whose derivatives are given as signals too.
+    """Prescribes the position of a rod by a signal whose derivatives are also given as signals.
 
     s = u_s,  v = der(s) = u_v,  a = der(v) = u_a
 
-    u_s gives the position at the start, u_v the speed at the start, and u_a moves the rod from then on: where
-    the signals are consistent that is u_s and u_v at every time.
+    u_s gives the initial position, u_v the initial speed, and u_a moves the rod from then on. If the signals are consistent, u_s and
+    u_v hold at every time.
     """
 
     boundary: ClassVar[bool] = True

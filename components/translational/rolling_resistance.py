@@ -1,4 +1,4 @@
-"""What a road wheel and the air take from a vehicle."""
+"""Rolling resistance and air drag of a vehicle."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class RollingResistance(OneFlangeAndSupport, Lossy):
     f = flange.f = Cr fWeight cos(alpha) sign(v),  tan(alpha) = inclination,  v = der(s)
 
     The sign is smoothed below v0 by ``reg``: "exp": 2/(1 + exp(-v/(0.01 v0))) - 1;  "sine": sin(pi/2 v/v0);
-    "linear": v/v0;  "cosine": sign(v) (1 - cos(pi/2 v/v0)). So a vehicle on a slope does not stand still by it.
-    With ``useCrInput`` and ``useInclinationInput`` the signals cr and inclination take the place of the constants.
+    "linear": v/v0;  "cosine": sign(v) (1 - cos(pi/2 v/v0)). It therefore cannot hold a vehicle on a slope.
+    With ``useCrInput`` and ``useInclinationInput`` the signals cr and inclination replace the constants.
     """
 
     fWeight: Parameter = parameter("N", "Wheel load due to gravity", min=0)

@@ -1,4 +1,4 @@
-"""Ideal sensors: they read positions, speeds, accelerations, forces and powers and do not disturb the rod."""
+"""Ideal sensors of position, speed, acceleration, force and power, without effect on the rod."""
 
 from __future__ import annotations
 

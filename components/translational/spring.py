@@ -45,7 +45,7 @@ class Damper(CompliantWithRelativeStates, Lossy):
 
 
 class SpringDamper(CompliantWithRelativeStates, Lossy):
-    """A linear spring and a linear damper side by side.
+    """A linear spring and a linear damper in parallel.
 
     f = c (s_rel - s_rel0) + d v_rel,  lossPower = d v_rel^2
     """

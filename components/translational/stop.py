@@ -27,17 +27,17 @@ OVERRUN = 1e-6
 
 
 class MassWithStopAndFriction(Rigid, Lossy):
-    """A mass of length L that rubs on the housing and cannot leave smin <= flange_a.s, flange_b.s <= smax.
+    """A mass of length L with friction against the housing, confined to smin <= flange_a.s, flange_b.s <= smax.
 
     v = der(s),  a = der(v),  m a = flange_a.f + flange_b.f - f + f_min - f_max
     v > 0: f = F_prop v + F_Coulomb + F_Stribeck exp(-fexp v);  v < 0: its mirror image;
     v = 0: |f| <= 1.001 (F_Coulomb + F_Stribeck)
     flange_a.s = smin with f_min >= 0, or flange_a.s > smin with f_min = 0; likewise flange_b, smax and f_max
 
-    A mass that hits a stop at speed v leaves it at restitution v, in no time. The energy it loses there is not in
-    lossPower, which has no value at that instant. The signals stop_min and stop_max are 1 while the mass is pressed
-    against a stop. Friction is stuck then (mode 0); it and the stop share the pressing force equally, until friction is at its limit and
-    the stop takes the rest. No motion depends on that.
+    A mass that hits a stop at speed v instantly rebounds at restitution v. The energy lost in the impact is not in lossPower, which has
+    no value at that instant. The signals stop_min and stop_max are 1 while the mass is pressed against a stop. Friction is stuck then
+    (mode 0): it and the stop share the pressing force equally until friction is at its limit; the stop takes the rest. No motion depends
+    on this.
     """
 
     m: Parameter = parameter("kg", "Mass", min=0)
@@ -47,7 +47,7 @@ class MassWithStopAndFriction(Rigid, Lossy):
     fexp: Parameter = parameter("s/m", "Decay of the Stribeck friction with speed", min=0)
     smax: Parameter = parameter("m", "Stop for flange_b")
     smin: Parameter = parameter("m", "Stop for flange_a")
-    restitution: Parameter = parameter("1", "Speed after a hit over speed before it", default=0.0, min=0, max=1)
+    restitution: Parameter = parameter("1", "Coefficient of restitution", default=0.0, min=0, max=1)
     s: Variable = variable("m", "Position of the middle between the flanges", start=0.0, prefer=True)
     v: Variable = variable("m/s", "Speed, der(s)", start=0.0, prefer=True)
     a: Variable = variable("m/s2", "Acceleration, der(v)")

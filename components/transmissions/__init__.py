@@ -1,4 +1,4 @@
-"""Transmissions put together from differentials, variable units, gears and clutches."""
+"""Transmissions built from differentials, variable units, gears and clutches."""
 
 from __future__ import annotations
 

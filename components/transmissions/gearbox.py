@@ -1,4 +1,4 @@
-"""Gearboxes whose gears are changed by hand, or by a control that does as a hand does."""
+"""Manual gearboxes, shifted by hand or by an automated control."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ SYNCHRONISER = Clutch(fn_max=800, mue_pos=((0.0, 1.0),))
 
 
 class Shiftable(TwoFlanges):
-    """Partial: a transmission from flange_a to flange_b whose gear a lever chooses."""
+    """Partial: a transmission from flange_a to flange_b whose gear is selected by a lever."""
 
     lever: Input = signal_input("1", "Position of the lever: k presses gear k, k + 1/2 is neutral")
 
 
 class SingleGear(Shiftable):
-    """A gearbox of which one gear is in for good, wherever the lever is: for measurements, and for vehicles that have one gear.
+    """A gearbox with a single gear that is always engaged, for measurements and for single-speed vehicles.
 
     w_a = ratio w_b, with the inertia of both shafts and the drag of the oil at the input shaft.
     """
@@ -43,15 +43,15 @@ class SingleGear(Shiftable):
 
 
 class ManualGearbox(Shiftable):
-    """A gearbox of n gear pairs in constant mesh, each of which its own synchroniser joins with the output shaft.
+    """A gearbox with n gear pairs in constant mesh, each connected to the output shaft by its own synchroniser.
 
     gear k: w_loose = w_a/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft, pressed by
     f_normalized = 1 - 2 |lever - k|: fully where the lever is at k, not at all where it is half a gear away.
 
-    ``gears`` and ``synchronisers`` are as many; ``of_ratios`` makes both. The input shaft, with the loose wheels and the plate of the
-    start clutch, and the output shaft have inertia: what a synchroniser works against. ``churning`` is the drag of the oil at the
-    input shaft. The meshes have no loss of their own: where several gears stand in a row their losses count in one, here in the final
-    drive's. Errors: ParameterError where gears and synchronisers are not as many.
+    ``gears`` and ``synchronisers`` have equal length; ``of_ratios`` creates both. The input shaft (with the idler gears and the clutch
+    plate) and the output shaft have inertia, which the synchronisers work against. ``churning`` is the oil drag at the input shaft. The
+    meshes have no loss; for several gears in series the loss is modelled in one of them, here in the final drive. Errors:
+    ParameterError if the numbers of gears and synchronisers differ.
     """
 
     gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in (3.6, 2.1, 1.4, 1.05, 0.84, 0.68))

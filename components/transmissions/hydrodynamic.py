@@ -1,4 +1,4 @@
-"""Torque by flowing oil: torque converter and fluid coupling."""
+"""Hydrodynamic torque: torque converter and fluid coupling."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
 
     w_a: Variable = variable("rad/s", "Speed of the pump against the support")
     w_b: Variable = variable("rad/s", "Speed of the turbine against the support")
-    tau_drive: Variable = variable("N.m", "Torque that the pump takes to drive the oil")
-    tau_coast: Variable = variable("N.m", "Torque that the turbine takes to drive it, in overrun")
+    tau_drive: Variable = variable("N.m", "Torque of the pump to drive the oil")
+    tau_coast: Variable = variable("N.m", "Torque of the turbine to drive the oil, in overrun")
 
     def _flows(self, capacity: Map) -> Equations:
         """The two circulations, each after the square of the speed of the wheel that drives it; ``capacity`` ends with 0 at 1."""
@@ -52,18 +52,17 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
 
 
 class TorqueConverter(_Hydrodynamic):
-    """A hydrodynamic torque converter by its K factor and torque ratio, with a lock-up clutch.
+    """A hydrodynamic torque converter described by its K factor and torque ratio, with a lock-up clutch.
 
     nu = w_b/w_a within 0..1;  tau_drive = (w_a/K(nu))^2 for w_b < w_a,  tau_coast = (w_b/K(1/nu))^2 for w_b > w_a,  else 0
     flange_a.tau = tau_drive - tau_coast - tau_lock,  flange_b.tau = tau_coast - R(nu) tau_drive + tau_lock
     w_rel = w_b - w_a > 0: tau_lock = tau_max lockup;  w_rel < 0: tau_lock = -tau_max lockup;  w_rel = 0: |tau_lock| <= tau_max lockup
 
     ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 on, K = w_a/root(flange_a.tau) at the pump; between them 1/K^2 and R are
-    linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil as the pump does else, and the stator
-    freewheels: no torque is multiplied. The stator's torque goes to the support. Loss is what the wheels' slip takes: never negative, as
-    R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, or gives more power than it takes.
-
-    The default numbers are made up for an engine of 150 N.m: it stalls at 2,000 rpm and doubles the torque.
+    linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil in place of the pump, and the stator
+    freewheels, so torque is not multiplied. The stator torque acts on the support. The loss is due to the slip of the wheels and is
+    never negative, because R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, or delivers more
+    power than it receives. The default values are invented, for an engine of 150 N.m: stall at 2,000 rpm, with twice the torque.
     Source: SAE J643, hydrodynamic drive test code (K factor, torque ratio over speed ratio).
     """
 
@@ -128,7 +127,7 @@ class FluidCoupling(_Hydrodynamic):
         rows = np.array(self.table, float)
         if rows.ndim != 2 or rows.shape[1] != 2 or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0:
             raise ParameterError(
-                f"{where}: {self.table!r} is no table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
+                f"{where}: {self.table!r} is not a table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
             )
         yield from self._flows(_over_ratio(rows[:, 0], rows[:, 1], "lambda", "1"))
         yield self.flange_a.tau == self.rho * self.D**5 * (self.tau_drive - self.tau_coast)
@@ -151,7 +150,7 @@ def _checked_table(
     rows = np.array(table, float)
     if rows.ndim != 2 or rows.shape[1] != 3 or rows[0, 0] != 0 or rows[-1, 0] >= 1 or (np.diff(rows[:, 0]) <= 0).any():
         raise ParameterError(
-            f"{where}: {table!r} is no table of rows (nu, K, R) with nu from 0 on, increasing, below 1"
+            f"{where}: {table!r} is not a table of rows (nu, K, R) with nu starting at 0, increasing and below 1"
         )
     if (rows[:, 1] <= 0).any():
         raise ParameterError(f"{where}: a K factor of {rows[:, 1].min():g} rad/s/root(N.m); it must be positive")
@@ -161,7 +160,7 @@ def _checked_table(
         gain = at * np.interp(at, [a, b], [one, other])
         if gain.max() > 1 + 1e-9:
             raise ParameterError(
-                f"{where}: between nu = {a:g} and {b:g} the torque ratio times nu rises to {gain.max():.4g}; a converter gives no more "
-                "power than it takes: lower R, or add rows where it is bent"
+                f"{where}: between nu = {a:g} and {b:g} the torque ratio times nu rises to {gain.max():.4g}; a converter cannot give more "
+                "power than it receives: reduce R, or add rows where the curve bends"
             )
     return nu, np.append(1 / rows[:, 1] ** 2, 0.0), R

@@ -37,7 +37,7 @@ def members(layout: str) -> tuple[str, str, str]:
     """The ports of a differential at 1, 2 and 3: ("b", "carrier", "a") for "bHa". Errors: ParameterError for anything but the six."""
     if layout not in TYPES.values():
         raise ParameterError(
-            f"the layout {layout!r} is none of {', '.join(TYPES.values())} (members at 1: input, 2: variable unit, 3: output)"
+            f"the layout {layout!r} must be one of {', '.join(TYPES.values())} (members at 1: input, 2: variable unit, 3: output)"
         )
     first, second, third = ("carrier" if name == "H" else name for name in layout)
     return first, second, third
@@ -71,8 +71,8 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
         return (r - R) / (1 - R)
     if r == 0:
         raise ParameterError(
-            f"the output-coupled layout {layout} cannot stand still at its output while the input turns: V would be infinite; "
-            "take the input-coupled one"
+            f"the output-coupled layout {layout} cannot have its output at rest while the input turns: V would be infinite; "
+            "use the input-coupled layout"
         )
     return (1 - R / r) / (1 - R)
 
@@ -80,7 +80,7 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
 def checked(coupling: str) -> str:
     """``coupling`` itself. Errors: ParameterError for anything but input and output."""
     if coupling not in ("input", "output"):
-        raise ParameterError(f'the coupling {coupling!r} is neither "input" nor "output"')
+        raise ParameterError(f'the coupling {coupling!r} must be "input" or "output"')
     return coupling
 
 

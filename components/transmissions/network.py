@@ -41,9 +41,9 @@ class Lever:
     def __post_init__(self) -> None:
         planetary = self.carrier != HOUSING
         if self.ratio == 0 or (planetary and self.ratio == 1) or not np.isfinite(self.ratio):
-            raise ParameterError(f"lever {self.name}: there is no gear of ratio {self.ratio:g}")
+            raise ParameterError(f"lever {self.name}: a gear cannot have the ratio {self.ratio:g}")
         if not 0 < self.eta <= 1:
-            raise ParameterError(f"lever {self.name}: eta = {self.eta:g} is no efficiency in (0, 1]")
+            raise ParameterError(f"lever {self.name}: eta = {self.eta:g} must be in (0, 1]")
         if len({self.a, self.b, self.carrier}) < 3:
             raise ParameterError(
                 f"lever {self.name}: its members {self.a}, {self.b}, {self.carrier} are not three shafts"
@@ -77,7 +77,7 @@ class Network:
         ):
             if name not in known:
                 raise ParameterError(
-                    f"the {what} stands at {name}, but no lever or joint has this shaft: {', '.join(known)}"
+                    f"the {what} is at {name}, but no lever or joint has this shaft; shafts: {', '.join(known)}"
                 )
 
     @classmethod
@@ -158,7 +158,9 @@ class Network:
         rows = self._rows(self.ratios)
         freedom = rows.shape[-1] - np.linalg.matrix_rank(rows)
         if freedom != 1:
-            raise ParameterError(f"the network{self._joined()} is no fixed gear: it has {freedom} degrees of freedom")
+            raise ParameterError(
+                f"the network{self._joined()} is not a fixed gear: it has {freedom} degrees of freedom"
+            )
         motion = np.linalg.svd(rows)[2][-1]
         w_in, w_out = motion[self._node("input")], motion[self._node("output")]
         if abs(w_out) < 1e-12:

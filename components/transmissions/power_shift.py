@@ -32,7 +32,7 @@ class PowerShiftGearbox(Shiftable):
         """A variable ratio between two shafts."""
         if len(self.ratios) < 2 or min(self.ratios) <= 0 or any(a <= b for a, b in pairwise(self.ratios)):
             raise ParameterError(
-                f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; it takes two or more positive ratios that fall from gear "
+                f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; give two or more positive ratios that decrease from gear "
                 "to gear"
             )
         gears, speeds = range(1, len(self.ratios) + 1), [1 / ratio for ratio in self.ratios]
@@ -71,7 +71,7 @@ class StartingConverter(StartingDevice):
     """
 
     w_lock: Parameter = parameter("rad/s", "Speed of the turbine from which the lock-up closes", default=105.0, above=0)
-    band: Parameter = parameter("rad/s", "Range of speed in which it closes", default=10.0, above=0)
+    band: Parameter = parameter("rad/s", "Speed range in which it closes", default=10.0, above=0)
     converter: TorqueConverter = TorqueConverter()
 
     def equations(self) -> Equations:

@@ -28,7 +28,7 @@ class SplitPathTransmission(_SplitPath):
     input-coupled: V = w_2/w_1,  r = w_3/w_1 = R + (1 - R) V,  R = (w_3 - w_2)/(w_1 - w_2)
     output-coupled: V = w_2/w_3,  r = R/(1 - V + R V),  from (w_3 - V w_3) = R (w_1 - V w_3)
 
-    flange_b of the unit is the side of the differential. Nothing here has inertia: put inertias at the flanges.
+    flange_b of the unit is the side of the differential. The transmission has no inertia: connect inertias to its flanges.
     Errors: ParameterError for a layout or coupling that does not exist.
     Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, pp. 13-16.
     """
@@ -49,9 +49,9 @@ class SplitPathTransmission(_SplitPath):
 class SwitchedSplitPathTransmission(_SplitPath):
     """A split-path transmission in which two members of the differential change places by clutches while driving (combinations I-IX).
 
-    Four clutches join the two members with the two places between which they change: for shift = 0 as ``first`` says, for shift = 1 as
-    ``second``; between 0 and 1 the one pair opens while the other closes. All four slip at most by w_p - w_q, the difference of speed
-    of the two places, so that a shift where they turn alike is free of slip (V = 1 where 1 and 2 change in an input-coupled
+    Four clutches connect the two members with the two positions that they exchange: for shift = 0 according to ``first``, for shift = 1
+    according to ``second``; between 0 and 1 one pair opens while the other closes. All four slip at most by w_p - w_q, the difference
+    of speed of the two places, so that a shift where they turn alike is free of slip (V = 1 where 1 and 2 change in an input-coupled
     transmission).
 
     The members have inertias J_a, J_b, J_h, and the variable unit's shaft J_v, since nothing else holds them while their clutches are

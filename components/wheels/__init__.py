@@ -1,4 +1,4 @@
-"""Wheels and tyres: rigid rolling, slip with relaxation, Magic Formula; and their brakes."""
+"""Wheels and tyres: rigid rolling, slip with relaxation, Magic Formula; and wheel brakes."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupp
 
 
 class WheelBrake(TwoFlangesAndSupport, Lossy):
-    """A friction brake on the shaft of a wheel (or of an axle) that is applied by a demand from 0 to 1.
+    """A friction brake on the shaft of a wheel (or of an axle), applied by a demand from 0 to 1.
 
     w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau
     w > 0: tau = tau_max demand;  w < 0: tau = -tau_max demand;  w = 0: |tau| <= tau_max demand

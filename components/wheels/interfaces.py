@@ -1,4 +1,4 @@
-"""What the wheels have in common: a hub, a road under them, a load, and the resistance of rolling."""
+"""The common interface of wheels: hub, road, load and rolling resistance."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ class Wheel(Lossy):
     J der(w) = hub.tau - radius f - tau_roll,  w = der(hub.phi),  v = der(road.s),  f = -road.f,  fn = load_nominal + load
     w > 0: tau_roll = limit;  w < 0: tau_roll = -limit;  w = 0: |tau_roll| <= limit,  limit = (Cr + Cr_2 (radius w)^2) radius fn
 
-    ``Cr_2`` [s2/m2] is the rise of the coefficient with the speed squared, some 1e-6 to 5e-6 for car tyres.
-    ``road`` moves with the vehicle; f is what the road pushes the vehicle forward with.
-    The load is what a body or an axle sends; a wheel without one stands under ``load_nominal``. The mass of the wheel counts in the body.
-    A load below zero ends the simulation: no wheel is followed in the air.
+    ``Cr_2`` [s2/m2] is the rise of the coefficient with the speed squared, some 1e-6 to 5e-6 for car tyres. ``road`` moves with the
+    vehicle; f is the force of the road on the vehicle, positive forward. The load is a signal from a body or an axle; without it the
+    wheel carries ``load_nominal``. The mass of the wheel is part of the body. A load below zero ends the simulation, because wheels
+    that lift off are not modelled.
     """
 
     Cr_2: float = 0.0
     hub: Hub = port(Hub)
     road: Road = port(Road)
-    load: Input = signal_input("N", "Load on the wheel beside load_nominal", default=0.0)
-    side: Input = signal_input("1", "Side force over load, which takes of the grip of tyres that slip", default=0.0)
+    load: Input = signal_input("N", "Wheel load in addition to load_nominal", default=0.0)
+    side: Input = signal_input("1", "Side force over load, which reduces the grip of slipping tyres", default=0.0)
     radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0)
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=1.0, min=0)
     Cr: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
-    load_nominal: Parameter = parameter("N", "Load on the wheel without the signal", default=0.0, min=0)
+    load_nominal: Parameter = parameter("N", "Wheel load without the signal", default=0.0, min=0)
     w: Variable = variable("rad/s", "Speed of the wheel")
     v: Variable = variable("m/s", "Speed over the road")
     f: Variable = variable("N", "Force of the road on the wheel, positive forward")

@@ -1,4 +1,4 @@
-"""The Magic Formula tyre along the road, in a form that also stands still."""
+"""The longitudinal Magic Formula tyre, in a form that is also valid at standstill."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def inverse_shape(t: Symbol, E: Symbol) -> Symbol:
 
 
 class MagicFormulaWheel(SlippingWheel):
-    """A wheel with a tyre after the Magic Formula: force over slip rises to a peak and falls beyond it.
+    """A wheel with a Magic Formula tyre: the force rises with slip to a peak and falls beyond it.
 
     steady: f = D sin(C atan(B kappa - E (B kappa - atan(B kappa)))),  kappa = v_slip/|v|
     C = pCx1,  E = pEx1,  D = mu (pDx1 + pDx2 dfz) Fz,  B C D = K = (pKx1 + pKx2 dfz) exp(pKx3 dfz) Fz,  dfz = Fz/Fz0 - 1
@@ -44,7 +44,7 @@ class MagicFormulaWheel(SlippingWheel):
     that no loss is negative in transients; the load does no work. C <= 2 keeps the force from turning round at large slip.
 
     Sources: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4 (names, formula without shifts), ch. 7 (carcass spring and
-    contact patch). The defaults are plain values of a car tyre's order, not a measured tyre.
+    contact patch). The defaults are typical values for a car tyre, not a measured tyre.
     """
 
     pCx1: Parameter = parameter("1", "Shape factor C", default=1.65, above=1, max=2)
@@ -54,10 +54,10 @@ class MagicFormulaWheel(SlippingWheel):
     pKx1: Parameter = parameter("1", "Slip stiffness over load at Fz0", default=20.0, above=0)
     pKx2: Parameter = parameter("1", "Change of the slip stiffness over load with dfz", default=0.0)
     pKx3: Parameter = parameter("1", "Exponent of the slip stiffness with dfz", default=0.0)
-    Fz0: Parameter = parameter("N", "Load that the factors are for", default=4000.0, above=0)
+    Fz0: Parameter = parameter("N", "Nominal load of the coefficients", default=4000.0, above=0)
     c: Parameter = parameter("N/m", "Stiffness of the tyre along the road", default=2.5e5, above=0)
     sigma_c: Parameter = parameter("m", "Relaxation length of the contact in sliding", default=0.1, above=0)
-    T: Parameter = parameter("s", "Time in which the contact follows the load", default=0.02, above=0)
+    T: Parameter = parameter("s", "Time constant of the contact for changes of load", default=0.02, above=0)
     Fz: Variable = variable("N", "Load on the contact")
     kappa_c: Variable = variable("1", "Slip of the contact, without sign", start=0.0)
 

@@ -7,11 +7,11 @@ from powertrain.components.wheels.interfaces import Wheel
 
 
 class RigidWheel(Wheel):
-    """A wheel, or the wheels of an axle as one, that rolls without slip.
+    """A wheel, or the wheels of an axle combined, that rolls without slip.
 
-    radius hub.phi = road.s, and what holds for every wheel
+    radius hub.phi = road.s, and the equations of every wheel
 
-    The road gives whatever force that takes: look at f/fn for the friction coefficient that it needs.
+    The road supplies whatever force is required; f/fn is the coefficient of friction needed.
     """
 
     def equations(self) -> Equations:

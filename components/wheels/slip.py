@@ -1,4 +1,4 @@
-"""Tyres whose force grows with slip: what all of them have in common, and the linear one."""
+"""Tyres with slip: the common equations, and the linear tyre."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROUND = 1e-15
 
 
 class SlippingWheel(Wheel):
-    """Partial: a wheel on a tyre, whose slip speed is shared by three things in a row that carry the same force f.
+    """Partial: a wheel with a tyre, whose slip speed is the sum of three parts in series with the same force f.
 
     v_slip = radius w - v = der(u) + v_creep + v_slide
     u: the tyre is a spring with a damper beside it;  v_creep = |v| f (slip per force): rubber that is under load leaves the contact
@@ -34,11 +34,11 @@ class SlippingWheel(Wheel):
 
     mu: Parameter = parameter("1", "Factor on the friction coefficient", default=1.0, min=0)
     d: Parameter = parameter("N.s/m", "Damping of the tyre along the road", default=1000.0, above=0)
-    d_low: Parameter = parameter("N.s/m", "What is added to it at standstill", default=1e4, min=0)
+    d_low: Parameter = parameter("N.s/m", "Additional damping at standstill", default=1e4, min=0)
     u: Variable = variable("m", "Deflection of the tyre along the road", start=0.0)
     v_slip: Variable = variable("m/s", "Slip speed, radius w - v", start=0.0)
-    v_creep: Variable = variable("m/s", "Part of the slip speed that rubber takes through the contact")
-    v_slide: Variable = variable("m/s", "Part of the slip speed above the limit of friction")
+    v_creep: Variable = variable("m/s", "Slip speed due to creep in the contact")
+    v_slide: Variable = variable("m/s", "Sliding speed beyond the friction limit")
 
     def _slip(self, stiffness: Symbol, slip_per_force: Symbol, grip: Symbol, load: Symbol) -> Equations:
         yield from self._roll()
@@ -58,14 +58,14 @@ class SlippingWheel(Wheel):
 
 
 class SlipWheel(SlippingWheel):
-    """A wheel whose force is in proportion to slip up to the limit of friction, and follows over a relaxation length.
+    """A wheel with a force proportional to slip up to the friction limit, with a relaxation length.
 
     steady: f = C v_slip/|v|, at most limit;  else the deflection u relaxes over the path sigma (1 + d |v|/C):
     f = C/sigma u + damping der(u),  der(u) = v_slip - |v| f/C - v_slide
     v_slide > 0: f = limit;  v_slide < 0: f = -limit;  v_slide = 0: |f| <= limit,  limit = fn root(mu^2 - side^2)
     stored energy = C/sigma u^2/2,  loss = |v| f^2/C + f v_slide + damping der(u)^2 + tau_roll w
 
-    With C to infinity at a fixed sigma it rolls as a rigid wheel does, up to the limit of friction.
+    For C to infinity at fixed sigma it rolls like a rigid wheel, up to the friction limit.
     Source of the relaxation: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 7 (sigma der(u) + |v| u = sigma v_slip).
     """
 

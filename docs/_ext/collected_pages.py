@@ -10,14 +10,14 @@ import pagetext
 from computed import RESULTS, ROOT
 
 INTRODUCTION = {
-    "examples": """# Examples
+    "examples": """# Gallery
 
-Numbered scripts that can be read in a row. Each runs as `python examples/NAME.py`; a file name as argument takes the picture.""",
+Examples: numbered scripts, best read in order. Run a script with `python examples/NAME.py`. Pass a file name to save the figure.""",
     "reproductions": """# Reproductions
 
-Four papers on which components of this library rest: their tables and figures, printed beside computed. A row agrees if the computed value
-rounds to the printed digits; a misprint is told with its correction, and what does not follow from what the paper says is marked as not
-reproducible. `powertrain reproduce NAME` writes the same page.""",
+Tables and figures of four papers on which components of this library are based: printed and computed values. A row agrees if the
+computed value rounds to the printed digits. Misprints are listed with their correction, and values that do not follow from the paper's
+own data are marked as not reproducible. `powertrain reproduce NAME` writes the same page.""",
 }
 
 
@@ -52,19 +52,19 @@ def write_examples(docs: Path) -> None:
         parts = [
             f"# {pagetext.escaped(short)}",
             pagetext.docstring(text),
-            f"![The picture that the example draws]({picture})",
+            f"![Figure of the example]({picture})",
         ]
         parts += (
-            ["## What it prints", f"```{{code-block}} text\n:class: printed\n\n{printed.rstrip()}\n```"]
+            ["## Output", f"```{{code-block}} text\n:class: printed\n\n{printed.rstrip()}\n```"]
             if printed.strip()
             else []
         )
-        parts += ["## Text", f"```{{literalinclude}} ../../examples/{name}.py\n:language: python\n```"]
+        parts += ["## Source", f"```{{literalinclude}} ../../examples/{name}.py\n:language: python\n```"]
         pagetext.write(docs / "examples" / f"{name}.md", "\n\n".join(parts) + "\n")
-        shown = f"```{{image}} {picture}\n:alt: {short}\n:width: 60%\n:target: {name}.html\n```"
-        rows.append(f"## [{pagetext.escaped(short)}]({name}.md)\n\n{shown}\n\n`examples/{name}.py`")
+        shown = f":alt: {short}\n:target: {name}.html\n\n[{pagetext.escaped(short)}]({name}.md)"
+        rows.append(f"```{{figure}} {picture}\n{shown}\n```")
         names.append(name)
-    _write_index(docs / "examples", rows, names)
+    _write_index(docs / "examples", ["\n\n".join(["````{container} pictures", *rows, "````"])], names)
 
 
 def _write_index(folder: Path, rows: list[str], names: list[str]) -> None:

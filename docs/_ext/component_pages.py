@@ -60,9 +60,9 @@ def _index(families: dict[str, list[Entry]]) -> str:
     count = sum(map(len, families.values()))
     parts = [
         "# Components",
-        f"{count} components in {len(families)} families, a page each: what it is with its equations, parameters with unit, default and "
-        "range, ports, variables, and the text itself. The pages are made from the components' declarations. `powertrain info NAME` "
-        "prints the same. Signs and names are those of the [conventions](../conventions.md).",
+        f"{count} components in {len(families)} families, one page each: description and equations, parameters with unit, default and "
+        "range, ports, variables, and the source of the equations. The pages are generated from the declarations. `powertrain info NAME` "
+        "prints the same information. See the [conventions](../conventions.md) for signs and names.",
     ]
     parts += [f"[**{_title(f)}**]({f}/index.md) — {_links(f, entries)}" for f, entries in families.items()]
     return "\n\n".join([*parts, _toctree(f"{family}/index" for family in families)])
@@ -75,11 +75,11 @@ def _links(family: str, entries: list[Entry]) -> str:
 def _family(family: str, entries: list[Entry]) -> str:
     rows = "\n".join(f"| [{e.name}]({e.name}.md) | {pagetext.escaped(_first_line(e))} |" for e in entries)
     if family == VEHICLES:
-        title, said = "Vehicles: parts and parameters", ""
+        title, said = "Vehicles: components and parameters", ""
     else:
         said = inspect.getdoc(importlib.import_module(f"powertrain.components.{family}")) or ""
         title = _title(family)
-    parts = [f"# {title}", pagetext.docstring(said), f"| component | what it is |\n| --- | --- |\n{rows}"]
+    parts = [f"# {title}", pagetext.docstring(said), f"| component | description |\n| --- | --- |\n{rows}"]
     return "\n\n".join([*parts, _toctree(entry.name for entry in entries)])
 
 
@@ -97,7 +97,7 @@ def _page(entry: Entry) -> str:
             shown = _KIND.sub(lambda name: _linked(name[0]), shown)
         parts.append(f"## {found.title}\n\n{shown}")
     if any("must be given" in row for found in facts(kind) for row in found.rows):
-        parts.append("–: must be given.")
+        parts.append("–: no default; a value must be given.")
     parts.append(f"## Equations as written\n\n```python\n{text_of(kind).strip()}\n```")
     line = inspect.getsourcelines(kind)[1]
     file = kind.__module__.removeprefix("powertrain.").replace(".", "/")

@@ -29,14 +29,14 @@ NOISE = 1e-9
 
 
 def energy_audit(result: Result[Any]) -> EnergyAudit:
-    """Follows the energy of a simulation through every port and every component.
+    """Follow the energy of a simulation through every port and every component.
 
-    At every instant, for every component but sources and ground: power in through its ports = loss() + d energy()/dt. Over the run:
-    E(end) - E(start) = supply - losses, with the integrals by Gauss quadrature on the integrator's dense output, in its steps or finer, so
-    that what is left over is of the integrator's order. Energy lost at one instant (an impact, a reset) is a loss of the component that
-    declares it.
+    For every component except sources and ground, at every instant: power in through its ports = loss() + d energy()/dt. Over the run:
+    E(end) - E(start) = supply - losses. The integrals are evaluated by Gauss quadrature of the integrator's dense output, in its steps or
+    finer, so the residual is of the order of the integration error. Energy lost at one instant (an impact, a reset) is a loss of the
+    component that declares it.
 
-    Raises ParameterError for a result that kept samples only, ModelError where a term cannot be computed or is not finite.
+    Raises ParameterError for a result that kept only samples, ModelError if a term cannot be computed or is not finite.
     """
     if not isinstance(result, Result):
         raise ParameterError(f"energy_audit() takes the result of a simulation, not {short(result)}")
@@ -86,15 +86,15 @@ class _Jump:
 
 
 class EnergyAudit:
-    """The balance of one simulation.
+    """The energy balance of one simulation.
 
     Tables: ``components``, ``ports`` and ``jumps`` in joules over the whole run; ``power``, ``loss``, ``energy``, ``supply`` and
-    ``imbalance`` over time, one column for each port or component ("" is the whole model; a component of parts contains its parts). Their
-    units stand in ``attrs["units"]``.
+    ``imbalance`` over time, with one column for each port or component ("" is the whole model; a component includes its parts). Their
+    units are in ``attrs["units"]``.
 
-    ``closure`` is what is left over in all components relative to ``turnover``, the energy that changed hands.
-    ``violations`` are what no component may do: a negative loss, stored energy that jumps, power that does not balance. Closure alone is no
-    proof: energy that is made where it is declared as a loss closes, too.
+    ``closure`` is the energy residual of all components relative to ``turnover``, the energy exchanged.
+    ``violations`` lists what no component may do: a negative loss, stored energy that jumps, power that does not balance. A small closure
+    alone is no proof, because energy that is created and declared as a loss closes as well.
     """
 
     def __init__(self, result: Result[Any]) -> None:
@@ -123,8 +123,8 @@ class EnergyAudit:
     def components(self) -> pd.DataFrame:
         """Energies of every component over the run in joules, with supplied + sources + impulses = lost + stored + residual.
 
-        supplied: in through its ports; sources: from boundaries inside it; impulses: taken up at instants (impacts, resets); lost: at every
-        time and at instants; stored: change of the stored energy; residual: what is left over.
+        supplied: received through its ports; sources: from boundaries inside it; impulses: received at instants (impacts, resets);
+        lost: over time and at instants; stored: change of the stored energy; residual: the difference.
         """
         import pandas as pd
 
@@ -136,7 +136,7 @@ class EnergyAudit:
 
     @cached_property
     def ports(self) -> pd.DataFrame:
-        """Every port over the run: net energy into its component, energy in and out (J), highest and lowest power (W)."""
+        """Every port over the run: net energy into its component, energy in and out (J), maximum and minimum power (W)."""
         import pandas as pd
 
         s = self._sums
@@ -155,7 +155,7 @@ class EnergyAudit:
     def jumps(self) -> pd.DataFrame:
         """Every instant at which stored energy changes: time (s), cause, the components that declare it, and the change in joules.
 
-        Where no contact or reset is the cause, ``components`` is empty and the change is part of the residual.
+        If neither a contact nor a reset is the cause, ``components`` is empty and the change is part of the residual.
         """
         import pandas as pd
 
@@ -175,7 +175,7 @@ class EnergyAudit:
 
     @cached_property
     def loss(self) -> pd.DataFrame:
-        """Dissipated power of every component over time (W), without what is lost at single instants."""
+        """Dissipated power of every component over time (W), without losses at single instants."""
         return self._frame(self._with_parts(self._values.loss.T).T, [part.path for part in self._parts], "W")
 
     @cached_property
@@ -185,13 +185,13 @@ class EnergyAudit:
 
     @cached_property
     def supply(self) -> pd.DataFrame:
-        """Power that sources and ground give to the model over time (W), one column for each of them."""
+        """Power that sources and ground supply to the model over time (W), one column each."""
         places = [i for i, part in enumerate(self._parts) if part.boundary]
         return self._frame(_supply(self._values, self._own)[:, places], [self._parts[i].path for i in places], "W")
 
     @cached_property
     def imbalance(self) -> pd.DataFrame:
-        """What is left over in every component's own balance of power over time (W); rounding where its text is right."""
+        """The residual of every component's own power balance over time (W): rounding if its equations are right."""
         inner = [i for i, part in enumerate(self._parts) if not part.boundary]
         return self._frame(-_supply(self._values, self._own)[:, inner], [self._parts[i].path for i in inner], "W")
 
@@ -203,11 +203,11 @@ class EnergyAudit:
 
     @cached_property
     def violations(self) -> pd.DataFrame:
-        """What no component may do, each with the instant at which it is worst: component, time (s), violation, amount, unit.
+        """What no component may do, each with its worst instant: component, time (s), violation, amount, unit.
 
-        A negative loss() gives energy, and so does an impact or a reset after which more is stored. Stored energy that jumps at an event
-        without either comes from nowhere. Power that does not balance means that energy() or loss() is not what the equations say
-        (``hidden``). What rounding leaves is not listed.
+        A negative loss() creates energy, and so does an impact or a reset after which more energy is stored. Stored energy that jumps at an
+        event without either has no source. Power that does not balance means that energy() or loss() disagrees with the equations
+        (``hidden``). Violations within rounding are not listed.
         """
         import pandas as pd
 
@@ -237,13 +237,13 @@ class EnergyAudit:
 
     @cached_property
     def turnover(self) -> float:
-        """Energy that changed hands in joules: half of all that was supplied, lost, stored and released."""
+        """Energy exchanged in joules: half of all energy supplied, lost, stored and released."""
         changed = np.abs(self._sums.turned).sum() + sum(np.abs(jump.change).sum() for jump in self._jumps)
         return float(changed / 2)
 
     @property
     def residual(self) -> float:
-        """What is left over in joules, summed over the components without regard to sign."""
+        """The sum of the components' energy residuals in joules, each taken positive."""
         return float(np.abs(self._balance()["residual"]).sum())
 
     @property

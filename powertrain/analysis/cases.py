@@ -154,7 +154,7 @@ def _number(name: str, function: Callable[[Any], float], run: Result[Any]) -> fl
     except Exception as error:
         raise _unexpected(error, f"scalars: {name!r} failed") from error
     if value.size != 1:
-        raise ParameterError(f"scalars: {name!r} gives {value.size} numbers; give a function of the run with one")
+        raise ParameterError(f"scalars: {name!r} returns {value.size} numbers; it must return one")
     return float(value.item())
 
 
@@ -194,7 +194,7 @@ def _plant_of(packed: bytes, model: str) -> Plant[Any]:
     plant: Plant[Any] = Plant(pickle.loads(packed))
     if model_identity(plant.compiled) != model:
         raise ModelError(
-            "a worker of the sweep compiles the model to other equations than this process: it has another version of powertrain or of the "
+            "a worker of the sweep compiles the model to different equations: it has a different version of powertrain or of the "
             "model's modules"
         )
     return plant

@@ -124,7 +124,7 @@ def _sent(portion: list[Case]) -> bytes:
         return to_worker(portion)
     except Exception as error:
         numbers = ", ".join(str(case.number) for case in portion)
-        raise ParameterError(f"case {numbers}: what it gives cannot be sent to another process: {error}") from None
+        raise ParameterError(f"case {numbers}: its result cannot be sent to another process: {error}") from None
 
 
 def _workers(executor: Any) -> int:

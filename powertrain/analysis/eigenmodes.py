@@ -33,15 +33,16 @@ def eigenmodes(
     at: Point | None = None,
     parameters: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    """The vibrations of a model, slowest first: frequency, damping, and how much every signal takes part.
+    """The vibration modes of a model, the slowest first: frequency, damping and mode shape.
 
     Each pair of eigenvalues s = -D w_0 +- i w_0 sqrt(1 - D^2) of the linear model der(x) = A x is one ``mode``, with ``frequency``
-    w_0/(2 pi) [Hz] without damping, ``damped_frequency`` [Hz], ``damping`` D [1] (negative: it grows) and ``shape``: amplitude and sign or
-    phase of the signals ``shapes`` (default: the states) as complex numbers, the largest one being 1. The attribute ``zero_eigenvalues``
-    counts those of motions that nothing holds: two for a rigid body that turns or moves freely, one for an integral such as that of fuel.
+    w_0/(2 pi) [Hz] without damping, ``damped_frequency`` [Hz], ``damping`` ratio D [1] (negative: unstable) and ``shape``: amplitude
+    and sign or phase of the signals ``shapes`` (default: the states) as complex numbers, scaled so that the largest one is 1. The
+    attribute ``zero_eigenvalues`` counts motions without restoring force: two for a rigid body that turns or moves freely, one for an
+    integral such as that of the fuel flow.
 
-    Modes of friction are those of the operating point: a stuck clutch joins its sides. ``at`` and ``parameters`` as for ``pt.linearize``.
-    Raises ParameterError for a model that does not vibrate, and what ``pt.linearize`` raises.
+    Modes of friction are those of the operating point: a stuck clutch joins its two sides. ``at`` and ``parameters`` as for
+    ``pt.linearize``. Raises ParameterError for a model without vibration modes, and the errors of ``pt.linearize``.
     """
     import xarray as xr
 
@@ -54,13 +55,13 @@ def eigenmodes(
     swings = np.imag(values) > _CRITICAL * np.abs(values)
     if not swings.any():
         raise ParameterError(
-            f"{type(plant.model).__name__} does not vibrate: none of its {len(a)} eigenvalues is complex"
+            f"{type(plant.model).__name__} has no vibration modes: none of its {len(a)} eigenvalues is complex"
         )
     order = np.flatnonzero(swings)[np.argsort(np.abs(values[swings]), kind="stable")]
     size, shape = np.abs(values[order]), (c @ vectors[:, order]).T
     largest = shape[np.arange(len(order)), np.abs(shape).argmax(axis=1)]
     if (np.abs(largest) < _STILL).any():
-        raise ParameterError("none of the signals in shapes takes part in some of the vibrations; name others")
+        raise ParameterError("in some vibration modes none of the signals in shapes moves; name other signals")
     data = {
         "frequency": ("mode", size / (2 * np.pi), {"units": "Hz", "long_name": "Undamped natural frequency"}),
         "damped_frequency": (

@@ -209,7 +209,7 @@ def _said(component: Component, name: str) -> Symbol:
     if isinstance(said, bool) or not isinstance(said, int | float | Symbol) or not Symbol(said).is_scalar():
         where = component._path or "the model"
         raise ModelError(
-            f"{where}: {name}() of {type(component).__name__} gives {said!r}, not one expression; write  return ..."
+            f"{where}: {name}() of {type(component).__name__} returns {said!r} instead of one expression; write  return ..."
         )
     return Symbol(said)
 

@@ -82,4 +82,4 @@ def _pieces(value: Any) -> Iterator[bytes]:
         try:
             yield pickle.dumps(value)
         except Exception as error:
-            raise ParameterError(f"whether {value!r} is the same in another process cannot be told: {error}") from None
+            raise ParameterError(f"cannot tell whether {value!r} is the same in another process: {error}") from None

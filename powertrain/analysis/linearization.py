@@ -43,19 +43,19 @@ def linearize(
 ) -> LinearModel:
     """The linear model at an operating point: a ``control.StateSpace`` with named states, inputs and outputs, and ``linearization``.
 
-    ``inputs``: by default the model's inputs. Any of: an input of the model; a signal port anywhere, to which the linear input is added
-    ("torque.tau"); a flow of a port, which makes it an external torque or force on the component ("J1.flange_a.tau"); a parameter, whose
+    ``inputs``: by default the inputs of the model. Possible are an input of the model; any signal port, to which the linear input is added
+    ("torque.tau"); a flow of a port, as an external torque or force on the component ("J1.flange_a.tau"); a parameter, whose
     column is the effect of another constant value.
-    ``outputs``: any signals; by default the model's outputs or, if it has none, its states. Both take names and selectors
+    ``outputs``: any signals; by default the outputs of the model or, if it has none, its states. Both accept names and selectors
     (``lambda m: m.J1.w``).
-    ``at``: values as for ``simulate(starts=...)``, with values of the model's inputs and "time" (s) among them; or ``(result, t)``, where
-    the right limit counts at an event. ``parameters``: other values, as for ``simulate``.
+    ``at``: values as for ``simulate(starts=...)``, which may include inputs of the model and "time" (s); or ``(result, t)``, with
+    the right limit at an event. ``parameters``: other values, as for ``simulate``.
 
-    Modes are those of the operating point: stuck friction and closed contacts take states away. The sources' change in time is not part of
-    the linear model. Where derivatives of an input enter, the states are shifted by a multiple of it (see ``Linearization``).
+    Modes are those of the operating point: stuck friction and closed contacts remove states. The change of sources over time is not part of
+    the linear model. If derivatives of an input occur, the states are shifted by a multiple of the input (see ``Linearization``).
 
-    Raises ParameterError for unknown names; ModelError where an output depends on the derivative of an input, where derivatives are not
-    finite, or where the algebraic equations are singular.
+    Raises ParameterError for unknown names; ModelError if an output depends on the derivative of an input, if derivatives are not
+    finite, or if the algebraic equations are singular.
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     signals = signals_of(plant.compiled)
@@ -110,14 +110,14 @@ def _operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[st
         x, z, m, _ = plant.initialize(t, parameters, values, inputs=given)
         return _Point(t, x, z, m, plant.parameter_vector(parameters))
     if len(at) != 2 or not isinstance(at[0], Result):
-        raise ParameterError(f"at = {short(at)}: give values by name, or (result, t) with a result of this model")
+        raise ParameterError(f"at = {short(at)}: pass values by name, or (result, t) with a result of this model")
     result, t = at[0], number("at: t", at[1], "s")
     if parameters is not None:
         raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
     trajectory, p = result.trajectory, result.parameters
     same = type(result.model) is type(plant.model) and list(p) == list(plant.compiled.parameters)
     if not same or trajectory.states != len(plant.compiled.states):
-        raise ParameterError(f"at=(result, t): the result is one of another model ({type(result.model).__name__})")
+        raise ParameterError(f"at=(result, t): the result belongs to another model ({type(result.model).__name__})")
     if not trajectory.start <= t <= trajectory.end:
         raise ParameterError(
             f"at: t = {t:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
@@ -169,7 +169,7 @@ class _Linearizer:
 
     def _refuse_twice(self, kind: str, names: Sequence[str]) -> None:
         if len(set(names)) < len(names):
-            raise ParameterError(f"{kind}: {next(n for n in names if names.count(n) > 1)} stands twice")
+            raise ParameterError(f"{kind}: {next(n for n in names if names.count(n) > 1)} appears twice")
 
     def _derivatives(self, perturbed: Perturbed) -> ca.Function:
         """Values and Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...)."""
@@ -209,7 +209,7 @@ class _Linearizer:
             if np.abs(effects[:, self.inputs.index(name)]).max(initial=0.0) > 0.0:
                 raise ModelError(
                     f"the parameter {name} changes relative speeds or gaps that stuck friction or closed contacts hold at zero, "
-                    "so that another value of it is another operating point, not an input there"
+                    "so another value of it means another operating point; it cannot be an input here"
                 )
 
     def _matrices(self, values: Array, jacobian: NDArray[np.float64], nz: int) -> Matrices:
@@ -223,7 +223,7 @@ class _Linearizer:
         if nz:
             if np.linalg.cond(inner) > 1e14:
                 raise ModelError(
-                    "the algebraic equations of the model are singular at the operating point, so it has no linear model there"
+                    "the algebraic equations of the model are singular at the operating point, so there is no linear model"
                 )
             reduced = reduced - jacobian[rows, n : n + nz] @ np.linalg.solve(inner, jacobian[n : n + nz, columns])
         order = np.argsort([self.inputs.index(name) for name in (*self.parameters, *self.driven)])
@@ -324,7 +324,7 @@ def _transfer(original: Compiled, perturbed: Compiled) -> Callable[[_Point], tup
     if perturbed is original:
         return lambda point: (point.x, point.z)
     if [s.name() for s in _scalars(perturbed.dae.m)] != [s.name() for s in _scalars(original.dae.m)]:
-        raise ModelError("the model changes its laws when it is perturbed at this input; choose another input")
+        raise ModelError("a perturbation of this input changes modes of the model; choose another input")
     dae = original.dae
     symbols = {s.name(): s for s in (*_scalars(dae.x), *_scalars(dae.z))}
     symbols |= dict(zip(original.states, _scalars(dae.x), strict=True))
@@ -349,7 +349,7 @@ def _transfer(original: Compiled, perturbed: Compiled) -> Callable[[_Point], tup
             if all(s.name() in inside for s in free_symbols(expression)):
                 return expression
         raise ModelError(
-            f"perturbed at this input the model has the state {name}, which the operating point does not give; choose another input"
+            f"with a perturbation of this input the model has the state {name}, which the operating point lacks; choose another input"
         )
 
     x = column([found(n) for n in perturbed.states])

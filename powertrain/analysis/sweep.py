@@ -29,9 +29,9 @@ _NOT_KEPT = "the runs were not kept, only the numbers of the table; name the sig
 
 
 class Sweep(Sequence[T]):
-    """What the cases gave, in their order.
+    """The results of the cases, in their order.
 
-    ``sweep[k]`` is the ``Result`` of a case, or the error with which it failed. From a folder it is read when it is asked for, as an
+    ``sweep[k]`` is the ``Result`` of a case, or the error with which it failed. If the cases are in a folder, it is read on demand, as an
     ``xarray.Dataset``. ``table`` has a row for every case.
     """
 
@@ -64,7 +64,7 @@ class Sweep(Sequence[T]):
             return _read(path)
         if k in found.kept:
             return found.kept[k]
-        raise ParameterError(_NOT_KEPT if path is None else f"{path} was taken away")
+        raise ParameterError(_NOT_KEPT if path is None else f"{path} was removed")
 
     @cached_property
     def errors(self) -> dict[int, PowertrainError]:
@@ -75,7 +75,7 @@ class Sweep(Sequence[T]):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """A row for every case: its parameters and other numbers and texts, the scalars, and ``error``: '' or what failed."""
+        """A row for every case: its parameters and other numbers and strings, the scalars, and ``error``: '' or the error."""
         import pandas as pd
 
         self._complete()
@@ -183,7 +183,7 @@ def _present(plan: Plan) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         if found[1] != plan.case(k).name:
             raise ParameterError(
                 f"to: {plan.job.folder} holds case {k} of another sweep ({entry.name}): the model, the case, an option, record or a "
-                "function of scalars was another one. Give a new folder"
+                "function in scalars differs. Choose a new folder"
             )
         (failed if found[3] else ended)[k] |= entry.stat().st_size > 0
     return ended | failed, failed & ~ended

@@ -49,23 +49,23 @@ def sweep(
     progress: bool = False,
     **options: Any,
 ) -> Sweep[Any]:
-    """Simulates every case; a case is what differs from run to run, ``options`` is common to all (see ``Plant.simulate``).
+    """Simulate many cases. A case is what differs from run to run; ``options`` is common to all (see ``Plant.simulate``).
 
-    ``pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)`` compiles nothing again, and gives the results in the order of
-    the cases.
+    ``pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)`` does not compile again and returns the results in the
+    order of the cases.
 
-    ``scalars``: numbers to keep of each run, functions of its result by name: ``{"top speed": top_speed}``; they stand in the table of the
-    sweep beside the parameters of the cases. ``record``: names and patterns of the signals to keep; without it all are kept, or none where
+    ``scalars``: values to keep of each run, as functions of its result by name: ``{"top speed": top_speed}``. They are columns of the table
+    of the sweep, beside the parameters of the cases. ``record``: names and patterns of the signals to keep; by default all, or none if
     there are ``scalars``.
-    ``to``: a folder to which every case is written as it ends, as a netCDF file, instead of keeping it in memory. A sweep that was
-    interrupted goes on there: cases that are in the folder are not run again, failed ones (``*.failed.nc``) only for "raise".
-    ``executor``: anything in the manner of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
-    ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; a case whose process is lost is run again.
-    ``on_error``: "keep" leaves the error of a failed run in its place, with what was reached as ``result``, and after Ctrl-C what was not
-    run. "raise" cancels what has not begun and raises the error, which has the cases so far as ``sweep``.
+    ``to``: a folder to which every case is written as a netCDF file when it ends, instead of being kept in memory. An interrupted sweep
+    continues there: finished cases are not run again, failed ones (``*.failed.nc``) only for "raise".
+    ``executor``: any executor like those of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
+    ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; if a process is lost, its cases run again.
+    ``on_error``: "keep" keeps the error of a failed run in its place, with the run so far as ``result``, and returns what was run after
+    Ctrl-C. "raise" cancels the remaining cases and raises the error, which has the cases so far as ``sweep``.
 
-    Raises ParameterError where a case is none for ``Plant.simulate``, where the model or a function cannot be sent to other processes, and
-    where the folder holds cases of another sweep.
+    Raises ParameterError if a case does not fit ``Plant.simulate``, if the model or a function cannot be sent to other processes, or if
+    the folder holds cases of another sweep.
     """
     plant = model if isinstance(model, Plant) else Plant(model)
     if not isinstance(on_error, str) or on_error not in ("raise", "keep"):
@@ -73,7 +73,7 @@ def sweep(
     flag("progress", progress)
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise ParameterError(
-            f"executor = {executor!r} is no executor: give one such as concurrent.futures.ProcessPoolExecutor(4)"
+            f"executor = {executor!r} is not an executor: pass one such as concurrent.futures.ProcessPoolExecutor(4)"
         )
     plan = Plan(_tasks(cases, options), dict(options), _job(plant, to, record, scalars, executor is not None))
     found = Found.before(plan, failed_too=on_error == "keep")
@@ -133,14 +133,14 @@ def _tasks(cases: Iterable[Mapping[str, Any]], options: Mapping[str, Any]) -> li
     known = [name for name in signature(Plant.simulate).parameters if name not in ("self", "record", "progress")]
     for k, case in enumerate(listed):
         if not isinstance(case, Mapping):
-            raise ParameterError(f"case {k}: {case!r} is no mapping; write {_EXAMPLE}")
+            raise ParameterError(f"case {k}: {case!r} is not a mapping; write {_EXAMPLE}")
         for name in (*options, *case):
             if name not in known:
-                common = "is the same for all cases" if name in ("record", "progress") else "is no option of simulate()"
-                near = suggestion(str(name), known)
-                raise ParameterError(
-                    f"case {k}: {name} {common}{near}; the parameters of a case are written {_EXAMPLE}"
+                common = (
+                    "is the same for all cases" if name in ("record", "progress") else "is not an option of simulate()"
                 )
+                near = suggestion(str(name), known)
+                raise ParameterError(f"case {k}: {name} {common}{near}; write the parameters of a case as {_EXAMPLE}")
         if "stop" not in options and "stop" not in case:
             raise ParameterError(f"case {k}: stop (s) must be given, for all cases or for each")
     return listed
@@ -160,7 +160,7 @@ def _job(
     functions = _functions(scalars, sent)
     for name in functions:
         if name in plant.parameters or name == "error":
-            raise ParameterError(f"scalars: {name!r} is the name of another column of the table; choose another one")
+            raise ParameterError(f"scalars: {name!r} is already a column of the table; choose another name")
     kept: tuple[str, ...] | None = () if functions else None
     if record is not None:
         kept = tuple(signals_of(plant.compiled).matching(names("record", record)))
@@ -177,18 +177,18 @@ def _folder(to: Any) -> Path:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise ParameterError(f"to: the folder {to} cannot be written to: {error.strerror}") from None
+        raise ParameterError(f"to: cannot write to the folder {to}: {error.strerror}") from None
     return folder.resolve()
 
 
 def _functions(scalars: Any, sent: bool) -> dict[str, Callable[[Any], float]]:
     if not isinstance(scalars, Mapping | None):
         raise ParameterError(
-            f'scalars = {scalars!r}: give functions of a run by name, such as {{"top speed": top_speed}}'
+            f'scalars = {scalars!r}: pass functions of a result by name, such as {{"top speed": top_speed}}'
         )
     for name, function in (scalars or {}).items():
         if not isinstance(name, str) or not callable(function):
-            raise ParameterError(f"scalars: {name!r}: {function!r} is not a function of a run with a name")
+            raise ParameterError(f"scalars: {name!r}: {function!r} is not a named function of a result")
         if sent:
             try:
                 pickle.dumps(function)

@@ -280,12 +280,12 @@ class _Elimination:
             raise ModelError(f"contradiction: these equations cannot all hold{except_at}\n  {quoted}")
         if any(flat.unknowns[base].flow for base in bases):
             raise ModelError(
-                f"loose part: these equations give the same torques or forces twice, so that one motion is not determined; "
-                f"connect what is open to something with inertia, or take the part out\n  {quoted}"
+                f"loose part: these equations determine the same torques or forces twice, so one motion is not determined; "
+                f"connect the open port to something with inertia, or remove the part\n  {quoted}"
             )
         raise ModelError(
-            f"rigid loop: these equations tie the same parts together twice, so that the torques in the loop are not determined; "
-            f"take one of the joints out, or give it a compliance\n  {quoted}"
+            f"rigid loop: these equations connect the same parts twice, so the torques in the loop are not determined; "
+            f"remove one of the connections, or give it a compliance\n  {quoted}"
         )
 
 

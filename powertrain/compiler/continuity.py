@@ -63,6 +63,6 @@ def _check(entry: ScheduleEntry, expression: Symbol, inside: set[int], smooth: S
         at, size = t[jumps[0]], (y[jumps[0]] - y[jumps[0] - 1]) * float(factor)
         raise ModelError(
             f"{entry.place}\n  the jump of this signal at t = {at:g} s makes {smooth.names} jump by {size:g} {smooth.unit}. "
-            "Something with inertia (or a derivative) follows it exactly, which takes an infinite torque or force: let the signal "
+            "Something with inertia (or a derivative) follows it exactly, which requires an infinite torque or force: let the signal "
             "change gradually, or use a source that is not exact"
         )

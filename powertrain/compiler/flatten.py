@@ -155,7 +155,7 @@ def checked_model(model: Any) -> Any:
         return model
     kind = model.__name__ if isinstance(model, type) else ""
     raise ParameterError(
-        f"a model is a component, not {f'the class {kind}: give a value, {kind}(...)' if kind else repr(model)}"
+        f"a model is a component, not {f'the class {kind}; write {kind}(...)' if kind else repr(model)}"
     )
 
 
@@ -163,7 +163,7 @@ def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = 
     """A copy of ``component`` whose quantities are symbols named by their path."""
     if id(component) in above:
         raise ModelError(
-            f"{path}: {type(component).__name__} contains itself; a part may not be the whole it is part of"
+            f"{path}: {type(component).__name__} contains itself; a component may not contain itself as a part"
         )
     bound: Component = object.__new__(type(component))
     state: dict[str, Any] = dict(component.__dict__)
@@ -174,7 +174,7 @@ def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = 
     bound.__dict__.update(state)
     if type(component).equations is Component.equations and not isinstance(component, Connector):
         raise ModelError(
-            f"{path or 'the model'}: {type(component).__name__} is partial, it has no equations; use one of its kinds"
+            f"{path or 'the model'}: {type(component).__name__} is a partial class without equations; use one of its subclasses"
         )
     flat.components.append(bound)
     parts = {
@@ -212,7 +212,9 @@ def _check_known(flat: Flat, expression: Any, place: Place) -> None:
     for s in free_symbols(expression) if isinstance(expression, ca.SX) else ():
         k = key(s)
         if not (k in flat.unknowns or k in flat.recorder.bases or k in flat.recorder.constants or k == key(time)):
-            raise ModelError(f"{place}: {s.name()} is no variable of the model; declare it as a field of a component")
+            raise ModelError(
+                f"{place}: {s.name()} is not a variable of the model; declare it as a field of a component"
+            )
 
 
 def _add_equation(flat: Flat, row: Any, place: Place) -> None:
@@ -230,10 +232,10 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
         left, right = right, left
     if not left.is_symbolic() or key(left) not in parameters:
         raise ModelError(
-            f"{place}: only parameters stand here; to give a part's parameter a value write  self.part.name == expression"
+            f"{place}: only parameters may appear here; to set a parameter of a part write  self.part.name == expression"
         )
     if key(left) in flat.bindings:
-        raise ModelError(f"{left.name()} is given two values\n  {flat.binding_places[key(left)]}\n  {place}")
+        raise ModelError(f"{left.name()} is set twice\n  {flat.binding_places[key(left)]}\n  {place}")
     flat.bindings[key(left)] = (left, right)
     flat.binding_places[key(left)] = place
 

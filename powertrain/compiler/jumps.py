@@ -44,7 +44,7 @@ def refuse_jumps(flat: Flat) -> Flat:
     settled: dict[int, Symbol] = {}
     for (place, expression), mark in zip(texts, found, strict=True):
         if mark & _NAN:
-            raise ModelError(f"{place}\n  there is a value that is no number (nan) in this line")
+            raise ModelError(f"{place}\n  a value in this line is not a number (nan)")
         if mark & _CALLS:
             flat.recorder.calls = True
             _check_calls(expression, place)
@@ -110,7 +110,7 @@ def _check_function(function: ca.Function, place: Place) -> None:
     if kind in ("SXFunction", "MXFunction"):
         if JUMPING & {function.instruction_id(k) for k in range(function.n_instructions())}:
             raise ModelError(
-                f"{place}\n  {name} hides a comparison or another operation that jumps, so that no event can be found for it; "
+                f"{place}\n  {name} contains a comparison or another operation that may jump, for which no event can be located; "
                 "build the function without the option never_inline"
             )
         return
@@ -120,7 +120,7 @@ def _check_function(function: ca.Function, place: Place) -> None:
         said = "a Python callback" if kind == "CallbackInternal" else f"a function ({kind})"
         raise ModelError(
             f"{place}\n  {name} is {said} without derivatives, which an equation cannot call. Equations may call maps (powertrain.Map), "
-            "casadi.interpolant, and functions of CasADi expressions. For a function of numbers: compute a table once and call its map, "
+            "casadi.interpolant, and functions of CasADi expressions. For a numerical function, compute a table once and call its map, "
             f'Map.curve(points, [float({name}(x)) for x in points], outside="clip", method="smooth")'
         ) from None
 

@@ -70,8 +70,8 @@ def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, L
         )
         if linear_root and key(inside[0]) in taken:
             raise ModelError(
-                f"{place}\n{taken[key(inside[0])]}\n  these two carry the same torque, with nothing between them that has inertia or "
-                "compliance: what moves between them is not determined; put an inertia, mass or damper between"
+                f"{place}\n{taken[key(inside[0])]}\n  these two carry the same torque, and nothing between them has inertia or "
+                "compliance: the motion between them is not determined; put an inertia, mass or damper between them"
             )
         if linear_root:
             symbol = inside[0]
@@ -91,7 +91,7 @@ def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
     ties = reduced.tied_by([key(s) for s in free_symbols(torque) if key(s) in reduced.flat.unknowns])
     raise ModelError(
         f"loose part: {place}\n  its torque or force is already given by the lines below, so that its motion is not determined; "
-        f"connect what is open to something with inertia, or take the part out\n  {quote(ties)}"
+        f"connect the open port to something with inertia, or remove the part\n  {quote(ties)}"
     )
 
 

@@ -8,7 +8,7 @@ from powertrain.compiler.hybrid import Contact, Friction, Switch, When
 
 _SWITCHES = 200
 _SPAN = 1e-5
-_HYSTERESIS = "Its condition and what it switches contradict each other; give it a hysteresis, or let the model slide or stick there."
+_HYSTERESIS = "Its condition contradicts its effect; give it a hysteresis, or let the model slide or stick there."
 STOP = (
     "Where something strikes a stop, write unilateral(gap, force, restitution=...) instead of when: it ends the bouncing and holds what "
     "comes to rest."

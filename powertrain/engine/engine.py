@@ -53,10 +53,10 @@ class Engine:
 
     def __init__(self, dae: HybridDae, method: Method = "auto", compile: bool = False) -> None:
         if method not in _METHODS:
-            raise ParameterError(f"method = {method!r} is not one of {', '.join(_METHODS)}")
+            raise ParameterError(f"method = {method!r} must be one of {', '.join(_METHODS)}")
         if method == "dopri5" and dae.z.numel():
             raise ParameterError(
-                "method='dopri5' is explicit; the model keeps algebraic unknowns, take 'rodas5p' or 'auto'"
+                "method='dopri5' is explicit, but the model has algebraic unknowns; use 'rodas5p' or 'auto'"
             )
         self.dae, self.method, self.compile = dae, method, compile
         self.indicators: tuple[Indicator, ...] = indicators(dae)

@@ -314,7 +314,7 @@ class Run:
             g = self.memory.g
             law = self.engine.indicators[int(np.argmin(g))].law
             raise SimulationError(
-                f"at t = {self.t:.9g} s {law.name} ({law.where}) reports events without end and does not change its mode"
+                f"at t = {self.t:.9g} s {law.name} ({law.where}) triggers events repeatedly without changing its mode"
             )
 
     def _check_guards(self) -> None:

@@ -198,7 +198,7 @@ def _refuse_turning(asked: Asked, kept: Sequence[int], stage: _Stage) -> None:
     for name in asked.held:
         if stage.state_of(name) not in kept:
             raise ParameterError(
-                f"grid: {name} merely turns; nothing in the model depends on it, so it has no steady value"
+                f"grid: {name} only rotates; nothing in the model depends on it, so it has no steady value"
             )
 
 

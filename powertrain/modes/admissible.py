@@ -56,7 +56,7 @@ class Admissible:
         way = "forward" if mode > 0 else "backward"
         raise SimulationError(
             f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
-            "slide that way. Give a start (or a reset) with which it rests or moves the other way."
+            "slide that way. Choose initial values (or a reset) for which it is at rest or moves the other way."
         )
 
     def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:
@@ -68,10 +68,14 @@ class Admissible:
         room = upper - lower > EPS
         unit, t = law.unit, self.memory.time[0]
         if refused and room:
-            why = "while other parts move by its torque" if law.acts else "where nothing in the model can move it"
+            why = (
+                "while the motion of other parts depends on its torque"
+                if law.acts
+                else "where nothing in the model can move it"
+            )
             raise SimulationError(
                 f"{law.name} ({law.where}) rests at t = {t:.9g} s {why}: nothing determines this torque, which may lie anywhere from "
-                f"{lower:.6g} to {upper:.6g} {unit}. Take the part out, or put a shaft stiffness between it and what holds it."
+                f"{lower:.6g} to {upper:.6g} {unit}. Remove the component, or add a shaft stiffness between it and what holds it."
             )
         self._noted.add(k)
         if room:

@@ -36,12 +36,10 @@ def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], 
     if lines or any(contact.index in laws for contact in dae.contacts):
         where = f"in none of the {pieces} pieces of the bounds are modes" if pieces > 1 else "no modes are"
         problem = f"{where} consistent (the mechanism jams)"
-        advice = (
-            "Self-locking with more loss than the driving side can give; check the friction bounds and efficiencies."
-        )
+        advice = "The loss exceeds the power that the driving side can supply (self-locking); check the friction bounds and efficiencies."
     else:
         problem = "neither state of a switch is consistent"
-        advice = "The condition of a switch and what it switches contradict each other; give it a hysteresis, or let it act on a rate."
+        advice = "The condition of a switch contradicts its effect; give it a hysteresis, or let it act on a rate."
     return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
 
 
@@ -56,7 +54,7 @@ def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[A
             f"at t = {memory.time[0]:.9g} s {len(modes)} combinations of modes are possible, with different accelerations or torques: "
             f"{options}. Involved: {', '.join(names[i] for i in laws)}",
             *_quoted(dae, memory, side, laws),
-            "The laws lock each other in more than one way (self-locking); a little compliance or damping between them decides.",
+            "The laws lock each other in more than one way (self-locking); add a little compliance or damping between them.",
         ]
     )
 
@@ -67,9 +65,9 @@ def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[
     parts = ", ".join(law.name for law in known if law.index in laws)
     return "\n".join(
         [
-            f"at t = {memory.time[0]:.9g} s consistent modes are not found, though there may be some. Involved: {parts}",
+            f"at t = {memory.time[0]:.9g} s no consistent modes were found, though there may be some. Involved: {parts}",
             *_quoted(dae, memory, side, laws),
-            "Separate some of these by the stiffness of a shaft.",
+            "Separate some of them by a shaft stiffness.",
         ]
     )
 
@@ -92,6 +90,6 @@ def _mode(name: str, value: float, friction: bool) -> str:
 def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
     """A law at rest that its torque cannot move."""
     return (
-        f"from t = {t:.9g} s: {law.name} is stuck where nothing can move anyway; its torque is not unique: "
-        f"{torque + 0.0:.6g} {law.unit} is given, any from {lower:.6g} to {upper:.6g} {law.unit} would do"
+        f"from t = {t:.9g} s: {law.name} is stuck where nothing can move; its torque is not unique: "
+        f"{torque + 0.0:.6g} {law.unit} is used, but any torque from {lower:.6g} to {upper:.6g} {law.unit} is possible"
     )

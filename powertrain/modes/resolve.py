@@ -61,7 +61,9 @@ class Resolver:
             if self._found(side):
                 return self._note_rest(side)
         names = sorted({name for name, _ in self.extra})
-        raise SimulationError(f"at t = {memory.time[0]:.9g} s resets follow each other without end: {', '.join(names)}")
+        raise SimulationError(
+            f"at t = {memory.time[0]:.9g} s resets follow one another without end: {', '.join(names)}"
+        )
 
     def _note_rest(self, side: int) -> None:
         """Mark the laws at a limit that others hold."""

@@ -40,7 +40,7 @@ class SelfLocking:
             if abs(w) > ZONE and self._memory.m[law.index] != 0.0 and low > high:
                 raise SimulationError(
                     f"{_said(law)}. At t = {self._memory.time[0]:.9g} s it slides with limits of {low:.6g} and {high:.6g} {law.unit}, "
-                    f"the wrong way round: friction would drive. {_ADVICE}"
+                    f"in the wrong order: friction would drive. {_ADVICE}"
                 )
 
     def found(self, side: int) -> str:
@@ -68,11 +68,11 @@ class SelfLocking:
 _LARGE = 1e6
 _CLEARLY = 100.0
 """Limits that cross by less than so many times what their torques are known to have crossed by round-off."""
-_ADVICE = "Let it start at rest, or put a stiffness into the way of the force that presses it, whose change takes time."
+_ADVICE = "Start it at rest, or add a stiffness to the path of the force that presses it, so that this force changes gradually."
 
 
 def _said(law: Friction) -> str:
-    return f"{law.name} ({law.where}) is self-locking: its limit grows with its own torque, and faster"
+    return f"{law.name} ({law.where}) is self-locking: its limit grows faster than its own torque"
 
 
 def _inverted(dae: HybridDae, law: Friction) -> ca.SX:

@@ -146,7 +146,7 @@ def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array,
         result, t = modes[0], number("modes: t", modes[1], "s") if len(modes) == 2 else 0.0
         if len(modes) != 2 or not isinstance(result, Result):
             raise ParameterError(
-                f"modes = {short(modes)}: give modes by law, or (result, t) with a result of this model"
+                f"modes = {short(modes)}: pass modes by law, or (result, t) with a result of this model"
             )
         x, z, m = (v[0] for v in result.trajectory.at([t], with_events=False)[1:])
         return x, z, m.copy(), np.array(list(result.parameters.values()), float)
@@ -159,7 +159,7 @@ def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array,
     missing = [law.name for group in (dae.frictions, dae.contacts) for law in group if law.name not in given]
     if missing:
         raise ParameterError(
-            f"modes: give those of {', '.join(missing[:6])} too (friction: 1 forward, 0 stuck, -1 backward, 2 free; "
+            f"modes: also give those of {', '.join(missing[:6])} (friction: 1 forward, 0 stuck, -1 backward, 2 free; "
             "contacts: 1 closed, 0 open), or (result, t) for the modes of a run"
         )
     x, z, m, _ = plant.initialize()
@@ -167,7 +167,7 @@ def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array,
         law = laws[name]
         allowed = (1.0, 0.0, -1.0, 2.0) if isinstance(law, Friction) else (0.0, 1.0)
         if number(f"modes: {name}", mode) not in allowed:
-            raise ParameterError(f"modes: {name} = {short(mode)} is none of {', '.join(f'{v:g}' for v in allowed)}")
+            raise ParameterError(f"modes: {name} = {short(mode)} must be one of {', '.join(f'{v:g}' for v in allowed)}")
         m[law.index] = mode
     return x, z, m, plant.parameter_vector()
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 class Experiment:
     """One measured run.
 
-    ``times`` (s) ascend; ``values``: signals by name, one value at each time, nan where none was measured; ``sigma``: the standard
-    deviation of a measurement, one for all or by signal, None where it is not known; ``starts``, ``inputs`` and ``parameters`` as for
-    ``simulate``. ParameterError for lengths that differ.
+    ``times`` (s) ascend; ``values``: signals by name, one value for each time, nan where none was measured; ``sigma``: the standard
+    deviation of a measurement, one for all or one per signal, None if it is unknown; ``starts``, ``inputs`` and ``parameters`` as for
+    ``simulate``. ParameterError for unequal lengths.
     """
 
     times: ArrayLike
@@ -39,7 +39,7 @@ class Experiment:
     def __post_init__(self) -> None:
         times = row("times", self.times)
         if not times.size or (np.diff(times) <= 0).any():
-            raise ParameterError("experiment: give times (s) that ascend, at least one")
+            raise ParameterError("experiment: times (s) must ascend, and there must be at least one")
         measured = {name: _numbers(name, v) for name, v in by_name("experiment: values", self.values).items()}
         if not measured:
             raise ParameterError("experiment: give the values of at least one signal")
@@ -78,13 +78,13 @@ def _numbers(name: str, values: Any) -> Array:
     try:
         return np.asarray(values, float).ravel()
     except (TypeError, ValueError):
-        raise ParameterError(f"experiment: {name} = {short(values)} are no numbers in a row") from None
+        raise ParameterError(f"experiment: {name} = {short(values)} is not a sequence of numbers") from None
 
 
 def read_experiment(path: str | Path, *names: str, time: str = "time", **options: Any) -> Experiment:
-    """An experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which need ``asammdf``.
+    """Read an experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which require ``asammdf``.
 
-    ``names``: the signals to take, by default all other columns; ``time``: the column of times (s); other options are those of
+    ``names``: the signals to read, by default all other columns; ``time``: the column of times (s); other options are those of
     ``Experiment``. ParameterError for other files and missing columns.
     """
     path = Path(argument_path("path", path))

@@ -60,12 +60,12 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Fit:
-    """What ``pt.fit`` found; prints as a table.
+    """The result of ``pt.fit``; prints as a table.
 
-    ``values``, ``errors`` (standard errors, inf where the data do not determine the unknown) and ``units`` by name; ``covariance`` in
-    the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, along which the data hardly change;
-    ``results``: the runs of the experiments with the values found; ``cost``: the sum of squares; ``spread``: the residuals' standard
-    deviation over sigma; ``evaluations``: how many sets were simulated; ``parameters``: the values without those of starts.
+    ``values``, ``errors`` (standard errors, inf if the data do not determine the unknown) and ``units`` by name; ``covariance`` in
+    the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, in which the residuals hardly change;
+    ``results``: the runs of the experiments with the fitted values; ``cost``: the sum of squares; ``spread``: the standard deviation of the
+    residuals divided by sigma; ``evaluations``: the number of sets simulated; ``parameters``: the values without initial values.
     """
 
     values: dict[str, float]
@@ -92,7 +92,7 @@ class Fit:
         return pd.DataFrame(self.covariance[np.ix_(kept, kept)] / np.outer(sizes, sizes), labels, labels)
 
     def residuals(self, experiment: int = 0) -> pd.DataFrame:
-        """Simulated minus measured values over time (s), one column a signal."""
+        """Simulated minus measured values over time (s), one column per signal."""
         import pandas as pd
 
         data, run = self.experiments[experiment], self.results[experiment]
@@ -104,18 +104,19 @@ class Fit:
         import matplotlib.pyplot as plt
 
         data, run, left = self.experiments[experiment], self.results[experiment], self.residuals(experiment)
+        times = np.union1d(run.time, np.linspace(run.time[0], run.time[-1], 500))  # long steps are curved
         fig, axes = plt.subplots(len(data.values), 2, figsize=(10, 2.6 * len(data.values)), squeeze=False, sharex=True)
         for (name, values), (ax, other) in zip(data.values.items(), axes, strict=True):
             ax.plot(data.grid, values, ".", markersize=3, label="measured")
-            ax.plot(run.time, run[name], label="simulated")
-            ax.set_ylabel(f"{name} in {run.units[name]}")
+            ax.plot(times, run.at(times, name), label="simulated")
+            ax.set_ylabel(f"{name} [{run.units[name]}]")
             other.plot(data.grid, left[name], ".", markersize=3)
             other.axhline(0.0, color="black", linewidth=0.8)
         axes[0, 0].legend()
         axes[0, 0].set_title("Signals")
         axes[0, 1].set_title("Residuals")
         for ax in axes[-1]:
-            ax.set_xlabel("time in s")
+            ax.set_xlabel("Time [s]")
         fig.tight_layout()
         return fig
 
@@ -128,11 +129,11 @@ class Fit:
         lines = ["  ".join(f"{c:<{w}}" for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
         count = len(self.results)
         lines.append(
-            f"{count} experiment{'s' * (count != 1)}, residuals' standard deviation {self.spread:.3g} (in units of sigma)"
+            f"{count} experiment{'s' * (count != 1)}, standard deviation of the residuals {self.spread:.3g} (in units of sigma)"
         )
         for direction in self.undetermined:
             parts = ", ".join(f"{n} {100 * v:+.3g} %" for n, v in direction.items())
-            lines.append(f"not determined by the data: together {parts}")
+            lines.append(f"not determined by the data: the combination {parts}")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -148,15 +149,15 @@ def fit(
     rtol: float = 1e-8,
     atol: float = 1e-10,
 ) -> Fit:
-    """Parameters and starts with which the model comes nearest to measured signals.
+    """Fit parameters and initial values to measured signals.
 
-    ``data``: experiments; ``wrt``: parameters, the same in all experiments, and variables whose start is unknown, each experiment with
-    its own; ``first``: where the search begins (default: the plant's values and the starts of the experiments); ``bounds``: (low, high) by
+    ``data``: experiments; ``wrt``: parameters, common to all experiments, and variables with unknown initial values, one for each
+    experiment; ``first``: the initial guess (default: the plant's values and the ``starts`` of the experiments); ``bounds``: (low, high) by
     name; ``rtol``, ``atol``: tolerances of the runs.
 
-    The derivatives come from the variational equations (see ``pt.gradient``): no step size to choose, and events may move. Trust region
-    reflective method of SciPy. Raises ParameterError for unknown names; SimulationError where the first run fails, or where a run
-    has no derivative.
+    The derivatives come from the variational equations (see ``pt.gradient``), so there is no step size to choose, and events may move. The
+    optimiser is SciPy's trust region reflective method. Raises ParameterError for unknown names; SimulationError if the first run fails, or
+    if a run is not differentiable.
     """
     from scipy.optimize import least_squares
 

@@ -29,12 +29,12 @@ _SHORTEST, _LONGEST = 0.05, 20.0
 
 @dataclass(frozen=True)
 class Plan:
-    """What ``pt.optimal_control`` found.
+    """The result of ``pt.optimal_control``.
 
-    ``cost``: the plan's; ``result``: a simulation of the whole model with the plan's inputs, and ``replayed`` its cost; ``same_modes``:
-    whether the simulation went through the planned modes. ``inputs``: times (s) and values for ``simulate``; ``starts`` and ``parameters``
-    likewise; ``times``, ``states``: the plan's states at its nodes by name; ``durations``: of the phases, in s; ``ok``: whether the solver
-    converged, ``message``: what it says; ``iterations``: how many it took.
+    ``cost``: the cost of the plan; ``result``: a simulation of the complete model with the inputs of the plan, ``replayed``: its cost;
+    ``same_modes``: whether that simulation went through the planned modes. ``inputs``: times (s) and values for ``simulate``;
+    ``starts`` and ``parameters`` likewise; ``times``, ``states``: the planned states at the nodes by name; ``durations``: of the
+    phases, in s; ``ok``: whether the solver converged, ``message``: its message; ``iterations``: their number.
     """
 
     cost: float
@@ -77,18 +77,19 @@ def optimal_control(
     smooth: float = 0.0,
     intervals: int = 20,
 ) -> Plan:
-    """Inputs and parameters that minimise a number of a run, through the sequence of modes of ``guess``.
+    """Inputs and parameters that minimise an objective, through the sequence of modes of ``guess``.
 
-    ``minimize``: ``pt.integral`` and ``pt.final`` of signals and their sums; ``guess``: a simulated run with the wanted sequence of
-    modes, which is where the search begins; its start is kept. ``inputs``: (low, high) of the inputs to be found; ``parameters``: (low,
-    high) of parameters to be found; ``limits``: (low, high) of signals throughout, a name or a selector each; ``ends``: values or (low,
-    high) of signals at the end; ``stop``: (earliest, latest) end in s, by default that of the guess; ``smooth``: weight of the inputs'
-    changes, as shares of their ranges, beside the cost as a share of the guess's; ``intervals``: intervals of each phase.
+    ``minimize``: ``pt.integral`` and ``pt.final`` of signals, and sums of these; ``guess``: a simulated run with the desired sequence of
+    modes, used as the initial guess; its initial state is kept. ``inputs``: (low, high) of the inputs to optimise; ``parameters``: (low,
+    high) of the parameters to optimise; ``limits``: (low, high) of signals throughout, by name or selector; ``ends``: values or (low,
+    high) of signals at the end; ``stop``: (earliest, latest) end in s, by default that of the guess; ``smooth``: weight of the changes of
+    the inputs, relative to their ranges and to the cost of the guess; ``intervals``: number of intervals per phase.
 
-    Instants at which modes change are free; the modes' own limits (speeds that keep their sign, torques that hold) are constraints. Direct
-    collocation, solved by IPOPT. The plan is simulated in the whole model afterwards; ``plan.same_modes`` says whether it went as planned.
+    The instants at which modes change are free. The limits of the modes (speeds that keep their sign, torques within bounds) are
+    constraints. The method is direct collocation, solved by IPOPT. The plan is then simulated with the complete model;
+    ``plan.same_modes`` says whether the modes were as planned.
 
-    Raises ParameterError for unknown names and empty ranges; SimulationError where the guess has impacts or resets, or the replay fails.
+    Raises ParameterError for unknown names and empty ranges; SimulationError if the guess has impacts or resets, or the replay fails.
     """
     problem = _Problem(
         plant if isinstance(plant, Plant) else Plant(plant),
@@ -125,14 +126,14 @@ class _Problem:
         ):
             for name in names:
                 if name not in known:
-                    raise ParameterError(f"{what}: the model has none named {name}{suggestion(name, known)}")
+                    raise ParameterError(f"{what}: the model has no {name}{suggestion(name, known)}")
         for term in cost.terms:
             if term.kind not in ("at", "integral") or term.times:
                 raise ParameterError(
                     f"minimize: pt.integral and pt.final are possible, not {term.kind} of {term.signal}"
                 )
         if not self.ranges and not self.free:
-            raise ParameterError("nothing is to be found: give inputs or parameters with their ranges")
+            raise ParameterError("nothing to optimise: give inputs or parameters with their ranges")
         self.intervals = intervals
         self.g: list[ca.MX] = []
         self.low: list[Array] = []
@@ -157,7 +158,7 @@ class _Problem:
         for instant in trajectory.instants:
             if instant.extra:
                 raise SimulationError(
-                    f"the guess has impacts or resets (at t = {instant.time:.6g} s), through which no plan can be made"
+                    f"the guess has impacts or resets (at t = {instant.time:.6g} s), which a plan cannot contain"
                 )
             if (instant.held_left[modes] != instant.held_right[modes]).any() and instant.time > trajectory.start:
                 marks.append(instant.time)

@@ -51,26 +51,26 @@ def power_flow(
 ) -> PowerFlow:
     """The power flow of a simulation or of operating points.
 
-    ``power_flow(result)``: over all its samples; ``at``: at one time, or several.
-    ``power_flow(plant, grid, ...)``: at the steady points of a grid, with the options of ``pt.steady``. ``power_flow(plant, dataset)``: at
-    points that ``pt.steady(plant, ..., outputs={**pt.power_outputs(plant), ...})`` has solved. Where a point is stuck, ``side=1`` and
-    ``side=-1`` give the power flow at either end of the interval, K and cases included.
+    ``power_flow(result)``: over all its samples; ``at``: at one time, or several. ``power_flow(plant, grid, ...)``: at the operating
+    points of a grid, with the options of ``pt.steady``. ``power_flow(plant, dataset)``: at points solved by
+    ``pt.steady(plant, ..., outputs={**pt.power_outputs(plant), ...})``. If a point is stuck, ``side=1`` and ``side=-1`` give the power
+    flow at either end of the interval, including K and the cases.
 
-    ``whole``: composites (names or patterns) that are taken as one; all others are dissolved into their parts. ``outputs``: other signals
-    wanted beside the powers, under new names, in ``.data``. ``variator`` with ``shafts`` (port at the input, port at the output): adds the
-    lossless share of the variator by differentiation of the kinematics, see ``PowerFlow.variator``; ``ratio`` names its ratio where
-    that is not ``<variator>.ratio``.
+    ``whole``: composite components (names or patterns) to be treated as one; all others are resolved into their parts. ``outputs``: other
+    signals wanted besides the powers, under new names, in ``.data``. ``variator`` with ``shafts`` (port at the input, port at the output):
+    adds the lossless share of the variator by differentiation of the kinematics, see ``PowerFlow.variator``; ``ratio`` names its ratio if
+    it is not ``<variator>.ratio``.
 
-    Raises ParameterError where names are wrong, or the source does not fit.
+    Raises ParameterError if names are wrong or the source does not fit.
     """
     if isinstance(source, Result):
         if grid is not None or options:
-            raise ParameterError("power_flow(result) takes at=..., whole=..., outputs=...; a grid is for a plant")
+            raise ParameterError("power_flow(result) accepts at=..., whole=..., outputs=...; a grid is for a plant")
         wanted = dict(by_name("outputs", outputs)) | _share(source.compiled, variator, shafts, ratio)
         return PowerFlow(*from_result(source, at, whole, wanted))
     plant = source if isinstance(source, Plant) else compile_plant(source)
     if grid is None or at is not None:
-        raise ParameterError("power_flow(plant, ...) needs a grid as pt.steady does; at=... is for a result")
+        raise ParameterError("power_flow(plant, ...) needs a grid, like pt.steady; at=... is for a result")
     if hasattr(grid, "data_vars"):
         return PowerFlow(*from_steady(plant.compiled, grid, whole))
     wanted = power_outputs(plant) | dict(by_name("outputs", outputs)) | _share(plant.compiled, variator, shafts, ratio)
@@ -115,28 +115,28 @@ class Way:
 
 
 class PowerFlow:
-    """Power through every port at one point, over time, or over a grid. ``data`` holds all of it with its dimensions.
+    """Power through every port at one point, over time, or over a grid; ``data`` is the dataset.
 
-    ``data.power`` (port), power into the component; ``data.speed`` and ``data.torque`` (port), speed and flow of the connector;
-    ``data.loss``, ``supplied``, ``delivered``, ``stored`` (component); and the other outputs that were asked for. Points without
+    ``data.power`` (port): power into the component; ``data.speed`` and ``data.torque`` (port): speed and flow of the connector;
+    ``data.loss``, ``supplied``, ``delivered``, ``stored`` (component); and the other requested outputs. Points without
     a unique solution are nan.
 
-    ``isel`` and ``sel`` choose points. For one point: ``branches``, ``loops``, ``paths``, ``splits``. For any number: ``input``,
+    ``isel`` and ``sel`` select points. For one point: ``branches``, ``loops``, ``paths``, ``splits``. For any number: ``input``,
     ``output``, ``efficiency``, ``into()``, ``out_of()``, ``circulating``, ``split()``, ``variator()``, ``imbalance``.
 
-    Power paths are not unique where power mixes. The rule: first cycles are taken out of the flow, the one with the largest least
-    flow first, then paths likewise. The circulating power is what was on cycles; with one loop it does not depend on the rule.
+    Power paths are not unique where power mixes. The rule: cycles are removed from the flow first, beginning with the cycle of the largest
+    minimum flow, then paths in the same way. The circulating power is the power on cycles; with one loop it does not depend on the rule.
     """
 
     def __init__(self, graph: PowerGraph, data: xr.Dataset) -> None:
         self.graph, self.data = graph, data
 
     def isel(self, **indexers: Any) -> PowerFlow:
-        """The points at these places of the dimensions."""
+        """The points at these indices of the dimensions."""
         return PowerFlow(self.graph, self.data.isel(indexers))
 
     def sel(self, method: str | None = "nearest", **indexers: Any) -> PowerFlow:
-        """The points with these values of the dimensions, the nearest ones by default."""
+        """The points at these values of the dimensions, by default the nearest ones."""
         return PowerFlow(self.graph, self.data.sel(indexers, method=method))
 
     @property
@@ -156,9 +156,9 @@ class PowerFlow:
 
     @property
     def efficiency(self) -> xr.DataArray:
-        """Output over input; nan where nothing is supplied.
+        """Output over input; nan if no power is supplied.
 
-        Power that a part such as drag takes as a loss is no output: there, take ``into(part)/out_of(source)``.
+        Power that a part such as drag takes as a loss is not output; in that case use ``into(part)/out_of(source)``.
         """
         given = self.input
         least = self._shaped(self._directed.floor)
@@ -181,7 +181,7 @@ class PowerFlow:
 
     @property
     def imbalance(self) -> xr.DataArray:
-        """Power into every component less its losses and what it stores, with its supply (W): rounding, where its text is right."""
+        """Power into every component plus its supply, minus its losses and the power it stores (W): rounding if its equations are right."""
         into = self._directed.own()
         rest = self.data["supplied"] - self.data["delivered"] - self.data["loss"] - self.data["stored"]
         return self._named(rest + self._shaped(into, "component"), "W", "Imbalance of power")
@@ -189,7 +189,7 @@ class PowerFlow:
     def split(self, vertex: str) -> xr.DataArray:
         """The shares of the power that leaves a component, or a connection of several ports, through each of its ports.
 
-        They sum to one over ``port``; ports through which power comes in have zero. nan where none leaves.
+        They sum to one over ``port``; ports through which power enters have zero. nan if no power leaves.
         """
         places, sign = self._around(vertex)
         leaving = np.maximum(sign * self._directed.power[places], 0.0)
@@ -200,16 +200,16 @@ class PowerFlow:
         return self._named(self._shaped(shares, "port", names), "1", f"Share of the power that leaves {vertex}")
 
     def variator(self, name: str, source: str | None = None) -> xr.Dataset:
-        """How much power goes through a component beside the other paths: K (29), its case (Fig. 8), its efficiency.
+        """How much power goes through a component relative to the other paths: K (29), its case (Fig. 8), its efficiency.
 
         ``K``: power into it over the input power of the model (or of the component ``source``), negative in negative recirculation.
-        ``case``: "split", power goes forward through it and beside it; "series", all of it goes through it; "positive recirculation", it
-        lies on a loop that comes back beside it, so that it carries more than what goes on; "negative recirculation", it lies on a loop
-        and carries power back, so that nothing of it goes on; "idle". ``share``, where shafts were given: d ln tau/d ln V, the
-        power from flange_a to flange_b over the input power without losses; ``K_o``: the same with the sign of K.
+        ``case``: "split", power flows forward through it and in parallel to it; "series", all power flows through it; "positive
+        recirculation", it lies on a loop that returns in parallel to it, so it carries more than the transmitted power; "negative
+        recirculation", it lies on a loop and carries power back; "idle". ``share``, if shafts were given: d ln tau/d ln V, the power
+        from flange_a to flange_b over the input power without losses; ``K_o``: the same with the sign of K.
 
-        The cases are found from the directions of power in any topology. For the input-coupled transmission with its
-        output at 3, K is Yu & Beachley's eq. (29): positive where power goes from the unit to the differential.
+        The cases follow from the directions of power in any topology. For the input-coupled transmission with its
+        output at 3, K is Yu & Beachley's eq. (29): positive if power flows from the unit to the differential.
         """
         import xarray as xr
 
@@ -236,7 +236,7 @@ class PowerFlow:
 
     @property
     def branches(self) -> list[Branch]:
-        """Power from vertex to vertex at one point: from component to component, or through a connection of several."""
+        """Power between vertices at one point: from component to component, or through a connection of several."""
         power = self._point(self._directed.power)
         floor = FLOOR * np.abs(power).max(initial=0.0)
         found: list[Branch] = []
@@ -254,12 +254,12 @@ class PowerFlow:
 
     @property
     def loops(self) -> list[Way]:
-        """The loops of circulating power at one point, the strongest first."""
+        """The loops of circulating power at one point, the largest first."""
         return [self._way(strand, "loop") for strand in self.strands()[0]]
 
     @property
     def paths(self) -> list[Way]:
-        """The paths of power from sources to loads, losses and storage at one point, without the loops, the strongest first."""
+        """The paths of power from sources to loads, losses and storage at one point, without the loops, the largest first."""
         return [self._way(strand, self._directed.end(strand)) for strand in self.strands()[1]]
 
     @property
@@ -330,7 +330,9 @@ class PowerFlow:
     def _point(self, values: Matrix) -> Array:
         if values.shape[1] != 1:
             many = " × ".join(f"{n} {d}" for d, n in self._sizes.items())
-            raise ParameterError(f"this is for one point, and there are {many}: choose one with isel(...) or sel(...)")
+            raise ParameterError(
+                f"this needs a single point, but there are {many}: choose one with isel(...) or sel(...)"
+            )
         return values[:, 0]
 
     def _around(self, vertex: str) -> tuple[list[int], float]:

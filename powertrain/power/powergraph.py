@@ -63,7 +63,7 @@ def power_graph(flat: Flat, parts: Sequence[Part], ports: Sequence[str], whole: 
     patterns = names("whole", whole)
     for pattern in patterns:
         if not any(part.path and fits_pattern(part.path, pattern) for part in parts):
-            raise ParameterError(f"whole: no component fits {pattern}{suggestion(pattern, [p.path for p in parts])}")
+            raise ParameterError(f"whole: no component matches {pattern}{suggestion(pattern, [p.path for p in parts])}")
     shown = [_shown(part.path, patterns) for part in parts]
     joined, inward = _joined(flat.nodes, {path for path in shown if any(fits_pattern(path, p) for p in patterns)})
     owner_of = {ports[k]: i for i, part in enumerate(parts) for k in part.ports}

@@ -157,7 +157,7 @@ def plot_efficiency_map(
     efficiency = flow.efficiency
     if set(efficiency.dims) != {x, y}:
         raise ParameterError(
-            f"plot_efficiency_map shows two dimensions, and this flow has {', '.join(map(str, efficiency.dims))}"
+            f"plot_efficiency_map shows two dimensions, but this flow has {', '.join(map(str, efficiency.dims))}"
         )
     values = np.ma.masked_invalid(efficiency.transpose(y, x).values.astype(float))
     across, up = flow.data[x].values, flow.data[y].values
@@ -205,7 +205,9 @@ def _lever_ratio(name: str, speed: Array, ratio: float | None) -> float:
     if ratio is not None:
         return ratio
     if abs(speed[1] - speed[2]) <= 1e-9 * np.abs(speed).max(initial=0.0):
-        raise ParameterError(f"the members of {name} turn alike, so that its ratio does not show: give ratio=...")
+        raise ParameterError(
+            f"the members of {name} turn at the same speed, so its ratio cannot be determined: give ratio=..."
+        )
     return float((speed[0] - speed[2]) / (speed[1] - speed[2]))
 
 

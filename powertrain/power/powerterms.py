@@ -38,7 +38,7 @@ _TEXTS = {
 
 
 def power_outputs(plant: Plant[Any] | Component) -> dict[str, What]:
-    """What ``pt.steady`` has to give (``outputs=``) for ``pt.power_flow(plant, dataset)``: names, and selectors of the terms."""
+    """The ``outputs`` of ``pt.steady`` that ``pt.power_flow(plant, dataset)`` needs: names, and selectors of the terms."""
     compiled = (plant if isinstance(plant, Plant) else compile_plant(plant)).compiled
     terms = written_terms(compiled)
     expressions = dict(zip((f"power({n})" for n in terms.ports), terms.power, strict=True))

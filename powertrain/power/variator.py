@@ -51,7 +51,7 @@ def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> 
     tau = second / first
     symbols = [s for s in free_symbols(V) if key(s) != key(dae.t)]
     if not symbols:
-        raise ParameterError(f"the ratio {ratio} does not change: it is no input, state or parameter of the model")
+        raise ParameterError(f"the ratio {ratio} cannot change: it is not an input, state or parameter of the model")
     s = column(symbols)
     change = ca.jacobian(tau, s)
     if dae.z.numel() and ca.jacobian_sparsity(tau, dae.z).nnz():

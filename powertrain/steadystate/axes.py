@@ -128,7 +128,7 @@ class Grid:
 def make_grid(given: Mapping[str, Any]) -> Grid:
     """A grid of numbers (the same everywhere), sequences (a dimension each, named by the last part of the name) and DataArrays."""
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
-        raise ParameterError(f'grid = {short(given)}: give values by name, such as {{"engine.w": [100.0, 200.0]}}')
+        raise ParameterError(f'grid = {short(given)}: pass values by name, such as {{"engine.w": [100.0, 200.0]}}')
     last = [n.rpartition(".")[2] for n in given]
     axes: list[Axis] = []
     sizes: dict[str, int] = {}
@@ -139,13 +139,13 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
             dims = tuple(str(d) for d in value.dims)
         elif values.ndim > 1:
             raise ParameterError(
-                f"grid: {name} has {values.ndim} dimensions; give a number, a sequence, or a DataArray that names them"
+                f"grid: {name} has {values.ndim} dimensions; pass a number, a sequence, or a DataArray that names them"
             )
         else:
             dims = ((end if last.count(end) == 1 else name),) * values.ndim
         for d, n in zip(dims, values.shape, strict=True):
             if sizes.setdefault(d, n) != n:
-                raise ParameterError(f"grid: {name} has {n} values along {d}, others have {sizes[d]}")
+                raise ParameterError(f"grid: {name} has {n} values along {d}, but others have {sizes[d]}")
         axes.append(Axis(name, dims, values, {str(n): c.variable for n, c in getattr(value, "coords", {}).items()}))
     return Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
 
@@ -154,9 +154,9 @@ def _values(name: str, value: Any) -> NDArray[np.float64]:
     try:
         values = np.asarray(value, float)
     except (TypeError, ValueError):
-        raise ParameterError(f"grid: the values of {name} are no numbers: {value!r}") from None
+        raise ParameterError(f"grid: the values of {name} are not numbers: {value!r}") from None
     if np.isnan(values).any():
-        raise ParameterError(f"grid: {name} contains a value that is no number (nan)")
+        raise ParameterError(f"grid: {name} contains a value that is not a number (nan)")
     if not values.size:
         raise ParameterError(f"grid: {name} has no values")
     return values

@@ -29,14 +29,14 @@ STATUS = {
     ONE: "one_solution_found",
 }
 _PROBLEMS = {
-    STUCK_POINT: "friction rests under a prescribed motion, its torque is not determined, the interval is given",
-    SEVERAL: "several solutions (the laws hold each other in more than one way, or nothing determines an unknown)",
-    NONE: "no consistent combination of modes; the laws lock themselves, or nothing balances what is prescribed",
+    STUCK_POINT: "friction is at rest under a prescribed motion; its torque is not determined and given as an interval",
+    SEVERAL: "several solutions (the laws lock each other in more than one way, or nothing determines an unknown)",
+    NONE: "no consistent combination of modes; the mechanism locks itself, or nothing balances the prescribed values",
     IMMOVABLE: "cannot move: a speed or ratio is infinite",
     OUTSIDE: "a quantity is outside its range",
-    DIVERGED: "no operating point was found, which proves nothing; give guesses, or look whether an equilibrium exists",
+    DIVERGED: "no operating point was found, although there may be one; give guesses, or check whether an equilibrium exists",
     UNDEFINED: "a signal has no value there, such as an efficiency at zero power",
-    ONE: "one solution; the laws have too many combinations of modes to look for others (exhaustive=True tries more)",
+    ONE: "one solution; others were not sought, because the laws have too many combinations of modes (exhaustive=True seeks them)",
 }
 
 

@@ -40,12 +40,12 @@ def steady_gradient(
     free: Sequence[str] | None = None,
     guesses: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    """Operating points as ``pt.steady`` finds them, with the derivatives of the outputs.
+    """Operating points as from ``pt.steady``, with the derivatives of the outputs.
 
     ``wrt``: names of the grid. The derivative of ``y`` with respect to ``x`` is the variable ``d(y)/d(x)``. Modes do not change with a
-    small change of the grid, so that derivatives are exact wherever the status is ``ok``; on the border between two modes they are those of
-    the mode that was found. Where the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` belong to the ends of the interval of ``y``.
-    Nan elsewhere. Other arguments and errors are those of ``pt.steady``.
+    small change of the grid, so derivatives are exact wherever the status is ``ok``; on the boundary between two modes they are those of
+    the mode that was found. If the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` belong to the ends of the interval of ``y``.
+    They are nan elsewhere. Other arguments and errors are those of ``pt.steady``.
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     q = question(plant, grid, outputs, parameters, inputs, free, guesses)

@@ -49,30 +49,30 @@ def steady(
     side: Literal[-1, 1] | None = None,
     progress: bool | None = None,
 ) -> xr.Dataset:
-    """Operating points of a model at which nothing accelerates.
+    """Operating points of a model, at which nothing accelerates.
 
     ``grid``: values by name, for inputs, parameters, or variables of the model. A sequence spans a dimension, named by the last part of
-    the name; a number holds everywhere; a ``DataArray`` names its own dimensions. ``outputs``: names, patterns or selectors of the
+    the name; a number holds at all points; a ``DataArray`` names its own dimensions. ``outputs``: names, patterns or selectors of the
     signals wanted, or a mapping of new names to them; by default all that have a steady value. ``parameters``, ``inputs``: other values
-    that hold everywhere. ``free``: inputs or parameters to be found, one for each prescribed variable; by default the inputs without a
-    value where there are as many. A prescribed state for which nothing is found is *held*: its own balance is left open, and
-    ``der(name)`` says how it would change. ``guesses``: where the search for unknowns begins. ``exhaustive``: look
-    at every point for itself, see below. ``first``: where several solutions exist, give one; laws at rest come before laws that slide.
-    ``side``: see below. ``progress``: a bar; by default for work that takes more than two seconds.
+    for all points. ``free``: inputs or parameters to be solved for, one for each prescribed variable; by default the inputs without a
+    value if their number is right. A prescribed state without a free quantity is *held*: its own balance is left open, and
+    ``der(name)`` is its rate of change. ``guesses``: starting values for unknowns. ``exhaustive``: solve every point on its own,
+    see below. ``first``: if there are several solutions, return one; laws at rest are preferred to laws that slide.
+    ``side``: see below. ``progress``: a progress bar; by default for work that takes more than two seconds.
 
-    Where only modes are unknown, all combinations that what is given does not rule out are tried. Where speeds, inputs or parameters
-    are implicit, modes and unknowns are solved for together: from where the model says, and with the laws sliding forward and backward;
-    a solution that none of these beginnings leads to is not seen. In large maps of explicit models that have very many combinations the
-    status is ``one_solution_found`` where others were not looked for; ``exhaustive`` looks at every point for itself.
+    If only modes are unknown, all combinations consistent with the known signs are tried. If speeds, inputs or parameters
+    are implicit, modes and unknowns are solved together, starting from the values of the model and with the laws sliding forward and
+    backward; a solution that none of these starts leads to is missed. In large maps of explicit models with very many combinations the
+    status is ``one_solution_found`` where other solutions were not sought; ``exhaustive`` solves every point on its own.
 
-    The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. Where the status is ``stuck``, friction
-    rests under a prescribed motion, whose torque equilibrium does not determine: ``<name>_low`` and ``<name>_high`` are then the values
-    at both ends of the law's bounds, and with ``side`` = 1 or -1 the values themselves are those at one of these ends, where the torque
-    is that of a motion forward or backward. Values at all other points that are not ``ok`` are nan; ``undefined_value`` concerns the
-    signals that are nan there only, such as an efficiency at zero power. ``status_laws`` are the laws that the status is about; the
-    attribute ``problems`` says it in words.
+    The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. If the status is ``stuck``, friction
+    is at rest under a prescribed motion, and equilibrium does not determine its torque: ``<name>_low`` and ``<name>_high`` are then the
+    values at both ends of the law's bounds. With ``side`` = 1 or -1 the values are those at one of these ends, where the torque
+    is that of a forward or backward motion. Values at all other points that are not ``ok`` are nan; ``undefined_value`` refers to
+    signals that are nan only there, such as an efficiency at zero power. ``status_laws`` are the laws that the status refers to; the
+    attribute ``problems`` explains it in words.
 
-    Raises ParameterError where names or values are wrong, or the conditions do not determine the state.
+    Raises ParameterError if names or values are wrong, or if the conditions do not determine the state.
     """
     if side is not None and number("side", side) not in (1, -1):
         raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")
@@ -162,7 +162,7 @@ def asked_for(
                 f"free: the model has no input or parameter {n}{suggestion(n, [*compiled.inputs, *compiled.parameters])}"
             )
         if n in names or n in inputs:
-            raise ParameterError(f"free: {n} has a value already, so that it cannot be found")
+            raise ParameterError(f"free: {n} already has a value, so it cannot be solved for")
     missing = len(prescribed) - len(free)
     held = states if len(states) == missing else []
     if missing != len(held):
@@ -237,7 +237,7 @@ def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) ->
     problem = formulate(plant.compiled, asked, time, q.guesses, parameters)
     for w, lost in zip(wanted, problem.turning, strict=True):
         if lost and w.asked:
-            raise ParameterError(f"outputs: {w.name} depends on an angle that merely turns, so it has no steady value")
+            raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
     kept = [k for k, lost in enumerate(problem.turning) if not lost]
     problem.outputs = [problem.outputs[k] for k in kept]
     quantities = [Quantity(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in kept)]

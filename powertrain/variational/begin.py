@@ -28,7 +28,7 @@ class Start:
 
     def __init__(self, result: Result[Any], system: System) -> None:
         if not hasattr(result.report, "solved"):
-            raise ParameterError("the result was pickled and has lost the equations of its start; simulate it again")
+            raise ParameterError("the result was pickled and has lost its initial equations; simulate again")
         dae = system.dae
         self.system, self.labels = system, tuple(a.label for a in result.report.solved)
         self.conditions = Partials(system, column([a.expression for a in result.report.solved]))
@@ -74,5 +74,5 @@ def _refuse_jump(result: Result[Any], run: Record) -> None:
     begun, first = np.array(list(result.report.states.values())), run.first.x[0]
     if (np.abs(begun - first) > 1e-7 * (1.0 + np.abs(first))).any():
         raise NotDifferentiable(
-            f"at t = {run.start:.9g} s, the start itself, a reset changes the states; begin the run after it (start=...)"
+            f"at t = {run.start:.9g} s, the start of the run, a reset changes the states; start the run after it (start=...)"
         )

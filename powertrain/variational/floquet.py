@@ -21,12 +21,12 @@ from powertrain.variational.transitions import Flow, transitions
 
 @dataclass(frozen=True)
 class Floquet:
-    """The monodromy matrix of a period and its eigenvalues, the greatest first.
+    """The monodromy matrix of a period and its eigenvalues, the largest first.
 
-    ``matrix``: what a small change of the states (and discrete variables) ``names`` at the start of the period has become at its end;
-    ``multipliers``: its eigenvalues, ``vectors`` their eigenvectors as columns; ``closure``: by how much each state is different after the
-    period, which is a motion of the whole for angles and shall be zero for the rest. A motion is stable where all
-    multipliers but those of its own phase and of free rotations (which are 1) lie inside of the unit circle; sticking gives zeros.
+    ``matrix``: maps a small change of the states (and discrete variables) ``names`` at the start of the period to the change at its
+    end; ``multipliers``: its eigenvalues, ``vectors`` their eigenvectors as columns; ``closure``: the change of each state over the
+    period, which should be zero except for angles of a rotating whole. A motion is stable if all multipliers lie inside the unit
+    circle, except those of its own phase and of free rotations, which are 1. Sticking gives zeros.
     """
 
     names: tuple[str, ...]
@@ -50,17 +50,17 @@ class Floquet:
 def floquet(result: Result[Any], start: float, period: float) -> Floquet:
     """The Floquet multipliers of a periodic motion.
 
-    ``result``: a run that has settled on the motion; ``start`` (s): where a period begins, not at an event; ``period`` (s). With
-    dS/dt = A(t) S between events and saltation at them, S(start) = 1, the multipliers are the eigenvalues of S(start + period).
+    ``result``: a run that has settled on the motion; ``start`` (s): the beginning of a period, not at an event; ``period`` (s). With
+    dS/dt = A(t) S between events, saltation at events, and S(start) = 1, the multipliers are the eigenvalues of S(start + period).
 
-    Raises ParameterError for a span outside of the run; SimulationError where an event has no derivative (see ``pt.gradient``).
+    Raises ParameterError for a span outside the run; SimulationError if an event is not differentiable (see ``pt.gradient``).
     """
     trajectory = complete(result).trajectory
     start, period = number("start", start, "s"), number("period", period, "s")
     end = start + period
     if not period > 0.0 or not trajectory.start <= start < end <= trajectory.end:
         raise ParameterError(
-            f"the period from {start:g} s to {end:g} s does not lie in the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
+            f"the period from {start:g} s to {end:g} s is outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
     system = System(result.compiled.dae, (), ())
     flow = Flow(system, None)

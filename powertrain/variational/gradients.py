@@ -33,11 +33,10 @@ _KEPT = 8
 
 
 class Gradient(Mapping[str, float]):
-    """The derivatives of one number of a run: ``gradient["J1.J"]``; prints as a table with units.
+    """The derivatives of one result of a run: ``gradient["J1.J"]``; prints as a table with units.
 
-    ``value``: the number itself; ``of``: what it is; ``unit``: its unit; ``array``: the derivatives in the order of the names; ``units``:
-    their units.
-    ``elasticity``: the change in percent of the number for one percent of each unknown.
+    ``value``: the result itself; ``of``: its description; ``unit``: its unit; ``array``: the derivatives in the order of the names;
+    ``units``: their units; ``elasticity``: the change of the result in percent per percent of change of each unknown.
     """
 
     def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, array: Array) -> None:
@@ -47,7 +46,7 @@ class Gradient(Mapping[str, float]):
 
     def __getitem__(self, name: str) -> float:
         if name not in self.names:
-            raise ParameterError(f"the gradient is not with respect to {name}; it has {', '.join(self.names[:12])}")
+            raise ParameterError(f"the gradient does not contain {name}; it contains {', '.join(self.names[:12])}")
         return float(self.array[self.names.index(name)])
 
     def __iter__(self) -> Iterator[str]:
@@ -63,7 +62,7 @@ class Gradient(Mapping[str, float]):
 
     @property
     def elasticity(self) -> dict[str, float]:
-        """Relative change of the number by relative change of every unknown; 0 where the number is zero."""
+        """Relative change of the result per relative change of each unknown; 0 if the result is zero."""
         return {n: self[n] * self.at[n] / self.value if self.value else 0.0 for n in self.names}
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -118,17 +117,18 @@ def gradient(
     of: str | Callable[[Any], Any] | Objective,
     wrt: str | Sequence[str] | None = None,
 ) -> Gradient:
-    """The derivatives of a number of a run with respect to parameters, starts and inputs.
+    """The derivatives of a result of a run with respect to parameters, initial values and inputs.
 
-    ``of``: a signal (its value at the end), or ``pt.at``, ``pt.integral``, ``pt.maximum``, ``pt.minimum``, ``pt.squares`` of one, or sums
-    of these with factors. ``wrt``: names or patterns of parameters; variables whose start is a condition of the run (``starts``,
-    ``initial()``, declared starts), for the start's value; inputs of the model, for the values at their knots. None: all parameters.
+    ``of``: a signal (its final value), or ``pt.at``, ``pt.integral``, ``pt.maximum``, ``pt.minimum``, ``pt.squares`` of one, or sums
+    of these with factors. ``wrt``: names or patterns of parameters; variables whose initial value is a condition of the run (``starts``,
+    ``initial()``, declared starts); inputs of the model, for the values at their time points. None: all parameters.
 
-    The variational equations are solved along the accepted steps of the run, and carried through its events by saltation, so that the
-    derivatives are as accurate as the run and contain how events move. Few unknowns take a forward sweep, many one adjoint sweep for all.
+    The variational equations are solved along the accepted steps of the run and carried through its events by saltation, so the
+    derivatives are as accurate as the run and account for the motion of events. A forward sweep is used for few unknowns, one adjoint
+    sweep for many.
 
-    Raises ParameterError for unknown names; SimulationError where the run has no derivative: an event that an arbitrarily small change
-    would take away (grazing), or laws that switch together while an unknown would separate them.
+    Raises ParameterError for unknown names; SimulationError if the run is not differentiable: an event that an arbitrarily small change
+    would remove (grazing), or laws that switch together while an unknown would separate them.
     """
     wanted, number = _asked(result, wrt), functional(result, objective(of))
     model = _model(result, wanted, number)
@@ -159,8 +159,8 @@ def sensitivity(
     """The derivatives of signals over the time of a run: variables with the dimensions ``time`` and ``wrt``.
 
     ``signals``: names or selectors; ``wrt`` as for ``pt.gradient``; ``times`` (s): by default those of the result. At an event the right
-    limit stands. The derivative is with respect to a change at the same instant: where the signal jumps at an event whose instant moves,
-    the derivative of its jump is not part of it. Errors are those of ``pt.gradient``.
+    limit is used. The derivative is taken at a fixed instant: if the signal jumps at an event whose instant moves,
+    the derivative does not include the jump. Errors are those of ``pt.gradient``.
     """
     import xarray as xr
 

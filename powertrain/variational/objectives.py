@@ -66,20 +66,20 @@ def integral(signal: Signal) -> Objective:
 
 
 def maximum(signal: Signal) -> Objective:
-    """The greatest value of a signal in the run."""
+    """The largest value of a signal in the run."""
     return Objective((Term("maximum", signal),))
 
 
 def minimum(signal: Signal) -> Objective:
-    """The least value of a signal in the run."""
+    """The smallest value of a signal in the run."""
     return Objective((Term("minimum", signal),))
 
 
 def squares(signal: Signal, times: ArrayLike, values: ArrayLike, sigma: float = 1.0) -> Objective:
-    """The sum of ((signal - value) / sigma)^2 over measured values at times (s); ``sigma`` is the standard deviation of one of them."""
+    """The sum of ((signal - value) / sigma)^2 over values measured at times (s); ``sigma`` is the standard deviation of a measurement."""
     t, v = row("times", times), row("values", values)
     if t.shape != v.shape or not t.size:
-        raise ParameterError(f"squares: {t.size} times and {v.size} values; give as many of both, at least one")
+        raise ParameterError(f"squares: {t.size} times and {v.size} values; the numbers must be equal and not zero")
     if not number("sigma", sigma) > 0.0:
         raise ParameterError(f"squares: sigma = {sigma:g} is not positive")
     return Objective((Term("squares", signal, times=tuple(t.tolist()), values=tuple(v.tolist()), sigma=sigma),))
@@ -92,7 +92,7 @@ def objective(of: Any) -> Objective:
     if isinstance(of, str) or callable(of):
         return final(of)
     raise ParameterError(
-        f"of = {of!r}: give a signal, or pt.at, pt.integral, pt.maximum, pt.minimum or pt.squares of one, or a sum of these"
+        f"of = {of!r}: pass a signal, or pt.at, pt.integral, pt.maximum, pt.minimum or pt.squares of one, or a sum of these"
     )
 
 

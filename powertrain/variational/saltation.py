@@ -119,7 +119,7 @@ class Saltation:
             if carried is None:
                 raise NotDifferentiable(
                     f"at t = {t:.9g} s resets or impacts follow one another at the same instant "
-                    f"({self._names(run, k)}); the run has no derivative that a single map of this event gives"
+                    f"({self._names(run, k)}); the derivative of the run cannot be computed there"
                 )
             s[:n, :n], q[:n], rate[:n] = carried
         change = s @ f_left + rate - f_right
@@ -167,7 +167,7 @@ class Saltation:
             at_zero = sorted(possible, key=lambda j: float(value[j]))[:1]
             if not at_zero or value[at_zero[0]] > _TRIGGER:
                 raise NotDifferentiable(
-                    f"at t = {t:.9g} s nothing tells what caused the event of {self._names(run, k)}"
+                    f"at t = {t:.9g} s the cause of the event cannot be determined: {self._names(run, k)}"
                 )
         for j in at_zero:
             law = laws[j]
@@ -201,9 +201,9 @@ class Saltation:
         if slope < 0.0 and straight > _GRAZING * fallen and depth > _SHALLOW:
             return
         raise NotDifferentiable(
-            f"{law.name} ({law.where}) only just switches at t = {t:.9g} s: its indicator reaches zero with the slope {slope:.3g} 1/s "
-            f"after a fall of {fallen:.3g} in {h:.3g} s. A small change of a parameter may do without this event, so that the run has no "
-            "derivative there; choose parameters at which the law switches clearly, or not at all"
+            f"{law.name} ({law.where}) only just switches at t = {t:.9g} s: its indicator reaches zero with a slope of {slope:.3g} 1/s "
+            f"after a fall of {fallen:.3g} in {h:.3g} s. A small change of a parameter may remove this event, so the run has no "
+            "derivative there; choose parameters for which the law switches clearly or not at all"
         )
 
     def _alone(self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, change: Array) -> list[Array] | None:

@@ -117,11 +117,11 @@ def _scalars(compiled: Compiled) -> list[Any]:
 def _refuse(name: str, compiled: Compiled, starts: Mapping[str, float]) -> None:
     if name in compiled.signals:
         raise ParameterError(
-            f"wrt: {name} is neither a parameter nor an input, and its start follows from other conditions; "
-            f"starts that can be varied: {', '.join(starts) or 'none'}"
+            f"wrt: {name} is neither a parameter nor an input, and its initial value follows from other conditions; "
+            f"initial values that can be varied: {', '.join(starts) or 'none'}"
         )
     known = [*compiled.parameters, *compiled.inputs, *starts]
-    raise ParameterError(f"wrt: the model has no parameter, input or start {name}{suggestion(name, known)}")
+    raise ParameterError(f"wrt: the model has no parameter, input or initial value {name}{suggestion(name, known)}")
 
 
 def _knots(result: Result[Any], name: str) -> Knots:

@@ -54,7 +54,7 @@ def test_tables() -> None:
     np.testing.assert_allclose(result["parts[1].y"], np.interp(t, [0, 1, 2], [0, 1, 4]), atol=1e-9)
     np.testing.assert_allclose(result["parts[3].y"], 1.5 + t, atol=1e-9)
     with pytest.raises(
-        pt.ParameterError, match=r"CombiTable1D takes a map of 1 arguments; this one takes a \[1\], b \[1\]"
+        pt.ParameterError, match=r"CombiTable1D requires a map with 1 arguments; this one has a \[1\], b \[1\]"
     ):
         pt.compile(joined(b.Constant(k=0), b.CombiTable1D(table=plane), joints="0.y=1.u"))
 

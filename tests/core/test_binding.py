@@ -92,7 +92,7 @@ class Twice(pt.Component):
 
 
 def test_two_values() -> None:
-    with pytest.raises(pt.ModelError, match=r"(?s)a\.J is given two values.*self\.k == .*2 \* self\.k == "):
+    with pytest.raises(pt.ModelError, match=r"(?s)a\.J is set twice.*self\.k == .*2 \* self\.k == "):
         pt.compile(Twice())
 
 
@@ -108,7 +108,7 @@ class SetsHeld(pt.Component):
 
 
 def test_discrete_variable_is_no_parameter() -> None:
-    with pytest.raises(pt.ModelError, match="only parameters stand here"):
+    with pytest.raises(pt.ModelError, match="only parameters may appear here"):
         pt.compile(SetsHeld())
 
 

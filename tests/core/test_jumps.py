@@ -194,7 +194,7 @@ def test_number_of_a_symbol_is_refused(law: Callable[[Any], Any]) -> None:
 
 
 def test_line_with_nan_is_refused() -> None:
-    assert "no number (nan)" in only_at(lambda m: math.nan * m.J.w)
+    assert "not a number (nan)" in only_at(lambda m: math.nan * m.J.w)
 
 
 def test_float_of_a_symbol_is_left_alone_elsewhere() -> None:
@@ -243,7 +243,7 @@ def test_callback_with_derivative_is_called() -> None:
 def test_function_that_hides_a_jump() -> None:
     w = ca.SX.sym("w")
     hidden = ca.Function("hidden", [w], [ca.floor(w)], {"never_inline": True})
-    assert "hidden hides a comparison" in only_at(lambda m: hidden(m.J.w))
+    assert "hidden contains a comparison" in only_at(lambda m: hidden(m.J.w))
 
 
 def test_gear_without_ratio() -> None:

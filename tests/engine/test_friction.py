@@ -220,7 +220,7 @@ def test_prescribed_motion_follows_the_sign_of_its_speed() -> None:
     assert [e.time for e in trajectory.events] == [pytest.approx(np.pi / 2, abs=1e-9)]
     resting = engine.run([0.0], [0.0], stop=3.0)
     assert not resting.events
-    assert "bearing is stuck where nothing can move anyway; its torque is not unique" in resting.notes[0]
+    assert "bearing is stuck where nothing can move; its torque is not unique" in resting.notes[0]
 
 
 def test_coupled_speeds_of_stuck_laws_are_set_to_zero_together() -> None:

@@ -44,11 +44,11 @@ class Driven(pt.Component):
 TWO, DRIVEN = pt.compile(Two()), pt.compile(Driven())
 Given = Any
 PATHS: dict[Any, list[str]] = {
-    "J1.J.x": ["Inertia.J is 1.0, which has no fields, so there is no x in it"],
-    "J1[0].J": ["Two.J1 is no tuple, so there is no J1[0]; write J1"],
-    "js[2].J": ["Two.js has 2 members, so there is no js[2]", "counting begins at 0"],
-    "js[a].J": ["'js[a].J' is no path such as J, wheels[0] or wheels[0].r"],
-    "js[0.J": ["is no path"],
+    "J1.J.x": ["Inertia.J is 1.0, which has no fields, so it has no x"],
+    "J1[0].J": ["Two.J1 is not a tuple, so there is no J1[0]; write J1"],
+    "js[2].J": ["Two.js has 2 members, so there is no js[2]", "indices begin at 0"],
+    "js[a].J": ["'js[a].J' is not a path such as J, wheels[0] or wheels[0].r"],
+    "js[0.J": ["is not a path"],
     "js.J": ["write js[0].J for its first member"],
     "J3.J": ["Two has no field J3", "did you mean J2 or J1"],
     3: ["changes = {3: 2.0}"],
@@ -64,10 +64,10 @@ OPTIONS: list[tuple[dict[str, Any], list[str]]] = [
     ({"rtol": "small"}, ["rtol = 'small' is not a finite number"]),
     ({"rtol": math.nan}, ["rtol = nan"]),
     ({"max_step": 0}, ["max_step = 0 must be positive"]),
-    ({"times": "all"}, ["times = 'all' are no numbers in a row"]),
+    ({"times": "all"}, ["times = 'all' is not a sequence of numbers"]),
     ({"times": [0, math.nan]}, ["times must be finite", "nan"]),
     ({"inputs": "u"}, ["inputs = 'u'"]),
-    ({"record": 3}, ["signals = 3: give a list of names"]),
+    ({"record": 3}, ["signals = 3: pass a list of names"]),
     ({"progress": "yes"}, ["progress = 'yes' must be True or False"]),
     ({"stop": "long"}, ["stop = 'long' s is not a finite number"]),
     ({"stop": True}, ["stop = True s is not a finite number"]),
@@ -119,8 +119,8 @@ def test_input(value: Any, said: list[str]) -> None:
         (lambda: pt.energy_audit(3), "takes the result of a simulation, not 3"),  # type: ignore[arg-type]
         (lambda: pt.schematic("car"), "a model is a component, not 'car'"),  # type: ignore[arg-type]
         (lambda: pt.eigenmodes("car"), "a model is a component, not 'car'"),  # type: ignore[arg-type]
-        (lambda: pt.linearize(TWO, inputs=3), "inputs = 3: give a list of names"),  # type: ignore[arg-type]
-        (lambda: pt.replace(3, {"a": 1}), "replace() takes a component, not 3"),  # type: ignore[type-var]
+        (lambda: pt.linearize(TWO, inputs=3), "inputs = 3: pass a list of names"),  # type: ignore[arg-type]
+        (lambda: pt.replace(3, {"a": 1}), "replace() requires a component, not 3"),  # type: ignore[type-var]
     ],
 )
 def test_kind_of_a_value(make: Callable[[], Any], said: str) -> None:

@@ -41,7 +41,7 @@ class SameSpeed(pt.Component):
 
 
 def test_friction_under_prescribed_motion() -> None:
-    said = ("nothing in the model can move it", "nothing determines this torque", "put a shaft stiffness")
+    said = ("nothing in the model can move it", "nothing determines this torque", "add a shaft stiffness")
     text = ("bearing: yield friction(", "-1 to 1 N.m", "t = 0 s", *said)
     refused(pt.InitializationError, *text, do=lambda: pt.simulate(Prescribed(), 1.0))
     moving = pt.simulate(pt.replace(Prescribed(), {"speed.k": 2.0}), 1.0)
@@ -59,8 +59,8 @@ def test_friction_under_a_motion_that_pauses() -> None:
     assert (result["bearing.tau"][result.time < 0.5] == 0).all()
     assert result["bearing.tau"][-1] == 1.0
     (note,) = result.notes
-    assert "bearing.mode is stuck where nothing can move anyway" in note
-    assert "its torque is not unique: 0 N.m is given, any from -1 to 1 N.m would do" in note
+    assert "bearing.mode is stuck where nothing can move" in note
+    assert "its torque is not unique: 0 N.m is used, but any torque from -1 to 1 N.m is possible" in note
 
 
 class Felt(pt.Component):
@@ -82,7 +82,7 @@ class Felt(pt.Component):
 
 
 def test_motion_that_follows_a_torque_that_nothing_determines() -> None:
-    text = ("bearing: yield friction(", "other parts move", "t = 0.5 s", "-2 to 2 N.m")
+    text = ("bearing: yield friction(", "the motion of other parts depends on its torque", "t = 0.5 s", "-2 to 2 N.m")
     refused(pt.SimulationError, *text, do=lambda: pt.simulate(Felt(), 1.0))
     assert pt.simulate(Felt(), 0.4)["J.w"][-1] == pytest.approx(2 * 0.4)
 

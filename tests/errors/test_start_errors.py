@@ -99,7 +99,7 @@ def test_freewheel_that_starts_backward() -> None:
         pt.InitializationError,
         "wheel.mode (wheel: yield friction(",
         "moves backward at t = 0 s",
-        "Give a start",
+        "Choose initial values",
         do=lambda: pt.simulate(OneWay(), 1.0, starts={"J1.w": 5.0}),
     )
 
@@ -135,7 +135,7 @@ class OneWayBesideGear(pt.Component):
 
 
 def test_one_way_clutch_that_starts_backward_beside_another_law() -> None:
-    text = ("clutch.mode (clutch: yield friction(", "moves backward at t = 0 s", "Give a start")
+    text = ("clutch.mode (clutch: yield friction(", "moves backward at t = 0 s", "Choose initial values")
     refused(pt.InitializationError, *text, do=lambda: pt.simulate(OneWayBesideGear(), 1.0))
     assert pt.simulate(OneWayBesideGear(), 1.0, starts={"J1.w": 5.0})["J2.w"][-1] == pytest.approx(12.5)
 

@@ -158,7 +158,7 @@ def test_clutch_with_an_open_side() -> None:
         pt.ModelError,
         "loose part: clutch: yield friction(",
         "clutch.flange_b (not connected)",
-        "connect what is open to something with inertia",
+        "connect the open port to something with inertia",
         do=lambda: pt.compile(OpenClutch()),
     )
 

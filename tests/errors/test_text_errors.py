@@ -104,12 +104,17 @@ class Partial(pt.Component):
         (PythonIf, ["if self.J1.w > 0:", "Python if/and/or/not cannot decide on a symbol", "switch(condition, a, b)"]),
         (
             MixedPorts,
-            ["connect(self.J1.flange_b, self.mass.flange_a)", "ports of one kind", "J1.flange_b (", "mass.flange_a ("],
+            [
+                "connect(self.J1.flange_b, self.mass.flange_a)",
+                "ports of the same class",
+                "J1.flange_b (",
+                "mass.flange_a (",
+            ],
         ),
         (OnePort, ["connect(self.J1.flange_b)", "at least two ports"]),
         (NoPort, ["joins ports", "J1"]),
         (TwoOutputs, ["two outputs are connected", "a.y", "b.y"]),
-        (Partial, ["shaft: TwoFlanges is partial", "use one of its kinds"]),
+        (Partial, ["shaft: TwoFlanges is a partial class", "use one of its subclasses"]),
     ],
 )
 def test_wrong_text(model: type[pt.Component], said: list[str]) -> None:
@@ -128,7 +133,7 @@ def test_class_that_overrides_equations() -> None:
             def equations(self) -> pt.Equations:
                 yield self.w == 0
 
-    refused(pt.ModelError, "Odd.equations", "Inertia", "compose the component instead", do=define)
+    refused(pt.ModelError, "Odd.equations", "Inertia", "use the component as a part instead", do=define)
 
 
 def test_der_outside_equations() -> None:

@@ -55,10 +55,10 @@ TEXTS: dict[str, tuple[Callable[[Any], Any], list[str]]] = {
     "recursion": (lambda m: m.law(m), ["this calls itself without end"]),
     "column": (lambda m: ca.vertcat(m.J.w, 1), ["between single expressions, this one has 2 x 1"]),
     "array": (lambda m: np.array([1.0, 2.0]), ["single expressions"]),
-    "foreign symbol": (lambda m: ca.SX.sym("gain"), ["gain is no variable of the model"]),
-    "switch of a text": (lambda m: pt.switch("w > 0", 1, 2), ["switch takes expressions", "not 'w > 0'"]),  # type: ignore[arg-type]
-    "der of a text": (lambda m: pt.der("w"), ["der takes expressions of variables and numbers, not 'w'"]),  # type: ignore[arg-type]
-    "schedule of a text": (lambda m: pt.schedule("t", [1]), ["schedule takes rows of numbers"]),
+    "foreign symbol": (lambda m: ca.SX.sym("gain"), ["gain is not a variable of the model"]),
+    "switch of a text": (lambda m: pt.switch("w > 0", 1, 2), ["switch requires expressions", "not 'w > 0'"]),  # type: ignore[arg-type]
+    "der of a text": (lambda m: pt.der("w"), ["der requires expressions of variables and numbers, not 'w'"]),  # type: ignore[arg-type]
+    "schedule of a text": (lambda m: pt.schedule("t", [1]), ["schedule requires sequences of numbers"]),
     "wrong function": (lambda m: ca.if_else(m.J.w, "a", 1), ["CasADi cannot compute this", "if_else"]),  # type: ignore[arg-type]
 }
 
@@ -81,7 +81,7 @@ def test_fields_of_quantities_have_plain_names() -> None:
         class Hidden(pt.Component):
             _x: pt.Variable = pt.variable("1", "Hidden")
 
-    refused(pt.ModelError, "Hidden._x", "does not begin with an underscore", do=define)
+    refused(pt.ModelError, "Hidden._x", "must not begin with an underscore", do=define)
 
 
 class Listed(pt.Component):
@@ -94,7 +94,7 @@ class Listed(pt.Component):
 
 
 def test_list_of_parts() -> None:
-    refused(pt.ModelError, "Listed.js is a list of parts; give a tuple", do=lambda: Listed(js=[Inertia(J=1.0)]))
+    refused(pt.ModelError, "Listed.js is a list of components; use a tuple", do=lambda: Listed(js=[Inertia(J=1.0)]))
 
 
 def test_part_that_contains_itself() -> None:
@@ -122,9 +122,9 @@ class Terms(pt.Component):
 @pytest.mark.parametrize(
     ("terms", "said"),
     [
-        (lambda: None, ["the model: loss() of Terms gives None, not one expression", "return ..."]),
-        (lambda: "much", ["gives 'much'"]),
-        (lambda: ca.SX.ones(2), ["not one expression"]),
+        (lambda: None, ["the model: loss() of Terms returns None instead of one expression", "return ..."]),
+        (lambda: "much", ["returns 'much'"]),
+        (lambda: ca.SX.ones(2), ["instead of one expression"]),
         (lambda: 1 / 0, ["the model: ", "ZeroDivisionError", "test_users_code_errors.py:"]),
     ],
 )

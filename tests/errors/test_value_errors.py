@@ -53,10 +53,10 @@ def test_wrong_value(do: Callable[[], Any], said: list[str]) -> None:
     [
         (
             {"value": rot.Inertia},
-            ["Shaft.J1 takes a component of kind Inertia, not Inertia itself", "give Inertia(...)"],
+            ["Shaft.J1 must be of class Inertia, not Inertia itself", "write Inertia(...)"],
         ),
-        ({"value": Sine(f=1.0)}, ["Shaft.J1 takes", "Inertia", "not Sine"]),
-        ({"value": 3.0}, ["Shaft.J1 takes", "Inertia", "not float"]),
+        ({"value": Sine(f=1.0)}, ["Shaft.J1 must be", "Inertia", "not Sine"]),
+        ({"value": 3.0}, ["Shaft.J1 must be", "Inertia", "not float"]),
     ],
 )
 def test_wrong_kind_in_a_slot(given: dict[str, Any], said: list[str]) -> None:

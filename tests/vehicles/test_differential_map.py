@@ -46,5 +46,5 @@ def test_figure_and_bad_differences() -> None:
     ax = plot_differential_map(differential_map(BevelDifferential(eta=0.9), DIFFERENCES, [100.0, 200.0]))
     assert "speed difference" in ax.get_xlabel()
     plt.close("all")
-    with pytest.raises(pt.ParameterError, match="a speed difference of 0 rad/s turns nothing"):
+    with pytest.raises(pt.ParameterError, match="a speed difference of 0 rad/s is not allowed"):
         differential_map(BevelDifferential(), [0.0], [100.0])

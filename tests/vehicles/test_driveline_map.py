@@ -217,7 +217,7 @@ def test_backward_says_what_the_vehicle_lacks() -> None:
 def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     run = drive_cycle(SplitPathCar(), DriveCycle.named("wltc").part(0, 40))
     ax = plot_driveline_map(found, run)
-    assert ax.get_xlabel() == "speed  [km/h]"
+    assert ax.get_xlabel() == "Speed [km/h]"
     assert len(ax.collections) > 1
     legend = ax.get_legend()
     assert legend is not None

@@ -82,10 +82,10 @@ def test_a_file_of_ones_own(tmp_path: Path) -> None:
     [
         ("body.m = 5\n", "does not say which vehicle"),
         ('class = "ManualCar"\nbody.m = "5 N"\n', "N cannot be converted to kg"),
-        ('class = "ManualCar"\n[cycle]\ncycle = "uds"\n', "there is no drive cycle 'uds'"),
+        ('class = "ManualCar"\n[cycle]\ncycle = "uds"\n', "unknown drive cycle 'uds'"),
         ('class = "ManualCar"\n[engine]\ncurve = { name = "x" }\n', r"engine.curve = .* is not a map: it lacks 'axes'"),
-        ('class = "ManualCar"\n[[engine]]\nJ = 1\n', "engine is not a row of parts"),
-        ('class = "ManualCarr"\n', "there is no vehicle 'ManualCarr'"),
+        ('class = "ManualCar"\n[[engine]]\nJ = 1\n', "engine is not a tuple of components"),
+        ('class = "ManualCarr"\n', "unknown vehicle 'ManualCarr'"),
     ],
 )
 def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:

@@ -222,18 +222,21 @@ def test_self_locking_and_standstill_are_said() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: designs((2.0, 0.5), [-1.7]), "the wanted range of r ends at 0.5"),
+        (lambda: designs((2.0, 0.5), [-1.7]), "the required range of r is empty: it starts at 2 and ends at 0.5"),
         (lambda: designs((0.5, 2.0), []), "no basic ratio"),
         (lambda: designs((0.5, 2.0), [1.0]), "ratio"),
-        (lambda: designs((0.5, 2.0), [-1.7], weights={"weight": [1.0]}), "of which r is needed"),
-        (lambda: designs((0.5, 2.0), [-1.7], weights={"r": [3.0]}), "outside the wanted range"),
+        (lambda: designs((0.5, 2.0), [-1.7], weights={"weight": [1.0]}), r"the columns r \(required\)"),
+        (lambda: designs((0.5, 2.0), [-1.7], weights={"r": [3.0]}), "outside the required range"),
         (lambda: designs((0.5, 2.0), [-1.7], weights={"r": [1.0], "weight": [-1.0]}), "shares of the delivered energy"),
         (lambda: designs(Duty.over((0.5, 2.0)), [-1.7], weights={"r": [1.0]}), "a Duty has its own"),
         (lambda: designs((0.5, 2.0), [-1.7], unit=(2.0, 0.5)), "from V = 2 to 0.5 is empty"),
-        (lambda: designs((0.5, 2.0), [-1.7], unit=0.5), "V_max/V_min = 0.5 of the variable unit is not above 1"),
-        (lambda: designs((0.5, 2.0), [-1.7], by="mean"), "not ranked by 'mean', but by one of mean_efficiency"),
-        (lambda: Duty.driven([100.0], [50.0], [-1.0]), "takes power in no sample"),
-        (lambda: sets_near(1.0), "no set of gears has this basic ratio"),
+        (
+            lambda: designs((0.5, 2.0), [-1.7], unit=0.5),
+            "V_max/V_min = 0.5 of the variable unit must be greater than 1",
+        ),
+        (lambda: designs((0.5, 2.0), [-1.7], by="mean"), "cannot be ranked by 'mean'; choose from mean_efficiency"),
+        (lambda: Duty.driven([100.0], [50.0], [-1.0]), "never takes power"),
+        (lambda: sets_near(1.0), "no gear set has this basic ratio"),
     ],
 )
 def test_bad_input(call: Any, message: str) -> None:
@@ -243,10 +246,10 @@ def test_bad_input(call: Any, message: str) -> None:
 
 def test_nothing_to_refine(paper: SplitPathDesigns) -> None:
     plant = paper.plants["input", 3]
-    with pytest.raises(pt.ParameterError, match=r"R_o = 1.02 cannot do this duty"):
+    with pytest.raises(pt.ParameterError, match=r"R_o = 1.02 does not meet this duty"):
         refine_ratio([plant], paper.duty, 1.02, (1.01, 1.04))
     with pytest.raises(
-        pt.ParameterError, match=r"no basic ratio between -2 and -1\.5 can do this duty within its limits"
+        pt.ParameterError, match=r"no basic ratio between -2 and -1\.5 meets this duty within its limits"
     ):
         refine_ratio([plant], paper.duty, -1.7, (-2.0, -1.5), unit=(0.9, 1.1))
 

@@ -124,7 +124,7 @@ def test_limits_of_the_unit() -> None:
     wide = designs((0.0, 2.0), [-1.7], limits={"torque": 1.1 * torque}, couplings=["input"], combinations=False)
     assert line(wide, "4").problem == ""
     for limits, said in (
-        ({"heat": 1.0}, "no limit of 'heat', but of torque, speed, power"),
+        ({"heat": 1.0}, "no limit 'heat'; choose from torque, speed, power"),
         ({"power": -1.0}, "must be"),
     ):
         with pytest.raises(pt.ParameterError, match=said):

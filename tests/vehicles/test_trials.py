@@ -54,7 +54,7 @@ def test_a_cycle_too_fast_is_driven_as_far_as_it_goes() -> None:
     assert run.message == ""
     assert run.time_outside > 5
     assert run.excess.min() < -20
-    assert run.table.loc["largest excess over the band", "value"] == pytest.approx(run.excess.min() * 3.6)
+    assert run.table.loc["largest deviation beyond the tolerance", "value"] == pytest.approx(run.excess.min() * 3.6)
 
 
 def test_a_run_that_ends_early_is_kept() -> None:

@@ -53,9 +53,7 @@ class Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """As click does it, with the right name for a wrong one."""
         if args and not args[0].startswith("-") and args[0] not in COMMANDS:
-            ctx.fail(
-                f"there is no command {args[0]!r}{suggestion(args[0], COMMANDS)} (commands: {', '.join(COMMANDS)})"
-            )
+            ctx.fail(f"unknown command {args[0]!r}{suggestion(args[0], COMMANDS)} (commands: {', '.join(COMMANDS)})")
         return super().resolve_command(ctx, args)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -89,8 +87,8 @@ class Commands(click.Group):
 )
 @click.version_option(__version__, prog_name="powertrain")
 def main() -> None:
-    """Vehicle powertrains: simulate vehicles over drive cycles, map their efficiency, look at parts, design transmissions.
+    """Vehicle powertrains: simulate vehicles over drive cycles, map their efficiency, describe components, design transmissions.
 
-    `powertrain COMMAND --help` tells more. Exit codes: 0 done, 1 the model or the simulation failed, 2 the command line
-    is wrong, 130 interrupted.
+    See also `powertrain COMMAND --help`. Exit codes: 0 success, 1 the model or the simulation failed, 2 error in the command line,
+    130 interrupted.
     """

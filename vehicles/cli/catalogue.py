@@ -83,10 +83,10 @@ def find(name: str, among: Iterable[Entry], what: str) -> Entry:
     if len(found) == 1:
         return found[0]
     if found:
-        raise pt.ParameterError(f"{name} is the name of several: {', '.join(e.full_name for e in found)}")
+        raise pt.ParameterError(f"{name} is ambiguous: {', '.join(e.full_name for e in found)}")
     near = suggestion(name, [e.name for e in entries])
     few = "" if len(entries) > 25 else f" ({what}: {', '.join(e.name for e in entries)})"
-    raise pt.ParameterError(f"there is no {what} {name!r}{near}{few}")
+    raise pt.ParameterError(f"unknown {what} {name!r}{near}{few}")
 
 
 def _plain(name: str) -> str:

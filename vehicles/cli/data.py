@@ -78,7 +78,7 @@ def encoded(found: Place) -> str:
         axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)
         values = _tuples(value.values.tolist())
         return _inline({"name": value.name, "unit": value.unit, "method": value.method, "axes": axes, "values": values})
-    raise pt.ParameterError(f"{found.path}: a {type(value).__name__} has no form in a parameter file")
+    raise pt.ParameterError(f"{found.path}: a {type(value).__name__} cannot be written to a parameter file")
 
 
 def _inline(fields: dict[str, Any]) -> str:

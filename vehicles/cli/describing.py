@@ -30,12 +30,14 @@ if TYPE_CHECKING:
     ),
 )
 @click.argument("name")
-@click.option("--text", is_flag=True, help="The whole text of the class, as it stands in its file.")
-@click.option("--schematic", type=PICTURE, help="Draw its parts and what joins them (.png, .pdf, .svg).")
+@click.option("--text", is_flag=True, help="Print the complete source of the class.")
+@click.option(
+    "--schematic", type=PICTURE, help="Draw a schematic of its components and connections (.png, .pdf, .svg)."
+)
 def command(name: str, text: bool, schematic: Path | None) -> None:
-    """What a component or a vehicle is: parameters with units, defaults and ranges, slots, ports, variables, equations, source.
+    """Describe a component or vehicle: parameters with units, defaults and ranges, slots, ports, variables, equations, source.
 
-    What is listed can be set by `powertrain run VEHICLE --set PATH=VALUE`. Names found in several families take the family before them.
+    Set parameters and slots with `powertrain run VEHICLE --set PATH=VALUE`. If a name occurs in several families, put the family in front.
     """
     from powertrain.vehicles.cli import catalogue
 

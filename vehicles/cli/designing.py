@@ -68,7 +68,7 @@ class Shared(ArgumentType):
 @click.command(
     "split-path",
     cls=Command,
-    short_help="Design a split-path transmission: layouts, couplings, basic ratios ranked.",
+    short_help="Design a split-path transmission: rank layouts, couplings and basic ratios.",
     examples=(
         "split-path --ratio 0.5:2 --unit 0.4:2.5",
         "split-path --ratio 0.5:2 --unit 4 --basic -4:-0.25:31 --coupling input --by max_K --top 5",
@@ -80,25 +80,25 @@ class Shared(ArgumentType):
     "--ratio",
     type=Span(),
     default=(0.5, 2.0),
-    help="Wanted range of the ratio r = output speed over input speed. Default: 0.5:2.",
+    help="Required range of the ratio r = output speed over input speed. Default: 0.5:2.",
 )
 @click.option(
     "--unit",
     type=UnitRange(),
-    help="Range of the variable unit's ratio V, or its span V_max/V_min where fixed gears may shift it. Default: any.",
+    help="Range of the ratio V of the variable unit, or its span V_max/V_min if fixed gears may shift it. Default: any.",
 )
 @click.option(
     "--basic",
     type=Span(counted=True),
     default=(-4.0, -0.25, 16.0),
-    help="Basic ratios R_o of the differential, and how many. Default: -4:-0.25:16.",
+    help="Basic ratios R_o of the differential, and their number. Default: -4:-0.25:16.",
 )
 @click.option(
     "--duty",
     "duties",
     multiple=True,
     type=Shared(),
-    help="CSV with the columns r, weight (share of the delivered energy), and if wanted torque [N.m], speed [rad/s]. Several with shares: "
+    help="CSV with the columns r, weight (share of the delivered energy), and optionally torque [N.m], speed [rad/s]. Several with shares: "
     "a.csv:3 b.csv:1.",
 )
 @click.option(
@@ -106,10 +106,10 @@ class Shared(ArgumentType):
     type=click.Choice(["input", "output", "both"]),
     default="both",
     show_default=True,
-    help="The unit lies beside the input or the output.",
+    help="The unit is coupled to the input or to the output.",
 )
 @click.option(
-    "--combinations/--no-combinations", default=True, help="With the switched combinations of two types, or without."
+    "--combinations/--no-combinations", default=True, help="Include the switched combinations of two types, or not."
 )
 @click.option(
     "--eta",
@@ -128,25 +128,25 @@ class Shared(ArgumentType):
 @click.option(
     "--unit-map",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="CSV with the unit's efficiency over ratio [1], w_a [rad/s], tau [N.m], or some of them, in place of --eta-unit.",
+    help="CSV with the efficiency of the unit over ratio [1], w_a [rad/s], tau [N.m] or some of these, instead of --eta-unit.",
 )
 @click.option(
     "--space",
     is_flag=True,
-    help="Search auxiliary gears and two ranges too: efficiency against the size of the unit.",
+    help="Also search auxiliary gears and two ranges: efficiency against the size of the unit.",
 )
-@click.option("--plot", type=PICTURE, help="Draw the best design: shafts, efficiency, power, unit.")
+@click.option("--plot", type=PICTURE, help="Plot the best design: shafts, efficiency, power, unit (.png, .pdf, .svg).")
 @click.option(
     "--by",
     type=click.Choice(["mean_efficiency", "min_efficiency", "max_K", "unit_range"]),
     default="mean_efficiency",
     show_default=True,
-    help="What ranks the designs.",
+    help="Criterion for the ranking.",
 )
-@click.option("--top", type=click.IntRange(1), default=10, show_default=True, help="How many lines to print.")
-@click.option("--refine", is_flag=True, help="Find the best R_o of the best design, by what --by ranks.")
-@click.option("--teeth", is_flag=True, help="Sets of teeth near the R_o of the best design.")
-@click.option("--out", type=OutputFile(".csv"), help="Write the whole table to this CSV file.")
+@click.option("--top", type=click.IntRange(1), default=10, show_default=True, help="Number of designs to print.")
+@click.option("--refine", is_flag=True, help="Optimise R_o of the best design by the criterion --by.")
+@click.option("--teeth", is_flag=True, help="Print tooth numbers near the R_o of the best design.")
+@click.option("--out", type=OutputFile(".csv"), help="Write the complete table to this CSV file.")
 def command(
     ratio: tuple[float, float],
     unit: Unit | None,
@@ -167,9 +167,9 @@ def command(
 ) -> None:
     """Compare split-path transmissions for a range of ratios: six layouts, both couplings, basic ratios, switched combinations.
 
-    A differential and a variable unit lie side by side. For every design the table tells the mean efficiency over the duty, the least
-    efficiency, the largest share |K| of the input power in the unit, the range of V the unit must have, and how the power flows.
-    After D. Yu, N. Beachley, Gear Technology, July/August 1986.
+    A differential and a variable unit are connected in parallel. For every design the table gives the mean efficiency over the duty,
+    the lowest efficiency, the largest share |K| of the input power in the unit, the required range of V, and the direction of the power
+    flow. After D. Yu, N. Beachley, Gear Technology, July/August 1986.
     """
     import numpy as np
 
@@ -203,7 +203,7 @@ def command(
         click.echo(f"wrote {out}: {len(found.table)} designs")
     if found.feasible.empty:
         raise click.ClickException(
-            "no design can do it; the table tells why. Widen --unit, --basic, or narrow --ratio."
+            "no design meets the requirements; the table gives the reasons. Widen --unit or --basic, or narrow --ratio."
         )
     if plot is not None:
         _draw(found, loss, eta, plot)
@@ -257,7 +257,7 @@ def _duty(ratio: tuple[float, float], files: tuple[tuple[Path, float], ...]) -> 
         try:
             table = pd.read_csv(path, comment="#", skipinitialspace=True)
         except ValueError as error:
-            raise click.UsageError(f"{path} is no table: {error}") from None
+            raise click.UsageError(f"{path} is not a table: {error}") from None
         with of_the_command_line():
             given.append((Duty.over(ratio, table), share))
     with of_the_command_line():
@@ -289,7 +289,7 @@ def _space(
         variator = Variator("unit", loss) if unit is None else Variator("unit", loss, unit)
         found = split_path_space(duty, [variator], efficiencies=Efficiencies(planetary=eta), progress=progress())
     if found.table.empty:
-        raise click.ClickException("no design can do it. Widen --unit, or narrow --ratio.")
+        raise click.ClickException("no design meets the requirements. Widen --unit, or narrow --ratio.")
     names = ("mean_efficiency", "min_efficiency", "unit_size", "max_K")
     rows = []
     for _, row in found.pareto.head(top).iterrows():

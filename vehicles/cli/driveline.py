@@ -42,12 +42,12 @@ def mapped(
     """
     if not any(parts_of(model, Pedals)):
         raise click.UsageError(
-            f"{type(model).__name__} has no driver whose pedals could be set; name a vehicle that `powertrain run` takes"
+            f"{type(model).__name__} has no driver whose pedals could be set; choose a vehicle for `powertrain run`"
         )
     unit = next(parts_of(model, VariableUnit), None)
     found = driveline_map(model, speeds, np.linspace(0, 1, pedals + 1)[1:], variator=unit, progress=progress())
     if not np.isfinite(found["efficiency"].values).any():
-        raise click.ClickException("the vehicle pulls at no point of this map")
+        raise click.ClickException("the vehicle has no tractive force at any point of this map")
     if cycle is not None and draw:
         run = drive_cycle(model, cycle, progress=progress())
     figure = None
@@ -79,4 +79,4 @@ def report(found: xr.Dataset, name: str) -> str:
     head = ("speed [km/h]", "largest force [N]", "best at [N]", "efficiency", "turns at [rpm]", "[N.m]", "power flow")
     solved = np.isfinite(found["force"].values).mean()
     about = f"{name}: {_told(found)}, up to {number(float(found['efficiency'].max()))}"
-    return f"{about}; {solved:.0%} of {found['force'].size} points are steady states\n\n{columns(rows, head, right=range(6))}"
+    return f"{about}; {solved:.0%} of {found['force'].size} points have an operating point\n\n{columns(rows, head, right=range(6))}"

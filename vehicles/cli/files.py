@@ -33,7 +33,7 @@ def read(path: str | Path) -> dict[str, Any]:
     try:
         return tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise pt.ParameterError(f"{path} is no TOML file: {error}") from None
+        raise pt.ParameterError(f"{path} is not a TOML file: {error}") from None
 
 
 def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tuple[M, list[str]]:
@@ -77,7 +77,7 @@ def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) ->
     first = known.get(f"{path}[0]")
     if first is None:
         raise pt.ParameterError(
-            f"{path} is not a row of parts: write a table [{path}], not an array of tables [[{path}]]"
+            f"{path} is not a tuple of components: write a table [{path}], not an array of tables [[{path}]]"
         )
     made = []
     for i, item in enumerate(items):

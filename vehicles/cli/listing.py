@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 @click.command(
     "list",
     cls=Command,
-    short_help="Vehicles, and components by family.",
+    short_help="Vehicles, components by family, drive cycles, papers.",
     examples=("list", "list vehicles", "list --family differentials"),
 )
 @click.argument("what", type=click.Choice(["all", "vehicles", "components", "cycles", "papers"]), default="all")
 @click.option("--family", help="Only components of this family, such as differentials.")
 def command(what: str, family: str | None) -> None:
-    """What there is, each with its first line: vehicles, components by family, drive cycles, papers.
+    """List vehicles, components by family, drive cycles and papers, with one line each.
 
-    `powertrain info NAME` tells all about one of them.
+    `powertrain info NAME` describes one of them in detail.
     """
     from powertrain.components.cycles import CYCLES
     from powertrain.vehicles.cli import catalogue
@@ -53,7 +53,7 @@ def _components(family: str | None) -> None:
     shown = [name for name in known if family in (None, name, name.partition(".")[0])]
     if not shown:
         raise click.BadParameter(
-            f"there is no family {family!r}{suggestion(str(family), known)} (families: {', '.join(known)})",
+            f"unknown family {family!r}{suggestion(str(family), known)} (families: {', '.join(known)})",
             param_hint="--family",
         )
     for name in shown:

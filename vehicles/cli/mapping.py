@@ -64,40 +64,44 @@ class Mapped(ArgumentType):
 @click.option(
     "--of",
     type=click.Choice(["driveline", "transmission"]),
-    help="Of a vehicle: all of it (default), or its split-path transmission.",
+    help="For a vehicle: the complete driveline (default), or its split-path transmission.",
 )
 @click.option(
     "--speed",
     type=Span(counted=True),
     default=(2.0, 140.0, 47.0),
-    help="Driveline: speed [km/h], and how many. Default: 2:140:47.",
+    help="Driveline: speeds [km/h] and their number. Default: 2:140:47.",
 )
 @click.option(
-    "--pedals", type=click.IntRange(3), default=61, show_default=True, help="Driveline: positions of the accelerator."
+    "--pedals",
+    type=click.IntRange(3),
+    default=61,
+    show_default=True,
+    help="Driveline: number of accelerator positions.",
 )
-@click.option("--cycle", type=Cycle(), help="Driveline: lay the operating points of this cycle over the map.")
+@click.option("--cycle", type=Cycle(), help="Driveline: plot the operating points of this cycle in the map.")
 @click.option(
     "--ratio",
     type=Span(counted=True),
     default=(0.5, 2.0, 61.0),
-    help="Transmission: ratio r = output over input speed, and how many. Default: 0.5:2:61.",
+    help="Transmission: ratios r = output speed over input speed, and their number. Default: 0.5:2:61.",
 )
 @click.option(
     "--load",
     type=Span(counted=True),
     default=(5.0, 150.0, 30.0),
-    help="Transmission: torque at the output [N.m], and how many. Default: 5:150:30.",
+    help="Transmission: output torques [N.m] and their number. Default: 5:150:30.",
 )
 @click.option(
     "--input-speed",
     type=click.FloatRange(0, min_open=True),
     default=200.0,
     show_default=True,
-    help="Transmission: speed of its input [rad/s].",
+    help="Transmission: input speed [rad/s].",
 )
 @settings
-@click.option("--out", type=DATA, help="Write the map: netCDF (.nc) or .csv.")
-@click.option("--plot", type=PICTURE, help="Draw the map with the cases of the power flow.")
+@click.option("--out", type=DATA, help="Write the map to a netCDF file (.nc) or to a .csv file.")
+@click.option("--plot", type=PICTURE, help="Plot the map with the cases of the power flow (.png, .pdf, .svg).")
 def command(
     what: Entry,
     of: str | None,
@@ -112,11 +116,12 @@ def command(
     out: Path | None,
     plot: Path | None,
 ) -> None:
-    """Map the efficiency of a vehicle from the tank to the road, or that of a split-path transmission on a test bench.
+    """Compute the efficiency map of a vehicle from tank to road, or of a split-path transmission on a test bench.
 
-    The driveline is mapped over speed and tractive force, at steady speed on a rolling road. The transmission is mapped over its ratio r
-    and its load: K is the power into the variable unit over the input power, and the case tells whether power splits or goes round
-    (Yu & Beachley 1986, Fig. 8). Where friction rests (r = 1) efficiency and K may lie anywhere between the values beside it.
+    The driveline is mapped over speed and tractive force, at steady speed on a rolling road. The transmission is mapped over its ratio
+    r and its load. K is the power into the variable unit divided by the input power, and the case says whether the power splits or
+    recirculates (Yu & Beachley 1986, Fig. 8). Where friction is at rest (r = 1), efficiency and K may have any value between the
+    neighbouring ones.
     """
     from powertrain.vehicles.cli import catalogue
 
@@ -149,7 +154,7 @@ def _transmission_map(
     transmission = _transmission(model)
     grid = {"r": values(ratio, 61), "load": -values(load, 30)}
     if 0 in grid["r"]:
-        raise click.UsageError("--ratio: nothing is delivered at r = 0; leave it out")
+        raise click.UsageError("--ratio: no power is delivered at r = 0; leave it out")
     flow = pt.power_flow(
         pt.compile(SplitPathBench(transmission=transmission)),
         grid,
@@ -160,7 +165,7 @@ def _transmission_map(
         progress=progress(),
     )
     if not np.isfinite(flow.efficiency.values).any():
-        raise click.ClickException("the transmission delivers at no point of this map")
+        raise click.ClickException("the transmission delivers no power at any point of this map")
     return report(flow, transmission, speed), _dataset(flow), picture(flow) if draw else None
 
 
@@ -171,7 +176,7 @@ def report(flow: pt.PowerFlow, transmission: SplitPathTransmission, speed: float
     values = (middle.data["r"], middle.data["V"], middle.efficiency, share["K"])
     step = max(middle.data.sizes["r"] // 15, 1)
     rows = [
-        (*(number(float(v[k]), 4) for v in values), str(share["case"].values[k]) or "friction rests")
+        (*(number(float(v[k]), 4) for v in values), str(share["case"].values[k]) or "friction at rest")
         for k in range(0, middle.data.sizes["r"], step)
     ]
     torque = abs(float(middle.data["load"]))

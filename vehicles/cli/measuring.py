@@ -37,14 +37,18 @@ DIGITS = 3
 )
 @click.argument("vehicle", type=Vehicle())
 @settings
-@click.option("--out", type=DATA, help="Write the signals of the acceleration: netCDF (.nc) with units, or .csv.")
-@click.option("--plot", type=PICTURE, help="Draw speed and acceleration over time (.png, .pdf, .svg).")
+@click.option(
+    "--out",
+    type=DATA,
+    help="Write the signals of the acceleration to a netCDF file (.nc), with units, or to a .csv file.",
+)
+@click.option("--plot", type=PICTURE, help="Plot speed and acceleration over time (.png, .pdf, .svg).")
 def command(vehicle: Entry, texts: tuple[str, ...], params: Path | None, out: Path | None, plot: Path | None) -> None:
-    """Press the accelerator of a vehicle fully and print how it accelerates, its top speed, and the steepest slope it moves off on.
+    """Accelerate a vehicle with the pedal fully pressed and print acceleration times, top speed and gradeability.
 
-    It starts from rest, as the vehicle stands ready: the engine idles, stores hold what they hold at the start. Top speed is the highest
-    that it reaches; a battery or a flywheel may help to it. Gradeability is to half a per cent. Rigid wheels do not slip: where
-    the ground limits, set `front=DrivenAxle`, which has tyres.
+    The vehicle starts at rest with the engine idling and the stores at their initial charge. The top speed is the highest speed
+    reached, which a battery or a flywheel may increase for a short time. Gradeability is the steepest grade on which the vehicle moves
+    off, to half a percent. Rigid wheels do not slip: if the ground limits traction, set `front=DrivenAxle`, which has tyres.
     """
     import powertrain as pt
     from powertrain.vehicles.cli.settings import free_or_error
@@ -56,7 +60,7 @@ def command(vehicle: Entry, texts: tuple[str, ...], params: Path | None, out: Pa
     run = full_accelerator(model, progress=progress())
     table = performance(model, run, progress=progress())
     rows = [(what, number(value, DIGITS), unit) for what, (value, unit) in zip(table.index, table.values, strict=True)]
-    click.echo(f"{vehicle.name} with a full accelerator\n\n{columns(rows, right=[1])}")
+    click.echo(f"{vehicle.name} with the accelerator fully pressed\n\n{columns(rows, right=[1])}")
     if out is not None:
         run.to_dataframe().to_csv(out) if out.suffix == ".csv" else run.save(out)
     if plot is not None:

@@ -147,12 +147,12 @@ def settings(function: F) -> F:
         "texts",
         multiple=True,
         metavar="PATH=VALUE",
-        help="A parameter, a field, or the component in a slot, by its path; see the examples. May be repeated.",
+        help="Set a parameter, a field, or the component in a slot, by its path; see the examples. May be repeated.",
     )
     params = click.option(
         "--params",
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
-        help="TOML file of parameters and parts; --set comes after it.",
+        help="TOML file with parameters and components; --set overrides it.",
     )
     return params(texts(function))
 

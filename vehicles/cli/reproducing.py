@@ -21,7 +21,7 @@ HEAD = ("quantity", "unit", "source", "printed", "computed", "agreement")
 @click.command(
     "reproduce",
     cls=Command,
-    short_help="A paper's tables and figures, printed beside computed.",
+    short_help="Tables and figures of a paper: printed and computed values.",
     examples=(
         "reproduce yu-beachley --out report",
         "reproduce provatidis --no-report",
@@ -30,15 +30,15 @@ HEAD = ("quantity", "unit", "source", "printed", "computed", "agreement")
 )
 @click.argument("paper")
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder of the report. Default: ./reproduction."
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the report. Default: ./reproduction."
 )
-@click.option("--report/--no-report", default=True, help="Write the report, or only print the tables.")
+@click.option("--report/--no-report", default=True, help="Write a report, or only print the tables.")
 @click.option("--pictures/--no-pictures", default=True, help="Draw the figures for the report.")
 def command(paper: str, out: Path | None, report: bool, pictures: bool) -> None:
-    """Compute what a paper prints: print both side by side, and write a report with the figures (Markdown and PNG).
+    """Recompute the tables and figures of a paper, print both values, and write a report with the figures (Markdown and PNG).
 
-    `powertrain list papers` names the papers. A value that agrees within the printed digits says so; where the print is known to be wrong,
-    the report tells why. The exit code is 1 if any value differs.
+    `powertrain list papers` lists the papers. Values that agree to the printed digits are marked; for known misprints the report gives
+    the reason. The exit code is 1 if any value differs.
     """
     from powertrain.vehicles import reproductions as library
 
@@ -57,7 +57,7 @@ def command(paper: str, out: Path | None, report: bool, pictures: bool) -> None:
     if page is not None:
         click.echo(f"wrote {page} with {len(about.pictures)} pictures")
     if "DIFFERS" in library.Tally(tables).counts:
-        raise click.ClickException("values differ from the print by more than its digits allow")
+        raise click.ClickException("values differ from the printed ones by more than their digits allow")
 
 
 def shown(table: Table) -> str:

@@ -41,7 +41,7 @@ PRINTED_FROM = 50.0
 @click.command(
     "run",
     cls=Command,
-    short_help="A vehicle over a drive cycle: consumption, energy audit, pictures.",
+    short_help="Drive a vehicle over a cycle: consumption, energy audit, figures.",
     examples=(
         "run SplitPathCar --cycle wltc --plot run.png",
         "run SplitPathCar --cycle udds --set body.m=1500 --set body.Cd=0.28 --out run.nc",
@@ -55,33 +55,33 @@ PRINTED_FROM = 50.0
 @click.option(
     "--cycle",
     type=Cycle(),
-    help="wltc, udds, hwfet, nedc, or a CSV file (header time_s,speed_km_h). Default: the vehicle's.",
+    help="wltc, udds, hwfet, nedc, ..., or a CSV file (header time_s,speed_km_h). Default: that of the vehicle.",
 )
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
 @settings
 @click.option(
     "--write-params", type=OutputFile(".toml"), help="Write all parameters with units and ranges to this TOML file."
 )
-@click.option("--out", type=DATA, help="Write the signals: netCDF (.nc) with units, or .csv.")
+@click.option("--out", type=DATA, help="Write the signals to a netCDF file (.nc), with units, or to a .csv file.")
 @click.option(
     "--signals",
     multiple=True,
     metavar="PATTERN",
-    help="Only these signals into --out, such as 'engine.*'; may be repeated.",
+    help="Write only these signals to --out, such as 'engine.*'; may be repeated.",
 )
 @click.option(
-    "--plot", type=PICTURE, help="Draw speed, engine and ratio, power, energy and operating points (.png, .pdf, .svg)."
+    "--plot", type=PICTURE, help="Plot speed, engine and ratio, power, energy and operating points (.png, .pdf, .svg)."
 )
 @click.option(
     "--map",
     "chart",
     type=PICTURE,
-    help="Draw the driveline's map from the tank to the road with the cycle's operating points, and print it.",
+    help="Plot the efficiency map from tank to road with the operating points of the cycle, and print it.",
 )
 @click.option(
     "--backward",
     is_flag=True,
-    help="Beside it, the quasi-static fuel: from the map's operating points, without transients.",
+    help="Also compute the fuel quasi-statically, from the operating points of the map, without transients.",
 )
 @click.option(
     "--rtol",
@@ -104,11 +104,11 @@ def command(
     backward: bool,
     rtol: float,
 ) -> None:
-    """Simulate a vehicle over a drive cycle and print consumption and where the energy went.
+    """Simulate a vehicle over a drive cycle and print its consumption and energy balance.
 
-    `powertrain list vehicles` names the vehicles, `powertrain info VEHICLE` what can be set.
+    `powertrain list vehicles` lists the vehicles, `powertrain info VEHICLE` the parameters and slots that can be set.
 
-    A span of a cycle should begin at rest, as the vehicle does.
+    The vehicle starts at rest, so a span of a cycle should also start at rest.
     """
     import powertrain as pt
     from powertrain.vehicles.cli import files
@@ -200,7 +200,13 @@ def report(run: CycleRun) -> str:
         (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)
     ]
     if stores := stores_of(run):
-        results.append((f"consumption, {' and '.join(stores)} evened out", number(charge_corrected(run)), "l/100 km"))
+        results.append(
+            (
+                f"consumption, corrected to equal charge ({' and '.join(stores)})",
+                number(charge_corrected(run)),
+                "l/100 km",
+            )
+        )
     return "\n".join(
         [
             f"{name} over {cycle.name} ({about})",
@@ -214,7 +220,7 @@ def report(run: CycleRun) -> str:
 
 
 def _not_followed(run: CycleRun) -> list[str]:
-    """A sentence where the vehicle leaves the band."""
+    """A sentence where the vehicle leaves the speed tolerance."""
     if run.time_outside == 0:
         return []
     k = int(abs(run.excess).argmax())
@@ -224,7 +230,7 @@ def _not_followed(run: CycleRun) -> list[str]:
     )
     return [
         "",
-        f"The vehicle does not follow the cycle: {run.time_outside:.1f} s outside of the band (±2 km/h, ±1 s){most}.",
+        f"The vehicle does not follow the cycle: {run.time_outside:.1f} s outside the speed tolerance (±2 km/h, ±1 s){most}.",
     ]
 
 
@@ -241,7 +247,7 @@ def _energies(run: CycleRun) -> str:
     total = amounts[""]
     rows.append(("all", "", *map(_kilojoules, total), _share(total[1], supplied)))
     head = ("component", "kind", "supplied [kJ]", "lost [kJ]", "stored [kJ]", "lost/supplied")
-    closes = f"  left over: {number(run.audit.residual, 3)} J, {run.audit.closure:.1e} of the energy that changed hands"
+    closes = f"  energy residual: {number(run.audit.residual, 3)} J ({run.audit.closure:.1e} of the energy exchanged)"
     return "\n".join([columns(rows, head, right=[2, 3, 4, 5]), closes])
 
 
@@ -272,7 +278,7 @@ def _chosen(plant: pt.Plant[Any], out: Path | None, patterns: tuple[str, ...]) -
     from powertrain.signals import signals_of
 
     if patterns and out is None:
-        raise click.UsageError("--signals chooses what --out writes: give --out, too")
+        raise click.UsageError("--signals selects what --out writes: also give --out")
     with of_the_command_line():
         if out is not None and out.suffix.lower() == ".nc":
             engine("--out")

@@ -60,7 +60,7 @@ def place(component: pt.Component, path: str) -> Place:
     known = {found.path: found for found in places(component)}
     if path not in known:
         near = suggestion(path, known)
-        raise pt.ParameterError(f"{type(component).__name__} has nothing named {path!r} to set{near}")
+        raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
 
 
@@ -95,11 +95,13 @@ def part(text: str, found: Place) -> pt.Component:
         node = ast.parse(text.strip(), mode="eval").body
     except SyntaxError:
         raise pt.ParameterError(
-            f"{found.path}: {text!r} is neither a component's name nor Name(parameter=value)"
+            f"{found.path}: {text!r} is neither the name of a component nor Name(parameter=value)"
         ) from None
     made = _built(node, found.path, found.kind)
     if not isinstance(made, pt.Component):
-        raise pt.ParameterError(f"{found.path} is a part: give the name of a component, not {text!r}{_takes(found)}")
+        raise pt.ParameterError(
+            f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}"
+        )
     return made
 
 
@@ -114,7 +116,7 @@ def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
         if not other or other[0] in fits:
             raise
     names = ", ".join(entry.name for entry in fits)
-    raise pt.ParameterError(f"{where} takes a component of kind {said}, which {name} is not; these are: {names}")
+    raise pt.ParameterError(f"{where} must be of class {said}, which {name} is not; choose from {names}")
 
 
 def _built(node: ast.expr, where: str, kind: Any = None) -> Any:
@@ -139,7 +141,7 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
     if isinstance(target, ast.Attribute):
         makers = [n for n in vars(cls) if isinstance(vars(cls)[n], (classmethod, staticmethod)) and n[0] != "_"]
         if target.attr not in makers:
-            raise pt.ParameterError(f"{cls.__name__} has no maker {target.attr!r}{suggestion(target.attr, makers)}")
+            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
         maker = getattr(cls, target.attr)
     kinds = cls._slot_types()
     arguments = [_built(value, where) for value in node.args]
@@ -174,7 +176,7 @@ def _fitted(value: Any, found: Place) -> Any:
         choice = typing.get_args(found.kind)
         if value not in choice:
             near = suggestion(str(value), map(str, choice))
-            raise pt.ParameterError(f"{found.path} = {value!r} is none of {', '.join(map(str, choice))}{near}")
+            raise pt.ParameterError(f"{found.path} = {value!r} must be one of {', '.join(map(str, choice))}{near}")
         return value
     if isinstance(old, float) and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
@@ -217,4 +219,4 @@ def free_or_error(wanted: Iterable[str], model: pt.Component, free: Mapping[str,
         found = place(model, path)
         if found.spec is not None and path not in free:
             whole = path.rpartition(".")[0].rpartition(".")[0] or type(model).__name__
-            raise pt.ParameterError(f"{path} is not free: {whole} determines it from its own parameters; set those")
+            raise pt.ParameterError(f"{path} cannot be set: {whole} determines it from its own parameters; set those")

@@ -90,7 +90,9 @@ class TestCar:
         row, hybrid = (city or rows)[0], any(row["bag4_mpg"] for row in city)
         kind: Kind | None = "electric" if electric else "power split" if hybrid else KINDS.get(row["transmission"])
         if kind is None:
-            raise ParameterError(f"{where}: unknown transmission {row['transmission']!r}; there are {', '.join(KINDS)}")
+            raise ParameterError(
+                f"{where}: unknown transmission {row['transmission']!r}; choose from {', '.join(KINDS)}"
+            )
         loads = [[float(r[name]) for name in COAST_DOWN] for r in city or rows]
         return cls(
             name=row["vehicle"].title(),

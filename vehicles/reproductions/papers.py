@@ -47,7 +47,7 @@ class Paper:
 def paper(name: str) -> Paper:
     """The paper of a name in ``PAPERS``. Errors: ParameterError for another name, with those that are like it."""
     if name not in PAPERS:
-        raise ParameterError(f"there is no paper {name!r}{suggestion(name, PAPERS)} (papers: {', '.join(PAPERS)})")
+        raise ParameterError(f"unknown paper {name!r}{suggestion(name, PAPERS)} (papers: {', '.join(PAPERS)})")
     found = import_module(f"powertrain.vehicles.reproductions.{PAPERS[name]}").PAPER
     assert isinstance(found, Paper)
     return found

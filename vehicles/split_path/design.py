@@ -41,29 +41,30 @@ def split_path_designs(
     by: Rank = "mean_efficiency",
     progress: bool = True,
 ) -> SplitPathDesigns:
-    """Compares all six types in both couplings over basic ratios, with the nine switched combinations.
+    """Compare all six types in both couplings over basic ratios, including the nine switched combinations.
 
-    ``duty``: the wanted range of r, with ``weights`` over it (columns r, weight, see ``Duty.over``); or a ``Duty``, as of a drive cycle.
-    ``ratios``: numbers R_o, or differentials (by their tooth numbers, for instance). ``unit``: the range (low,
-    high) of V that the variable unit has; or a number, its span V_max/V_min, where fixed gears may bring V into its range; None for any.
-    ``transmission``: the one to vary, with its efficiencies and its kind of unit; by default eta = 0.95 and eta_v = 0.9.
+    ``duty``: the required range of r, with ``weights`` over it (columns r, weight, see ``Duty.over``); or a ``Duty``, for instance of a
+    drive cycle. ``ratios``: numbers R_o, or differentials (for instance from tooth numbers). ``unit``: the range (low, high) of V of
+    the variable unit; or a number, its span V_max/V_min, if fixed gears may bring V into its range; None for any. ``transmission``: the
+    one to vary, with its efficiencies and its unit; by default eta = 0.95 and eta_v = 0.9.
 
-    ``limits``: what the unit can carry on either shaft, "torque" [N.m], "speed" [rad/s], "power" [W], for the duty's torque and speed.
+    ``limits``: the capacity of the unit on either shaft, "torque" [N.m], "speed" [rad/s], "power" [W], for the torque and speed of the
+    duty.
 
-    Least efficiency, K, V and what the unit carries are extrema over the range of r, also between the duty's points and at standstill. A
-    combination drives in one type up to r = 1 and in another from there on; at the shift both count. r = 1 is where two members, and then
-    all, turn alike, and the only ratio at which they can change places without a jump of speeds. Errors: ParameterError for a duty, a unit
-    or a rank that does not exist, and for basic ratios of 0 or 1.
+    The lowest efficiency, K, V and the load of the unit are extrema over the range of r, also between the points of the duty and at
+    standstill. A combination uses one type up to r = 1 and another above it; at the shift both count. At r = 1 all members turn at the
+    same speed; it is the only ratio at which two of them can be exchanged without a jump in speed. Errors: ParameterError for an
+    invalid duty, unit or criterion, and for basic ratios of 0 or 1.
     """
     from tqdm.auto import tqdm
 
     given = transmission or SplitPathTransmission()
     values = np.array([float(x if isinstance(x, (int, float)) else x.ratio) for x in ratios])
     if not values.size:
-        raise pt.ParameterError("there is no basic ratio to look at")
+        raise pt.ParameterError("no basic ratio is given")
     check_unit(unit)
     if by not in get_args(Rank):
-        raise pt.ParameterError(f"designs are not ranked by {by!r}, but by one of {', '.join(get_args(Rank))}")
+        raise pt.ParameterError(f"designs cannot be ranked by {by!r}; choose from {', '.join(get_args(Rank))}")
     if isinstance(duty, Duty) and weights is not None:
         raise pt.ParameterError("weights belong to a range of r; a Duty has its own")
     work = duty if isinstance(duty, Duty) else Duty.over(duty, weights)

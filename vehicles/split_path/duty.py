@@ -24,12 +24,12 @@ _POINTS = 31
 
 @dataclass(frozen=True)
 class Duty:
-    """The points at which a transmission works: ratio r, share of the delivered energy, size of the output torque, input speed.
+    """The operating points of a transmission: ratio r, share of the delivered energy, magnitude of the output torque, input speed.
 
-    ``low`` and ``high`` are the wanted range of r; its ends, and r = 1 within it, are looked at too, with no share. Between the points
-    torque and speed are interpolated over r, before the first and after the last they are as there; a ``sampled`` duty has its points
-    only. Points at r = 0 deliver no energy: they ask for a ratio of the unit and count for nothing else. Errors: ParameterError for
-    shares that are negative or all zero.
+    ``low`` and ``high`` are the required range of r; its ends, and r = 1 within it, are also checked, with zero share. Between the
+    points torque and speed are interpolated over r, and held before the first and after the last; a ``sampled`` duty consists of its
+    points only. Points at r = 0 deliver no energy: they only require a ratio of the unit. Errors: ParameterError for shares that are
+    negative or all zero.
     """
 
     r: Vector
@@ -45,12 +45,12 @@ class Duty:
         """A duty from a table with columns r, weight and where they matter torque (N.m) and speed (rad/s); else all of the range alike."""
         low, high = map(float, r)
         if not low < high:
-            raise pt.ParameterError(f"the wanted range of r ends at {high:g}, below or at its beginning {low:g}")
+            raise pt.ParameterError(f"the required range of r is empty: it starts at {low:g} and ends at {high:g}")
         given = {} if table is None else {str(n): np.array(v, float).ravel() for n, v in table.items()}
         unknown = [n for n in given if n not in ("r", "weight", "torque", "speed")]
         if unknown or (table is not None and "r" not in given):
             raise pt.ParameterError(
-                f"a duty has the columns r, weight, torque, speed, of which r is needed; not {', '.join(given)}"
+                f"a duty has the columns r (required), weight, torque and speed, not {', '.join(given)}"
             )
         at = given.get("r", np.linspace(low, high, _POINTS))
         ends = np.array([low, high] + [x for x in (0.0, 1.0) if low < x < high])
@@ -60,10 +60,10 @@ class Duty:
         total = full["weight"].sum()
         if not total > 0 or (full["weight"] < 0).any():
             raise pt.ParameterError(
-                "the weights of a duty are shares of the delivered energy: none is negative, and some is positive"
+                "the weights of a duty are shares of the delivered energy: none may be negative, and at least one must be positive"
             )
         if (at < low).any() or (at > high).any():
-            raise pt.ParameterError(f"the duty has points outside the wanted range of r from {low:g} to {high:g}")
+            raise pt.ParameterError(f"the duty has points outside the required range of r from {low:g} to {high:g}")
         full["weight"] /= total
         sampled = np.unique(at).size < at.size
         ends = ends[~np.isin(ends, at)]
@@ -82,7 +82,7 @@ class Duty:
         one, two, tau = (np.asarray(x, float).ravel() for x in (w_in, w_out, torque))
         drives = (two * tau > 0) & (one > 0)
         if not drives.any():
-            raise pt.ParameterError("the output takes power in no sample of this drive cycle at a positive input speed")
+            raise pt.ParameterError("in this drive cycle the output never takes power at a positive input speed")
         one, two, tau = one[drives], two[drives], tau[drives]
         r = two / one
         columns = {"r": r, "weight": two * tau, "torque": np.abs(tau), "speed": one}
@@ -94,7 +94,9 @@ class Duty:
         given = list(duties)
         shares = [share for _, share in given]
         if not given or min(shares) < 0 or not sum(shares) > 0:
-            raise pt.ParameterError(f"duties have the shares {shares}: none is negative, and some is positive")
+            raise pt.ParameterError(
+                f"duties have the shares {shares}: none may be negative, and at least one must be positive"
+            )
         columns = {n: np.concatenate([getattr(d, n) for d, _ in given]) for n in ("r", "torque", "speed")}
         weight = np.concatenate([d.weight * share for d, share in given]) / sum(shares)
         order = np.argsort(columns["r"], kind="stable")
@@ -134,16 +136,16 @@ def _points(r: Vector, torque: Vector, speed: Vector) -> dict[str, Any]:
 
 
 def check_unit(unit: Unit) -> None:
-    """Errors: ParameterError for a range that is not low < high, and for a span that is not above 1."""
+    """Errors: ParameterError for a range that is not low < high, and for a span that must be greater than 1."""
     if isinstance(unit, tuple):
         if not unit[0] < unit[1]:
             raise pt.ParameterError(f"the range of the variable unit from V = {unit[0]:g} to {unit[1]:g} is empty")
     elif unit is not None and not unit > 1:
-        raise pt.ParameterError(f"the span V_max/V_min = {unit:g} of the variable unit is not above 1")
+        raise pt.ParameterError(f"the span V_max/V_min = {unit:g} of the variable unit must be greater than 1")
 
 
 def unit_margins(V: Vector, unit: Unit) -> Vector:
-    """Not negative where the unit can do it."""
+    """Not negative if the unit meets the demand."""
     if unit is None:
         return np.zeros(1)
     low, high = float(V.min()), float(V.max())

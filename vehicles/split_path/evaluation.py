@@ -81,7 +81,7 @@ class Evaluated:
 
 @dataclass(frozen=True)
 class Demands:
-    """What a design has to keep: the unit's range of V, and limits of its torque [N.m], speed [rad/s] and power [W]."""
+    """Requirements of a design: the range of V of the unit, and limits of its torque [N.m], speed [rad/s] and power [W]."""
 
     unit: Unit
     limits: Mapping[str, float]

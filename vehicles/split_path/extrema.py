@@ -26,7 +26,7 @@ _NARROW = 1e-8
 
 @dataclass(frozen=True)
 class Extrema:
-    """The worst values over r of one layout, for each basic ratio; ``where``: the r they belong to. Nan where a point has no solution."""
+    """The worst values over r of one layout, for each basic ratio; ``where``: their r. Nan if a point has no solution."""
 
     worst: dict[str, Vector]
     where: dict[str, Vector]
@@ -144,14 +144,14 @@ def check_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
     given = dict(limits or {})
     for name, value in given.items():
         if name not in UNITS:
-            raise pt.ParameterError(f"limits: the unit has no limit of {name!r}, but of {', '.join(UNITS)}")
+            raise pt.ParameterError(f"limits: the unit has no limit {name!r}; choose from {', '.join(UNITS)}")
         if not value > 0:
             raise pt.ParameterError(f"limits: {name} = {value:g} {UNITS[name]} must be positive")
     return given
 
 
 def limited(worst: Mapping[str, Any], limits: Mapping[str, float]) -> str:
-    """Which limit of the unit is exceeded; empty where none is."""
+    """The limit of the unit that is exceeded; empty if there is none."""
     for name, limit in limits.items():
         if worst[f"unit_{name}"] > limit * (1 + 1e-9):
             return f"{name} of the unit up to {worst[f'unit_{name}']:.4g} {UNITS[name]}, it has {limit:g}"

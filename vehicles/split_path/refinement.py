@@ -24,9 +24,9 @@ _NARROW = 1e-9
 
 @dataclass(frozen=True)
 class Refined:
-    """The basic ratio that is best ``by`` what was asked for: its ``value``, and the value ``before``.
+    """The best basic ratio by the criterion ``by``, with its ``value`` and the value ``before``.
 
-    ``edge``: it lies at the edge of the bounds, so that a better one may lie beyond. ``path``: the ratios that were looked at.
+    ``edge``: it lies at the edge of the bounds, so there may be a better one beyond. ``path``: the ratios that were evaluated.
     """
 
     R_o: float
@@ -56,12 +56,12 @@ def refine_ratio(
     demands: Demands | None = None,
     by: Rank = "mean_efficiency",
 ) -> Refined:
-    """The R_o within bounds that is best by one column of ``SplitPathDesigns.table`` and keeps the demands on the unit.
+    """The R_o within bounds that is best by one column of ``SplitPathDesigns.table`` and meets the demands on the unit.
 
-    ``plants``: one, or those below and above r = 1. ``demands`` takes the place of ``unit`` and ``max_K``. The best ratio lies, as a rule,
-    on a ridge: where two ends of the range are equally bad, or where the unit's range ends. No derivative leads there. So the bounds are
-    sampled, and the neighbourhood of the best sample again and again, all samples of a round in one array. Raises ParameterError where the
-    start cannot do the duty or nothing is found.
+    ``plants``: one, or those below and above r = 1. ``demands`` replaces ``unit`` and ``max_K``. The best ratio usually lies on a
+    ridge, where two ends of the range are equally bad or where the range of the unit ends, and derivatives do not lead there. Therefore
+    the bounds are sampled, then repeatedly the neighbourhood of the best sample, with all samples of a round in one array. Raises
+    ParameterError if the start does not meet the duty or nothing is found.
     """
     wanted = demands or Demands(unit, {}, max_K)
     known: dict[float, dict[str, float]] = {}
@@ -75,12 +75,12 @@ def refine_ratio(
     low, high = min(bounds), max(bounds)
     look([start, *np.linspace(low, high, _FIRST)])
     if not math.isfinite(known[start]["mean_efficiency"]):
-        raise pt.ParameterError(f"R_o = {start:g} cannot do this duty, so that there is nothing to refine")
+        raise pt.ParameterError(f"R_o = {start:g} does not meet this duty, so there is nothing to refine")
     width = (high - low) / (_FIRST - 1)
     while True:
         met = [x for x, found in known.items() if not found["problem"] and low <= x <= high]
         if not met:
-            raise pt.ParameterError(f"no basic ratio between {low:g} and {high:g} can do this duty within its limits")
+            raise pt.ParameterError(f"no basic ratio between {low:g} and {high:g} meets this duty within its limits")
         best = min(met, key=lambda x: SIGN[by] * known[x][by])
         if width < _NARROW * max(high - low, abs(best)):
             break

@@ -50,7 +50,7 @@ def split_path_space(
     efficiencies: Efficiencies | None = None,
     progress: bool = True,
 ) -> SplitPathSpace:
-    """Searches structures and units: ``candidates`` of each in every one of ``rounds``, the later ones near the best of those before.
+    """Search structures and units: ``candidates`` of each in every one of ``rounds``, later ones near the best of the earlier ones.
 
     ``points``: mechanical points that are tried, by default from a tenth to twice the greatest r. ``basic``: sizes |R_o| of planetaries
     (R_o < 0). Gears beside the unit bring it to its range of V, and to its speed where that is limited. Errors: ParameterError
@@ -61,7 +61,7 @@ def split_path_space(
     low, high = points or (0.1 * duty.high, 2 * duty.high)
     for what, (first, last) in (("points", (low, high)), ("basic", basic)):
         if not 0 < first < last:
-            raise pt.ParameterError(f"{what}: from {first:g} to {last:g} is no range of positive numbers")
+            raise pt.ParameterError(f"{what}: from {first:g} to {last:g} is not a range of positive numbers")
     eta = efficiencies or Efficiencies()
     found: list[Rated] = []
     pairs = [(unit, structure) for unit in units for structure in structures]

@@ -45,7 +45,7 @@ class Structure:
             for side in ends:
                 if side not in _PLAIN and side not in get_args(Layout):
                     raise pt.ParameterError(
-                        f"the side {side!r} is none of input, output, {', '.join(get_args(Layout))}"
+                        f"the side {side!r} must be one of input, output, {', '.join(get_args(Layout))}"
                     )
             if all(side in _PLAIN for side in ends):
                 raise pt.ParameterError(

@@ -33,7 +33,7 @@ def sets_near(
     import pandas as pd
 
     if R_o in (0.0, 1.0):
-        raise pt.ParameterError(f"R_o = {R_o:g}: no set of gears has this basic ratio, members would be one")
+        raise pt.ParameterError(f"R_o = {R_o:g}: no gear set has this basic ratio; two members would coincide")
     if R_o > 0:
         return _positive(R_o, tolerance, list(suns), planets)
     a = "sun" if R_o < -1 else "ring"

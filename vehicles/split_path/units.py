@@ -101,7 +101,7 @@ def _measured(unit: VariableUnit, ratios: Vector, torques: Vector, w_a: float, d
     carried = (eta > 0) & (eta <= 1 + _LEAST) & (V * ratio > 0)
     if not carried.any():
         raise pt.ParameterError(
-            f"{type(unit).__name__} carries none of the torques {torques.tolist()} N.m at {w_a:g} rad/s; give smaller ones, or its "
+            f"{type(unit).__name__} cannot carry any of the torques {torques.tolist()} N.m at {w_a:g} rad/s; give smaller ones, or its "
             "efficiencies as numbers or maps"
         )
     turning, loads = V[:, 0], tau[0]

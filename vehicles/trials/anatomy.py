@@ -20,10 +20,10 @@ ONE = {"body": Body, "pedals": Pedals, "road": RoadProfile, "cycle": CycleSpeed}
 
 @dataclass(frozen=True)
 class Anatomy:
-    """Paths of a vehicle's parts, whatever their names: an engine in an axle module is "rear.engine".
+    """Paths of the components of a vehicle, whatever their names: an engine in an axle module is "rear.engine".
 
-    The kinds of the parts say what they are. What they do not say, that a flywheel's energy goes on from drive to drive, the class does:
-    ``stores: ClassVar[tuple[str, ...]] = ("flywheel",)``. Without it the batteries are the stores.
+    Components are found by their class. What a class cannot tell, for instance that the energy of a flywheel carries over from one drive to
+    the next, the vehicle declares: ``stores: ClassVar[tuple[str, ...]] = ("flywheel",)``. By default the batteries are the stores.
     """
 
     vehicle: str
@@ -49,7 +49,7 @@ class Anatomy:
         if len(found) != 1:
             several = f"{len(found)}: {', '.join(found)}" if found else "none"
             raise pt.ParameterError(
-                f"{self.vehicle} needs one {what} (a part of kind {ONE[what].__name__}); it has {several}"
+                f"{self.vehicle} needs one {what} (a component of class {ONE[what].__name__}); it has {several}"
             )
         return found[0]
 
@@ -57,13 +57,13 @@ class Anatomy:
         """The path of the only engine. Errors: ParameterError for a vehicle without, or with several."""
         if len(self.engines) != 1:
             raise pt.ParameterError(
-                f"{self.vehicle} has {len(self.engines)} combustion engines; this takes a vehicle with one"
+                f"{self.vehicle} has {len(self.engines)} combustion engines; this requires a vehicle with one"
             )
         return self.engines[0]
 
 
 def anatomy(vehicle: pt.Component) -> Anatomy:
-    """What the vehicle's parts are."""
+    """Find the body, pedals, engines and other components of a vehicle."""
     parts = list(_parts(vehicle))
 
     def of(*kinds: type[pt.Component]) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ def anatomy(vehicle: pt.Component) -> Anatomy:
 
 
 def value_at(vehicle: pt.Component, path: str) -> Any:
-    """The part at a path of dots and indices."""
+    """The component at a path of dots and indices."""
     part: Any = vehicle
     for name in path.split("."):
         field, bracket, index = name.partition("[")

@@ -27,9 +27,9 @@ SPEEDS, ACCELERATORS = 46, 61
 
 @dataclass(frozen=True)
 class BackwardRun:
-    """Fuel flow [kg/s] and tractive force [N] in the middle of every row of a cycle.
+    """Fuel flow [kg/s] and tractive force [N] at the midpoint of every row of a cycle.
 
-    ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those that its schedule takes, 1 where it has none.
+    ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those chosen by its schedule, 1 if there is none.
     """
 
     cycle: DriveCycle
@@ -45,17 +45,17 @@ class BackwardRun:
 
 
 def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset | None = None) -> BackwardRun:
-    """The fuel of a cycle from a map of operating points, as if the vehicle passed from one to the next without transients.
+    """The fuel for a cycle from a map of operating points, without transients between them.
 
     force = (m + sum of J/radius^2 of the wheels) a + resistance(v) + m g sin(alpha),  fuel_rate = map(v, force)
     braked or in overrun: fuel_rate of accelerator 0
 
-    The resistance is the force that pulls the vehicle's own body along a level road at a constant speed. The map is
-    ``driveline_map`` (made here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
-    there are those of the lowest speed; where nothing is driven the engine idles. The engine's own inertia is left out.
-    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear, and the gears are those that the schedule takes for
-    the cycle's speeds and the pedals that the forces take; shifts take no time and no fuel.
-    Errors: ParameterError for a map with points that have no steady state, and for a vehicle without a map (see ``on_rolling_road``).
+    The resistance is the force that pulls the body of the vehicle along a level road at constant speed. The map is that of
+    ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
+    there are those of the lowest speed; without a demand the engine idles. The inertia of the engine is neglected.
+    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear. The gears are those that the schedule chooses for
+    the speeds of the cycle and the pedal positions for the forces; shifts take no time and no fuel.
+    Errors: ParameterError for a map with points without an operating point, and for a vehicle without a map (see ``on_rolling_road``).
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
@@ -71,7 +71,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
         maps = [driveline_map(vehicle, speeds, accelerators) if found is None else found]
         gears = np.ones(v.size, np.intp)
     if missing := sum(int(one["force"].isnull().sum()) for one in maps):
-        raise pt.ParameterError(f"backward: {missing} points of the map have no steady state")
+        raise pt.ParameterError(f"backward: {missing} points of the map have no operating point")
     slowest = float(maps[0]["speed"][0])
     rate, most = np.empty_like(v), np.empty_like(v)
     for k, one in enumerate(maps, 1):

@@ -8,18 +8,18 @@ from powertrain.vehicles.trials.cycle import CycleRun
 
 
 def stores_of(run: CycleRun) -> tuple[str, ...]:
-    """The parts of a vehicle that carry energy from one drive to the next: what its class names in ``stores``, else its batteries."""
+    """The components of a vehicle that carry energy from one drive to the next: those in ``stores`` of its class, else its batteries."""
     return run.anatomy.stores
 
 
 def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
-    """Consumption [l/100 km] if the engine had made up for what the ``stores`` ended with less than they began with.
+    """Consumption [l/100 km] corrected to equal charge of the ``stores`` (charge-sustaining correction).
 
-    ``stores`` are parts, such as "battery" or "flywheel"; without them those of ``stores_of``. What they gained counts as work of the
-    engine, at its marginal efficiency over the cycle times ``path``, the efficiency from its crank into the store:
+    ``stores`` are components, such as "battery" or "flywheel"; by default those of ``stores_of``. The energy they gained counts as work of
+    the engine, at its marginal efficiency over the cycle times ``path``, the efficiency from its crank into the store:
       fuel - gained/(path marginal efficiency heating value)
-    The engine runs anyway: more work from it takes no more of its friction, and costs less than the mean. nan where the engine did not
-    run, or the vehicle stood.
+    Because the engine runs anyway, additional work does not increase its friction and costs less than the mean. nan if the engine did not
+    run or the vehicle did not move.
     """
     table = run.audit.components["stored"]
     gained = sum(float(table.loc[store]) for store in stores or stores_of(run))

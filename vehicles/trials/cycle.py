@@ -38,9 +38,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CycleRun:
-    """A vehicle that drove a cycle; ``message`` says why it ended early or stood, if it did.
+    """The run of a vehicle over a cycle; ``message`` gives the reason if it ended early or did not move.
 
-    ``anatomy`` says which of the vehicle's parts are its body, engines and batteries. ``table`` is what is usually asked.
+    ``anatomy`` has the paths of the vehicle's body, engines and batteries. ``table`` has the main results.
     """
 
     cycle: DriveCycle
@@ -155,14 +155,14 @@ class CycleRun:
 
     @cached_property
     def excess(self) -> Array:
-        """How far the speed lies outside of the regulation's band at ``result.time`` [m/s]: positive above, negative below, else 0."""
+        """How far the speed is outside the regulation's tolerance at ``result.time`` [m/s]: positive above, negative below, else 0."""
         t, low, high = self.band
         time, v = self.result.time, self.speed
         return np.asarray(np.maximum(v - np.interp(time, t, high), 0) + np.minimum(v - np.interp(time, t, low), 0))
 
     @property
     def time_outside(self) -> float:
-        """Time outside of the band, with the time that was not driven [s]."""
+        """Time outside the speed tolerance, including the time that was not driven [s]."""
         t = self.result.time
         outside = float(np.trapezoid((self.excess != 0).astype(float), t))
         return outside + float(self.cycle.times[-1] - t[-1])
@@ -188,8 +188,8 @@ class CycleRun:
         if self.anatomy.batteries:
             rows["from the battery"] = (self.wh_per_km, "W.h/km")
         rows |= {
-            "time outside of the band": (self.time_outside, "s"),
-            "largest excess over the band": (float(deviation) * 3.6, "km/h"),
+            "time outside the speed tolerance": (self.time_outside, "s"),
+            "largest deviation beyond the tolerance": (float(deviation) * 3.6, "km/h"),
         }
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
 
@@ -221,18 +221,20 @@ def drive_cycle(
     progress: bool | Callable[[float], None] = False,
     **options: Any,
 ) -> CycleRun:
-    """Let a vehicle drive a cycle (``None``: the one it has; a name: one of the legislated).
+    """Drive a vehicle over a cycle (``None``: the one of the vehicle; a name: a legislated cycle).
 
-    ``options`` go to ``pt.simulate``. The grades of a cycle become the vehicle's road. A cycle that the vehicle cannot follow is driven as
-    well as it goes; where the simulation ends early, what was driven is kept and ``message`` says why; it also tells of an engine that
-    stalled for good and of a vehicle that stood.
-    Errors: those of building the model, and ParameterError for wrong names.
+    ``options`` are passed to ``pt.simulate``. The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a
+    cycle, it drives as well as it can. If the simulation ends early, the run so far is kept and ``message`` gives the reason; it also
+    reports an engine that stalled for good and a vehicle that did not move. Errors: those of building the model, and ParameterError for
+    wrong names.
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
     if isinstance(vehicle, pt.Plant):
         if cycle is not None:
-            raise pt.ParameterError("a compiled vehicle keeps its cycle: give the vehicle itself to drive another one")
+            raise pt.ParameterError(
+                "a compiled vehicle keeps its cycle: pass the vehicle itself to drive another cycle"
+            )
         plant = vehicle
     else:
         plant = pt.compile(_on(vehicle, cycle))

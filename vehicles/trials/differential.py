@@ -20,7 +20,7 @@ SAMPLES = 720
 
 
 class DifferentialBench(pt.Component):
-    """A differential whose half shafts turn at given speeds, driven by a torque on its crown wheel."""
+    """A test bench for a differential: half shafts at given speeds, a torque on the crown wheel."""
 
     differential: Differential
     drive: ConstantTorque = ConstantTorque(tau_constant=0)
@@ -37,18 +37,18 @@ class DifferentialBench(pt.Component):
 def differential_map(
     differential: Differential, differences: ArrayLike, torques: ArrayLike, *, speed: float = 88.0
 ) -> xr.Dataset:
-    """Means over one turn of the halves against each other, for speed differences [rad/s] > 0 and torques [N.m] of the crown wheel.
+    """Means over one relative turn of the two sides, for speed differences [rad/s] > 0 and torques [N.m] of the crown wheel.
 
-    Variables ``left`` and ``right``: torques [N.m] given to the half shafts, ``loss`` [W], ``efficiency`` = power to the half shafts over
-    power of the crown wheel (the other way round for torques < 0). The left half shaft turns faster by the difference w_left - w_right;
-    ``speed`` [rad/s] is the crown wheel's. Errors: ParameterError for a difference <= 0, and those of the model.
+    Variables ``left`` and ``right``: torques [N.m] delivered to the half shafts, ``loss`` [W], ``efficiency`` = power to the half
+    shafts over power of the crown wheel (inverse for torques < 0). The left half shaft turns faster by the difference w_left - w_right;
+    ``speed`` [rad/s] is that of the crown wheel. Errors: ParameterError for a difference <= 0, and those of the model.
     """
     import xarray as xr
 
     given, loads = np.atleast_1d(np.asarray(differences, float)), np.atleast_1d(np.asarray(torques, float))
     if (given <= 0).any():
         raise pt.ParameterError(
-            f"differential_map: a speed difference of {given.min():g} rad/s turns nothing; give values > 0"
+            f"differential_map: a speed difference of {given.min():g} rad/s is not allowed; give values > 0"
         )
     plant = pt.compile(DifferentialBench(differential=differential))
     means = np.empty((2, given.size, loads.size))

@@ -26,7 +26,7 @@ def driveline_map(
     variator: str | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, power taken and efficiency to the road.
+    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, input power and efficiency to the road.
 
     Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``w`` [rad/s] and ``tau`` [N.m] of the
     engine or machine, ``power`` [W] from the tank (``fuel_rate`` [kg/s] times the heating value) or from the battery at its charge at the
@@ -34,9 +34,9 @@ def driveline_map(
     which Fig. 8 of Yu & Beachley 1986 shows the kinds. A vehicle with a gear schedule has the ``gear``, too: the highest that the schedule
     keeps at that speed and accelerator.
 
-    Points without a steady state have no numbers, and their status says why. Where there are several (in overrun a centrifugal clutch may
-    hold or let the engine idle) the status says so too, and the numbers are those of the one whose clutch holds.
-    The vehicle has a body, pedals and one engine or machine. Errors: those of ``on_rolling_road``.
+    Points without an operating point are nan, and their status gives the reason. If there are several (in overrun a centrifugal clutch may
+    hold, or release the engine to idle), the status says so, and the numbers are those with the clutch holding.
+    The vehicle needs a body, pedals and one engine or machine. Errors: those of ``on_rolling_road``.
     Source: pt.steady of the vehicle on a rolling road.
     """
     import xarray as xr

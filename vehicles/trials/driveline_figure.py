@@ -22,10 +22,10 @@ FAINT = (1, 1, 1, 0.35)
 
 
 def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Axes | None = None) -> Axes:
-    """Efficiency from the tank or the battery to the road over speed and tractive force, up to what the vehicle can pull.
+    """Efficiency from the tank or the battery to the road over speed and tractive force, up to the largest force of the vehicle.
 
-    ``found`` is what ``driveline_map`` gives. Shown are the speeds at which all its points are steady states; where it knows the cases of a
-    power flow these are hatched. The points are where a cycle was driven, one for every second with a pulling force.
+    ``found`` is the result of ``driveline_map``. The plot shows the speeds at which all points have an operating point; the cases of a
+    power flow are hatched if they are known. The dots are the operating points of a cycle, one per second with a tractive force.
     """
     import matplotlib.pyplot as plt
 
@@ -46,7 +46,7 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     handles = _hatch(ax, found, speed, force) if "case" in found else []
     if run is not None:
         _points(ax, run)
-    ax.set(xlabel="speed  [km/h]", ylabel="tractive force  [N]", ylim=(0, 1.05 * np.nanmax(force)), xlim=(0, None))
+    ax.set(xlabel="Speed [km/h]", ylabel="Tractive force [N]", ylim=(0, 1.05 * np.nanmax(force)), xlim=(0, None))
     ax.legend(handles=[*ax.get_legend_handles_labels()[0], *handles], loc="upper right", fontsize=8)
     return ax
 

@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 
 
 def cycle_figure(run: CycleRun) -> Figure:
-    """All pictures of a run on one page."""
+    """All plots of a run on one page."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 15), layout="constrained")
@@ -71,7 +71,7 @@ def _consumption(run: CycleRun) -> str:
 
 
 def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
-    """Speed and acceleration over time of a run with a full accelerator."""
+    """Speed and acceleration over time with the accelerator fully pressed."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 5.5), layout="constrained")
@@ -80,7 +80,7 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
     v = result[f"{body}.v"] * KM_H
     above.plot(result.time, v, color="C0")
     above.set(ylabel="Speed [km/h]", title=f"{name} with a full accelerator: {v.max():.0f} km/h")
-    once = np.diff(result.time, append=np.inf) > 0.0  # an event stands twice
+    once = np.diff(result.time, append=np.inf) > 0.0  # an event appears twice
     below.plot(result.time[once], np.gradient(v[once] / KM_H, result.time[once]), color="C1")
     settled = result.time[np.argmax(v >= SETTLED * v.max())]
     below.set(ylabel="Acceleration [m/s²]", xlabel="Time [s]", xlim=(0, 1.1 * settled))
@@ -90,10 +90,10 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
 
 
 def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Speed [km/h] over time [s] with the cycle and the regulation's band; where the speed leaves the band the line is red."""
+    """Speed [km/h] over time [s] with the cycle and the speed tolerance of the regulation; the line is red outside the tolerance."""
     ax = _axes(ax)
     t, low, high = run.band
-    ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="band: ±2 km/h, ±1 s")
+    ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="tolerance: ±2 km/h, ±1 s")
     times, wanted = run.cycle.times, run.cycle.speeds
     ax.plot(times, wanted * KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
     time, v = run.result.time, run.speed * KM_H
@@ -128,8 +128,8 @@ def plot_prime_movers_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axe
 def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Power [kW] of engines and machines, into the variable unit and into the brakes over time.
 
-    Where there is a variable unit, the cases of its power flow are shaded; the legend says which part of the transmission's energy went
-    through it in each.
+    If there is a variable unit, the cases of its power flow are shaded; the legend gives the share of the transmission's energy that flowed
+    through it in each case.
     """
     ax = _axes(ax)
     for (path, colour), power in _movers(run, "power"):
@@ -152,7 +152,7 @@ def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Where the supplied energy went, by component [MJ], the largest on top, with its share of the supply."""
+    """The energy balance by component [MJ], the largest on top, with its share of the energy supplied."""
     ax = _axes(ax)
     table = run.audit.components
     supplied, all_lost, stored = (float(table[name][""]) for name in ("sources", "lost", "stored"))
@@ -171,15 +171,15 @@ def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     ax.set_xlim(min(values.min(initial=0.0), 0.0) * 1.1, 1.35 * values.max(initial=1e-9))
     ax.set_xlabel("Lost [MJ]")
     whole = f"Of {supplied / 1e6:.3g} MJ supplied" if supplied > 0 else f"{all_lost / 1e6:.3g} MJ from the store"
-    ax.set_title(f"{whole} (left over: {run.audit.closure:.0e})", fontsize=10)
+    ax.set_title(f"{whole} (energy residual {run.audit.closure:.0e})", fontsize=10)
     ax.grid(visible=True, axis="x", alpha=0.3)
     return ax
 
 
 def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """Operating points of the (first) engine on its consumption map, or of the machine of an electric car on its efficiency map.
+    """Operating points of the (first) engine in its consumption map, or of the machine of an electric car in its efficiency map.
 
-    The area of a point is the fuel that was burnt there, or the energy that went through the machine's shaft. Points are gathered in
+    The area of a dot is proportional to the fuel burnt there, or to the energy through the shaft of the machine. Points are grouped in
     cells of 100 rpm by a thirtieth of the largest torque.
     """
     ax = _axes(ax)
@@ -229,7 +229,7 @@ def _movers(run: CycleRun, signal: str) -> Iterator[tuple[tuple[str, str], Array
 def transmission_ratio(run: CycleRun) -> Array | None:
     """Output speed over input speed of the transmission, gearbox or variable unit at ``run.result.time``.
 
-    NaN where the input (nearly) rests; None where the vehicle has no such part.
+    NaN while the input is (nearly) at rest; None if the vehicle has no such component.
     """
     kinds = (VariableTransmission, Shiftable, VariableUnit)
     name = next((path for kind in kinds for path in parts_of(run.plant.model, kind)), None)
@@ -242,7 +242,7 @@ def transmission_ratio(run: CycleRun) -> Array | None:
 
 
 def parts_of(model: pt.Component, kind: type[pt.Component], path: str = "") -> Iterator[str]:
-    """The paths of all parts of a kind; parts of such parts are not looked for."""
+    """The paths of all components of a class; components inside such components are not included."""
     for name, part in children(model):
         if isinstance(part, kind):
             yield f"{path}{name}"

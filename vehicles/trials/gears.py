@@ -53,15 +53,15 @@ def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array) -> NDA
 def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
     """``operating_map`` of the vehicle in each of its gears.
 
-    Points without a steady state that lie between others, as near idle speed where the start clutch begins to hold, are interpolated.
-    Errors: ParameterError for points at the edge without a steady state, and those of ``operating_map``.
+    Isolated points without an operating point, as near idle speed where the start clutch begins to hold, are interpolated.
+    Errors: ParameterError for such points at the edge of the map, and those of ``operating_map``.
     """
     maps = []
     for k in numbers(vehicle):
         found = operating_map(in_gear(vehicle, k), speeds, accelerators)[["force", "fuel_rate"]]
         found = found.interpolate_na("accelerator").interpolate_na("speed")
         if missing := int(found["force"].isnull().sum()):
-            raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no steady state")
+            raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no operating point")
         maps.append(found)
     return maps
 
@@ -69,7 +69,7 @@ def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list
 def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
     """The gear, from 1 on, in every row between two times [s], for speeds [m/s] and forces [N] in the rows.
 
-    It is what the schedule takes with the pedal that the force takes; a long row counts with the gear that it ends with.
+    It is chosen by the schedule for the pedal position that gives the force; a long row has the gear in which it ends.
     """
     schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
     shifter, gears = _Shifter(schedule), []
@@ -123,7 +123,7 @@ class _Shifter:
 
 
 def accelerator(found: xr.Dataset, v: float, force: float) -> float:
-    """The pedal that gives a force [N] at the nearest speed of a map, 1 where none does."""
+    """The pedal position for a force [N] at the nearest speed of a map; 1 if the force is too large."""
     row = int(np.argmin(np.abs(found["speed"].values - v)))
     forces = np.maximum.accumulate(found["force"].values[row])
     return float(np.interp(force, forces, found["accelerator"].values))

@@ -52,7 +52,7 @@ def _refuse_memory(vehicle: pt.Component, part: pt.Component, path: str) -> None
     if held:
         raise pt.ParameterError(
             f"{type(vehicle).__name__} has no map of operating points: {path} ({type(part).__name__}) goes by what was before "
-            f"({', '.join(held)}), so that speed and accelerator alone do not tell how the vehicle runs"
+            f"({', '.join(held)}), so speed and accelerator alone do not determine its operation"
         )
     for name, inner in children(part):
         _refuse_memory(vehicle, inner, f"{path}.{name}")

@@ -20,9 +20,9 @@ SETTLED = 1e-3
 
 
 def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
-    """From rest with a full accelerator until the top speed is reached, in steps of a minute.
+    """Accelerate from rest with the pedal fully pressed until the top speed is reached, in steps of one minute.
 
-    Errors: SimulationError where that takes more than ten minutes.
+    Errors: SimulationError if that takes more than ten minutes.
     """
     parts = anatomy(vehicle)
     plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
@@ -45,7 +45,7 @@ def time_between(result: pt.Result[Any], low: float, high: float) -> float:
 
 
 def climbs(vehicle: pt.Component, grade: float, time: float = 20.0) -> bool:
-    """Whether the vehicle moves off and up a slope tan(alpha) = ``grade`` within a time [s]."""
+    """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s]."""
     road = RoadProfile(profile=pt.Map.constant(grade, x="s", x_unit="m", name="grade"))
     parts = anatomy(vehicle)
     uphill = pt.replace(vehicle, {parts.the("road"): road, parts.the("pedals"): SetPedals(accelerator_set=1)})
@@ -59,7 +59,7 @@ def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
 
 
 def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
-    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. The wheels' grip is what its tyres have."""
+    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
     from tqdm.auto import tqdm
 
     low, high = 0.0, 1.0
@@ -70,10 +70,10 @@ def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bo
 
 
 def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, progress: bool = False) -> pd.DataFrame:
-    """Acceleration times (nan where a speed is not reached), top speed and gradeability: value and unit.
+    """Acceleration times (nan if a speed is not reached), top speed and gradeability: value and unit.
 
-    ``run`` is what ``full_accelerator`` gave, else it is made here. The vehicle has a body, pedals and a road, whatever their names.
-    Top speed is the highest that is reached: a store may help to it.
+    ``run`` is the result of ``full_accelerator``; by default it is computed here. The vehicle needs a body, pedals and a road.
+    The top speed is the highest speed reached; an energy store may increase it.
     """
     result = run or full_accelerator(vehicle, progress=progress)
     rows = {

@@ -17,10 +17,10 @@ BEND, GAP, DOWN = 0.04, 0.2, 0.12
 
 
 def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """The energy supplied over a cycle [MJ], from left to right through the parts in the order in which the vehicle lists them.
+    """The energy supplied over a cycle [MJ], from left to right through the components in the order of the vehicle's fields.
 
-    The band is as high as the energy that is left; each part's loss leaves it downwards, with its share of the supply. What remains at the
-    end are losses too small to be drawn, and what is stored: speed, height, charge. Source: the energy audit of the run.
+    The height of the band is the remaining energy; the loss of each component leaves it downwards, with its share of the supply. At the
+    end remain losses too small to be drawn, and stored energy (speed, height, charge). Source: the energy audit of the run.
     """
     import matplotlib.pyplot as plt
 

@@ -14,9 +14,9 @@ from powertrain.components.gearless.solids import shell, volume
 def cam_solids(cams: CircularCams, thickness: float = 0.008, points: int = 361) -> tuple[Array, Array]:
     """The outer and the inner ring of the lower cam as triangles (n, 3, 3) [m], its axis along z, for ``gearless.solids.write_stl``.
 
-    ``thickness``: of the disk below the deepest point of the tracks [m]. Both cams are cut alike; the upper one is the lower one turned
-    over and on by one arc. The rings meet halfway between the tracks, and reach as far inward and outward from them. The grooves that
-    hollow the tracks across, some hundredths deep, are left out.
+    ``thickness``: of the disk below the deepest point of the tracks [m]. Both cams are equal; the upper one is the lower one turned
+    over and rotated by one arc. The rings meet halfway between the tracks and extend equally inward and outward from them. The
+    shallow transverse hollow of the tracks is omitted.
     """
     half = (cams.outer.D - cams.inner.D) / 4
     back = (
@@ -45,7 +45,7 @@ def _ring(track: Track, half: float, back: float, points: int) -> Array:
 
 
 def roller_solid(track: Track, width: float, points: int = 36) -> Array:
-    """A roller as a short cylinder [m], its axis along x, in the middle of its track."""
+    """A roller as a short cylinder [m] with its axis along x, in the middle of its track."""
     turn = np.linspace(0, 2 * math.pi, points, endpoint=False)
     y, z, zero = track.r * np.cos(turn), track.r * np.sin(turn), np.zeros(points)
     low, high = track.D / 2 - width / 2, track.D / 2 + width / 2

@@ -22,14 +22,14 @@ Method = Literal["sphere", "elliptic"]
 
 @dataclass(frozen=True)
 class RollerContact:
-    """A spherical roller of radius ``r`` on a cam that is curved along the track and hollow across it.
+    """A spherical roller of radius ``r`` on a cam that is curved along the track and concave across it.
 
     1/R_ex = 1/r -+ 1/R_x (minus where the cam is concave, plus where it is convex),  1/R_ey = 1/r - 1/R_y
 
     A wedged roller has both contacts at once: one cam is concave with R_x = R_m + r, the other is convex with R_x = R_m - r, where the
-    pressure is higher. The paper prints the concave one. Its E is not printed: 200 GPa gives its tables.
+    pressure is higher. The paper gives the concave one. Its E is not printed; 200 GPa reproduces its tables.
 
-    Errors: ParameterError for a hollow as narrow as the roller or narrower (no point contact), and materials that are none.
+    Errors: ParameterError for a hollow not wider than the roller (no point contact), and for impossible material data.
     """
 
     r: float
@@ -127,7 +127,7 @@ def _pushing(force: ArrayLike) -> Array:
     F = np.asarray(force, float)
     if not (np.isfinite(F) & (F >= 0)).all():
         raise ParameterError(
-            f"RollerContact: a normal force of {float(F.min()):g} N: a contact only pushes, with a finite force"
+            f"RollerContact: a normal force of {float(F.min()):g} N: a contact force must be compressive and finite"
         )
     return F
 

@@ -26,13 +26,13 @@ LEAST_WIDTH = 0.2
 
 @dataclass(frozen=True)
 class CircularCams:
-    """Two concentric tracks on each cam, half an arc out of phase, so that one is steepest where the other cannot transmit.
+    """Two concentric tracks on each cam, half an arc out of phase, so that one is steepest where the other cannot transmit torque.
 
-    theta = 0 is where the outer rollers stand in the middle of their arcs (Fig. 15a). Rollers of both tracks share the grooves of the
-    cage; they are slices of spheres, and the slices of a groove turn side by side.
+    At theta = 0 the outer rollers are in the middle of their arcs (Fig. 15a). Rollers of both tracks share the grooves of the cage;
+    they are slices of spheres, two in each groove, which turn independently.
 
-    Errors: ParameterError where the inner track is not smaller or leaves the rollers no width, the numbers of arcs differ, or the tracks
-    are not half an arc apart.
+    Errors: ParameterError if the inner track is not smaller or leaves no width for the rollers, if the numbers of arcs differ, or if
+    the tracks are not half an arc apart.
     """
 
     outer: Track
@@ -47,13 +47,13 @@ class CircularCams:
             )
         if inner.n != outer.n:
             raise ParameterError(
-                f"CircularCams: the tracks have {outer.n} and {inner.n} arcs; both rollers of a groove need the same"
+                f"CircularCams: the tracks have {outer.n} and {inner.n} arcs; both tracks need the same number"
             )
         width, radius = (outer.D - inner.D) / 2, max(outer.r, inner.r)
         if width < LEAST_WIDTH * radius:
             raise ParameterError(
                 f"CircularCams: tracks of {outer.D:g} and {inner.D:g} m leave slices of {width:g} m to rollers of radius {radius:g} m; "
-                f"they need {LEAST_WIDTH:g} of it, {LEAST_WIDTH * radius:.4g} m: take the diameters further apart"
+                f"they need {LEAST_WIDTH:g} of it, {LEAST_WIDTH * radius:.4g} m: increase the difference of the diameters"
             )
         apart = (inner.phase - outer.phase) * outer.n / math.pi
         if abs(apart % 2 - 1) > 1e-9:

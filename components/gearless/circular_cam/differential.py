@@ -37,7 +37,7 @@ UPRIGHT = math.pi / 2
 
 
 class RollerMasses(Component):
-    """The rollers of a circular cam differential as bodies, that climb and turn while the sides turn against each other.
+    """The inertia of the rollers of a circular-cam differential, which climb and turn during relative motion of the sides.
 
     Their rotation with the cage belongs to the inertia of the cage.
     """
@@ -65,14 +65,14 @@ class RollerMasses(Component):
 
 
 class CircularCamDifferential(Differential, Lossy):
-    """The differential of two cam disks with circular-arc tracks, and rollers in grooves of the cage between them.
+    """A differential with two cam disks with circular-arc tracks and rollers in grooves of the cage between them.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit;  limit = kappa(theta) |crown.tau|/2
 
-    The half shafts get T_L = -left.tau and T_R = -right.tau, so that T_R - T_L = 2 tau. The rollers wedge the cams apart. Each cam turns
-    at theta' against the cage, left ahead and right back, and rubs with the friction torque kappa |crown.tau|/2 on its disk. With
-    lambda the outer track's share of the torque
+    The half shafts get T_L = -left.tau and T_R = -right.tau, so that T_R - T_L = 2 tau. The rollers wedge the cams apart. Each cam
+    turns at theta' relative to the cage, the left one forward and the right one backward, and its disk has the friction torque kappa
+    |crown.tau|/2. With lambda the outer track's share of the torque
 
     kappa = mu D_R (lambda/(D_out tan(alpha_out)) + (1 - lambda)/(D_in tan(alpha_in))) + the part of the grooves
 
@@ -81,29 +81,29 @@ class CircularCamDifferential(Differential, Lossy):
     (pi/n of theta), sin(alpha_out) = p sin(alpha_out max) and sin(alpha_in) = (1 - p) sin(alpha_in max). How kappa changes with the phase
     depends on how the tracks share the load, see ``Sharing``; the rigid rule is bounded at a contact angle of 0.06 degrees.
 
-    Where kappa >= 1 it locks: halves at rest against each other stay so under any torque of the cage with one shaft free. What
-    releases them is a torque on the free shaft itself: (kappa - 1)/2 times the cage's torque where the other shaft is held (bench
-    experiment 1), or (kappa - 1)/(kappa + 1) times that of the first shaft, against it, where the cage is held (experiment 2).
-    While it slides with kappa > 1 the faster shaft is held back, T_L < 0 for w_rel > 0. With inertias J alone at the three shafts
-    T_C (4/J_crown + (1 - kappa)/J_fast + (1 + kappa)/J_slow) is given by the outer torques. Where the bracket is negative (a light
-    fast side, a heavy cage) there is no sliding motion, or two: the halves seize at once. A simulation stays stuck from rest where
-    that is possible, and ends with an error where halves that turn would have to seize within no time: put a compliant shaft between
-    the crown and what is heavy behind it, and its torque decides.
+    For kappa >= 1 it locks: halves at relative rest remain so under any torque of the cage while one shaft is free. A torque on the
+    free shaft itself releases them: (kappa - 1)/2 times the cage's torque where the other shaft is held (bench experiment 1), or (kappa
+    - 1)/(kappa + 1) times that of the first shaft, against it, where the cage is held (experiment 2). While it slides with kappa > 1
+    the faster shaft is decelerated, T_L < 0 for w_rel > 0. With inertias J alone at the three shafts T_C (4/J_crown + (1 -
+    kappa)/J_fast + (1 + kappa)/J_slow) is given by the outer torques. Where the bracket is negative (a light fast side, a heavy cage)
+    there is no sliding motion, or there are two: the halves seize at once. From rest a simulation remains stuck if that is possible. It
+    ends with an error if rotating halves would have to seize instantaneously: put a compliant shaft between the crown and the heavy
+    inertia behind it.
 
-    ``masses``: the rollers as bodies. A roller climbs with D/2 tan(alpha) theta' and turns with D/(2 r cos(alpha)) theta', so that the
+    ``masses``: the inertia of the rollers. A roller climbs with D/2 tan(alpha) theta' and turns with D/(2 r cos(alpha)) theta', so that the
     relative motion has the kinetic energy I(theta) theta'^2/2,  I = n sum of (D/2)^2 (m tan(alpha)^2 + J/(r cos(alpha))^2), and tau in
-    left.tau - right.tau = 2 tau is joined by (d(I theta')/dt - I' theta'^2/2)/2. Their forces of inertia do not enter the friction.
+    left.tau - right.tau = 2 tau is joined by (d(I theta')/dt - I' theta'^2/2)/2. Their inertia forces do not affect the friction.
 
-    Otherwise without inertia: put inertias at its flanges. The data of Table 1 are the defaults. Source: C. Provatidis, Eng 4 (2023)
+    Otherwise it has no inertia: connect inertias to its flanges. The defaults are the data of Table 1. Source: C. Provatidis, Eng 4 (2023)
     2309-2335. Errors: ParameterError for contact angles outside (0, 90 degrees), an odd number of rollers, tracks or disks inside out, or
-    an unknown name of a rule. ``from_design`` also has the whole geometry checked.
+    an unknown name of a rule. ``from_design`` also checks the complete geometry.
     """
 
     D_out: Parameter = parameter("m", "Mean diameter of the outer track", default=0.085, above=0)
     D_in: Parameter = parameter("m", "Mean diameter of the inner track", default=0.050, above=0)
     alpha_out: Parameter = parameter(
         "rad",
-        "Greatest contact angle of the outer track",
+        "Maximum contact angle of the outer track",
         default=math.radians(15),
         above=0,
         max=UPRIGHT,
@@ -111,7 +111,7 @@ class CircularCamDifferential(Differential, Lossy):
     )
     alpha_in: Parameter = parameter(
         "rad",
-        "Greatest contact angle of the inner track",
+        "Maximum contact angle of the inner track",
         default=math.radians(27.25),
         above=0,
         max=UPRIGHT,

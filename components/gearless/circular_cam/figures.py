@@ -40,9 +40,9 @@ def _axes(ax: Axes | None) -> Axes:
 def mechanism(
     cams: CircularCams = TABLE_1, theta: float = math.pi / 8, ax: Axes | None = None, *, drive: float = 1.0
 ) -> Axes:
-    """Both tracks unrolled, as Fig. 15: the upper cam (left shaft) at theta, the lower cam at -theta, the cage at rest.
+    """Both tracks developed, as in Fig. 15: the upper cam (left shaft) at theta, the lower cam at -theta, the cage at rest.
 
-    Rollers that are wedged by a torque of the sign of ``drive`` on the cage are red, with an arrow for the force of the cage.
+    Rollers wedged by a cage torque with the sign of ``drive`` are red, with an arrow for the force of the cage.
     """
     ax = _axes(ax)
     for track, name, height in _rows(cams):
@@ -152,7 +152,7 @@ def normal_forces(cams: CircularCams = TABLE_1, torque: float = TORQUE, ax: Axes
 def contact_pressures(
     cams: CircularCams = TABLE_1, torque: float = TORQUE, ax: Axes | None = None, *, hollow: float = 1.1
 ) -> Axes:
-    """Greatest contact pressure over a cycle, elastic sharing: both cams, the exact contact and the equivalent sphere."""
+    """Maximum contact pressure over a cycle with elastic sharing: both cams, the exact contact and the equivalent sphere."""
     ax, theta = _axes(ax), np.linspace(0, 2 * np.pi / cams.outer.n, 361)
     found = forces(cams, theta, torque)
     for (name, track), force in zip(_named(cams), (found.F_n_out, found.F_n_in), strict=True):

@@ -18,7 +18,7 @@ from powertrain.components.gearless.circular_cam.track import Array
 
 @dataclass(frozen=True)
 class Forces:
-    """Sizes of the forces, over the phases that were asked for. All are on one active roller, but for ``F_ax`` and the torques."""
+    """Magnitudes of the forces over the given phases. All are forces on one active roller, except ``F_ax`` and the torques."""
 
     alpha_out: Array
     """Contact angle of the outer track [rad]."""
@@ -54,9 +54,9 @@ def forces_at(
     sharing: Sharing = "elastic",
     stiffness: float = 1.0,
 ) -> Forces:
-    """The forces at given contact angles [rad], which need not belong to one phase: the paper's tables put both at their greatest.
+    """The forces at given contact angles [rad], which need not belong to one phase: the tables of the paper use the maxima of both.
 
-    A torque that a track without inclination ought to carry by the rigid rule has infinite normal forces. Errors: ParameterError for
+    If a track without inclination has to carry a torque by the rigid rule, the normal forces are infinite. Errors: ParameterError for
     an angle outside [0, 90 degrees), or both zero: no torque could be transmitted.
     """
     check_sharing(sharing, stiffness)

@@ -17,9 +17,9 @@ _SAMPLES = 721
 
 
 def bias_ratio(kappa: ArrayLike) -> Array:
-    """Torque of the slower over that of the faster half shaft while they turn against each other: (1 + kappa)/(1 - kappa).
+    """Torque of the slower half shaft over that of the faster one during relative motion: (1 + kappa)/(1 - kappa).
 
-    Infinite from kappa = 1 on: then the faster side may get no torque at all.
+    Infinite from kappa = 1 on, where the faster side may get no torque at all.
     """
     k = np.asarray(kappa, float)
     return np.asarray(np.where(k < 1, (1 + k) / np.where(k < 1, 1 - k, 1.0), np.inf))
@@ -51,7 +51,7 @@ def single_track_limit(D_R: float, D: float, mu: float) -> float:
 
 @dataclass(frozen=True)
 class Locking:
-    """The answer of ``locking``."""
+    """The result of ``locking``."""
 
     every_phase: bool
     """Whether it locks at every phase."""
@@ -84,7 +84,7 @@ class Locking:
 
 
 def locking(cams: CircularCams, sharing: Sharing = "elastic", stiffness: float = 1.0) -> Locking:
-    """Does it lock at every phase? Without friction in the grooves.
+    """Whether it locks at every phase, without friction in the grooves.
 
     By the rigid rule kappa grows without limit towards the phases at which one track's angle is zero; at these phases themselves the
     other track carries alone, whatever the rule, and kappa is mu D_R/(D tan(alpha_max)) of that track.
@@ -125,7 +125,7 @@ def locking(cams: CircularCams, sharing: Sharing = "elastic", stiffness: float =
 def similar(cams: CircularCams, alpha_m: float) -> CircularCams:
     """The same differential with tracks of the same greatest contact angle alpha_m [rad], as eq. (38) supposes.
 
-    The rollers keep their radii. Errors: ParameterError where these tracks are none.
+    The rollers keep their radii. Errors: ParameterError if such tracks are impossible.
     """
     outer, inner = (replace(track, alpha_max=alpha_m) for track in (cams.outer, cams.inner))
     return replace(cams, outer=outer, inner=inner)

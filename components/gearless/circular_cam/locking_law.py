@@ -24,7 +24,7 @@ Sharing = Literal["elastic", "rigid", "averaged"]
 
 
 def check_sharing(sharing: str, stiffness: float = 1.0) -> None:
-    """Errors: ParameterError for an unknown name, or a ratio of stiffnesses that is none."""
+    """Errors: ParameterError for an unknown name, or an impossible ratio of stiffnesses."""
     if not (math.isfinite(stiffness) and stiffness > 0):
         raise ParameterError(f"stiffness = {stiffness:g}, inner over outer contact, must be positive and finite")
     if sharing not in get_args(Sharing):

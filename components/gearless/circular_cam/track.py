@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Track:
-    """A closed track of n equal circular arcs with curvature of alternating sign, on both cams, and its n rollers.
+    """A closed track of n equal circular arcs with curvature of alternating sign, on both cams, with n rollers.
 
     An arc is as long as the circumference allows: 2 R_m sin(alpha_max) = pi D/n. The rollers stand 2 pi/n apart. ``phase`` is the
     angle theta by which this track is ahead: all rollers are in the middle of their arcs (contact angle 0) at theta = -phase.
@@ -170,9 +170,9 @@ def steepest_angle(D: float, r: float, n: int) -> float:
 
 
 def check_number(n: int) -> None:
-    """Errors: ParameterError where n arcs cannot be closed to a track."""
+    """Errors: ParameterError if n arcs do not form a closed track."""
     if isinstance(n, bool) or not isinstance(n, int):
-        raise ParameterError(f"Track: n = {n!r} arcs: a number of arcs is an integer")
+        raise ParameterError(f"Track: n = {n!r} arcs: the number of arcs must be an integer")
     if n < 2 or n % 2:
         raise ParameterError(
             f"Track: n = {n} arcs: the curvature changes its sign from arc to arc, so that only an even number (2, 4, 6 ...) "

@@ -17,9 +17,10 @@ from powertrain.components.gearless.linkage.kinematics import Linkage
 def animate(
     linkage: Linkage | None = None, *, turns: float = 0.0, frames: int = 120, ax: Axes | None = None
 ) -> FuncAnimation:
-    """One internal cycle of the mechanism; its cage turns ``turns`` times meanwhile (10 in the source's bend, 0: seen from the cage).
+    """Animate one internal cycle of the mechanism, during which the cage makes ``turns`` revolutions.
 
-    ``ax`` is a three-dimensional one. Save it with ``animate().save("linkage.gif", writer="pillow")``.
+    ``turns`` is 10 in the bend of the source and 0 for a view from the cage. ``ax`` is a three-dimensional Axes. Save it with
+    ``animate().save("linkage.gif", writer="pillow")``.
     """
     if ax is None:
         ax = plt.figure(layout="constrained").add_subplot(projection="3d", proj_type="ortho")

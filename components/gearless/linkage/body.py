@@ -21,7 +21,7 @@ _RINGS = 16
 class LinkageBody:
     """Radii of the parts [m]: couplers and lever are round bars as in Table 5.1, with balls and eyes at their pairs.
 
-    ``rod``: the cage's rod of the C-pair; ``shaft``: output shafts. Errors: ParameterError where a ball is not thicker than its bar, or
+    ``rod``: the cage's rod of the C-pair; ``shaft``: output shafts. Errors: ParameterError if a ball is not thicker than its bar, or if
     bars are too thick for their length.
     """
 

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 class WheelSpeeds(NamedTuple):
-    """Speeds in a bend [rad/s]: of the outer and inner wheel, and of the outer wheel against the cage."""
+    """Speeds in a bend [rad/s]: of the outer and inner wheel, and of the outer wheel relative to the cage."""
 
     outer: float
     inner: float
@@ -25,7 +25,7 @@ def in_bend(w_cage: float, radius: float, track: float) -> WheelSpeeds:
 
     The outer wheel's centre goes V_0 (R + x/2)/R (A.7), the inner one's V_0 (R - x/2)/R (A.8); rolling makes the wheels' speeds go as
     these (5.7), and w_outer + w_inner = 2 w_cage gives w_diff = w_cage x/(2 R) (5.12), w = w_cage (1 +- x/(2 R)) (5.13), (5.14).
-    ``radius`` may be infinite: nothing moves inside the differential. Errors: ParameterError where the bend is tighter than the axle.
+    ``radius`` may be infinite: then nothing moves inside the differential. Errors: ParameterError if the bend is tighter than the axle.
     """
     _checked(radius, track)
     difference = w_cage * track / (2 * radius)

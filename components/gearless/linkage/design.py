@@ -25,7 +25,7 @@ Weigh = Callable[[Linkage], LinkMasses]
 
 @dataclass(frozen=True)
 class Duty:
-    """What a differential has to do: cage speed [rad/s] and acceleration [rad/s2], bend and track [m], torque on the crown wheel [N.m].
+    """The duty of a differential: cage speed [rad/s] and acceleration [rad/s2], bend and track [m], torque on the crown wheel [N.m].
 
     The defaults are the source's: 88 rad/s, 7 m, 1.4 m, and the torque 18 kW/(88 rad/s) = 204.5 N.m rounded to 200 N.m.
     """
@@ -52,7 +52,7 @@ class Duty:
 
 
 class Peaks(NamedTuple):
-    """Greatest values over an internal cycle: shaking force [N], moment [N.m], S-pair and C-pair force [N], C-pair moment [N.m].
+    """Maximum values over an internal cycle: shaking force [N], moment [N.m], S-pair and C-pair force [N], C-pair moment [N.m].
 
     Axial forces under the convention N_left = N_right (see ``forces``), without prestress.
     """
@@ -67,7 +67,7 @@ class Peaks(NamedTuple):
 def over_cycle(
     linkage: Linkage, masses: LinkMasses = TABLE_5_1, duty: Duty | None = None, points: int = 73
 ) -> dict[Objective, Array]:
-    """What ``Peaks`` are the peaks of, at angles from 0 to 2 pi; S-pairs (2, points): left and right."""
+    """The quantities of ``Peaks`` at angles from 0 to 2 pi; S-pairs (2, points): left and right."""
     duty = duty or Duty()
     drive = duty.drive(np.linspace(0, 2 * np.pi, points))
     shaken, forces = shaking(linkage, drive, masses), reactions(linkage, drive, masses, crown=duty.torque)
@@ -77,7 +77,7 @@ def over_cycle(
 
 
 def peaks(linkage: Linkage, masses: LinkMasses = TABLE_5_1, duty: Duty | None = None, points: int = 73) -> Peaks:
-    """Peaks over one cycle of ``duty`` (the source's, where none is given), with forces of inertia and torque."""
+    """Peaks over one cycle of ``duty`` (default: that of the source), with inertia forces and torque."""
     return Peaks(*(float(v.max()) for v in over_cycle(linkage, masses, duty, points).values()))
 
 
@@ -105,7 +105,7 @@ def alternate(linkage: Linkage) -> Linkage:
     a, b = linkage.a, linkage.b
     if 3 * a**2 > 4 * b**2:
         raise ParameterError(
-            f"alternate: a/b = {a / b:g} is above 2/sqrt(3) = {2 / np.sqrt(3):g}: no place of the C axis makes the swing even"
+            f"alternate: a/b = {a / b:g} is above 2/sqrt(3) = {2 / np.sqrt(3):g}: no position of the C axis makes the swing symmetric"
         )
     return Linkage(a, b, a * float(a / (2 * b + np.sqrt(4 * b**2 - 3 * a**2))))
 
@@ -120,7 +120,7 @@ def over_length(lengths: ArrayLike, ratio: float | None = None, duty: Duty | Non
 
 @dataclass(frozen=True)
 class Front:
-    """Designs none of which is better in both objectives than another, with their peaks, from the least of the first objective on."""
+    """Pareto-optimal designs for two objectives, with their peaks, in ascending order of the first objective."""
 
     objectives: tuple[Objective, Objective]
     designs: tuple[Linkage, ...]
@@ -133,7 +133,7 @@ class Front:
 
 @dataclass(frozen=True)
 class Space:
-    """Where to look: bounds of a and b [m], of offset over a, and of the lever's angle [rad] (the source: 30 to 40 degrees at most)."""
+    """The search space: bounds of a and b [m], of offset over a, and of the lever's angle [rad] (the source: 30 to 40 degrees at most)."""
 
     a: tuple[float, float] = (0.015, 0.06)
     b: tuple[float, float] = (0.02, 0.15)
@@ -145,7 +145,7 @@ class Space:
         for name in "a", "b", "shift":
             low, high = getattr(self, name)
             if not (low <= high and (name == "shift" or low > 0)):
-                raise ParameterError(f"space: {name} = ({low:g}, {high:g}) are no bounds")
+                raise ParameterError(f"space: {name} = ({low:g}, {high:g}) are not valid bounds")
         if not 0 < self.theta_max < np.pi:
             raise ParameterError(f"space: theta_max = {self.theta_max:g} rad is outside (0, pi) rad")
 
@@ -203,20 +203,20 @@ def pareto(
     masses: Weigh = scaled,
     points: int = 12,
 ) -> Front:
-    """Lengths that trade one peak against another (7.2: shaking of the ground against forces in the joints).
+    """Lengths with the best trade-off between two peaks (7.2: shaking against forces in the joints).
 
     Every point minimises the first objective with the second one limited (epsilon constraint), the lever's angle within ``space``.
-    ``masses``: link masses of lengths, by default steel cylinders. Errors: ParameterError for objectives that are none, or where nothing
-    is found; single points that the search does not reach are left out.
+    ``masses``: link masses of lengths, by default steel cylinders. Errors: ParameterError for unknown objectives, or if nothing is
+    found; single points that the search does not reach are omitted.
     """
     known = get_args(Objective)
     if len(set(objectives)) != 2 or any(name not in known for name in objectives):
-        raise ParameterError(f"objectives = {objectives!r} must be two different ones of {', '.join(known)}")
+        raise ParameterError(f"objectives = {objectives!r} must be two different names from {', '.join(known)}")
     search = _Search(objectives, duty or Duty(), space or Space(), masses)
     first, second = objectives
     x, last = (search.solve(name, search.start) for name in objectives)
     if x is None or last is None:
-        raise ParameterError("pareto: the ends of the front are not found; widen the space")
+        raise ParameterError("pareto: the ends of the Pareto front were not found; widen the space")
     found = [x]
     high, low = (float(search.curves(end)[second].max()) for end in (x, last))
     for limit in np.geomspace(high, low * (1 + 1e-6), points)[1:]:

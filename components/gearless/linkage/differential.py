@@ -29,21 +29,21 @@ class LinkageDifferential(Differential, Lossy):
     is no product w u, because a half-turn about the C axis exchanges left and right) in the coordinates crown.phi and alpha: a virtual
     turn of the shafts is crown.phi +- alpha, so that left.tau + right.tau works on crown.phi and left.tau - right.tau on alpha. ' is
     d/d alpha. J' w^2/2 is the centrifugal torque that turns the lever towards its outermost place, alpha = 0 or 180 degrees.
-    Gravity is left out, as in the source. Without masses and friction it is the open bevel differential.
+    Gravity is neglected, as in the source. Without masses and friction it is the open bevel differential.
 
-    Friction in the joints is reckoned with the joint forces of the torque that the sides share (see ``kappa``). At rest and in slow motion
+    Friction in the joints is computed from the joint forces due to the transmitted torque (see ``kappa``). At rest and in slow motion
     right.tau/left.tau is within (1 + kappa)/(1 - kappa), hence the efficiency from one side to the other, cage held, is eta_0(alpha) =
-    (1 - kappa)/(1 + kappa); for kappa >= 1 the linkage locks itself.
+    (1 - kappa)/(1 + kappa); for kappa >= 1 the linkage is self-locking.
 
     The lengths must satisfy |offset| < a < 2 b - offset (without offset 0 < a/b < 2). Errors: ParameterError at construction otherwise,
-    SimulationError where other lengths are given to a compiled model. Defaults: lengths and masses of the source (Table 5.1), no friction.
+    SimulationError if such lengths are given to a compiled model. Defaults: lengths and masses of the source (Table 5.1), no friction.
     Source: B. Madhavan, Systematic design of gearless differentials and analysis of a potential mechanism, M.S. 96-7, Univ. of Maryland,
     1996, ch. 5, which computes the motion of DADS models and asks for these equations in 7.2.
     """
 
     a: Parameter = parameter("m", "Length of a coupler, from R-pair to S-pair", default=0.03, above=0)
     b: Parameter = parameter("m", "Half length of the lever, from C axis to S-pair", default=0.06, above=0)
-    offset: Parameter = parameter("m", "How much nearer than b the R-pairs are to the C axis", default=0.0)
+    offset: Parameter = parameter("m", "Offset of the C axis towards the R-pairs", default=0.0)
     alpha_0: Parameter = parameter("rad", "Angle of the left shaft against the cage at equal angles", default=0.0)
     J_cage: Parameter = parameter("kg.m2", "Cage about the shaft axis", default=_CAGE.axial, min=0)
     J_output: Parameter = parameter("kg.m2", "An output shaft about its axis", default=0.0, min=0)
@@ -53,7 +53,7 @@ class LinkageDifferential(Differential, Lossy):
         "kg.m2", "A coupler across its axis, about its centre", default=_COUPLER.transverse, min=0
     )
     centre_coupler: Parameter = parameter(
-        "1", "Distance of a coupler's centre from its R-pair over a", default=0.5, min=0
+        "1", "Distance of a coupler's centre from its R-pair divided by a", default=0.5, min=0
     )
     m_lever: Parameter = parameter("kg", "Mass of the lever", default=_LEVER.m, min=0)
     axial_lever: Parameter = parameter("kg.m2", "The lever along its axis", default=_LEVER.axial, min=0)
@@ -70,9 +70,7 @@ class LinkageDifferential(Differential, Lossy):
     r_ball: Parameter = parameter("m", "Radius of an S-pair", default=_JOINTS.r_ball, min=0)
     r_rod: Parameter = parameter("m", "Radius of the C-pair's rod", default=_JOINTS.r_rod, min=0)
     l_rod: Parameter = parameter("m", "Length of the C-pair's bore", default=_JOINTS.l_rod, above=0)
-    phi_diff: Variable = variable(
-        "rad", "Angle that the left shaft has turned against the cage", start=0.0, prefer=True
-    )
+    phi_diff: Variable = variable("rad", "Angle of the left shaft relative to the cage", start=0.0, prefer=True)
     alpha: Variable = variable("rad", "Angle of the left shaft against the cage, as it is assembled")
     w: Variable = variable("rad/s", "Speed of the cage", prefer=True)
     w_diff: Variable = variable("rad/s", "Speed of the left shaft against the cage", prefer=True)

@@ -49,7 +49,7 @@ def _cycle(points: int = 721) -> Array:
 def mechanism(linkage: Linkage | None = None, alpha: float = 0.6, phi: float = 0.0, ax: Axes | None = None) -> Axes:
     """The mechanism in space at one angle, its cage turned by ``phi``: shafts, couplers, lever, and the C axis that the cage carries.
 
-    ``ax`` is a three-dimensional one. The thin line is the way of the left S-pair against the cage.
+    ``ax`` is a three-dimensional Axes. The thin line is the path of the left S-pair relative to the cage.
     """
     linkage = linkage or Linkage()
     space: Any = plt.figure(layout="constrained").add_subplot(projection="3d", proj_type="ortho") if ax is None else ax
@@ -109,7 +109,7 @@ def motion(linkage: Linkage | None = None, ax: Axes | None = None) -> Axes:
 
 
 def rates(linkage: Linkage | None = None, ax: Axes | None = None, *, u: float = 209.4) -> Axes:
-    """Speeds of the lever where a shaft turns at ``u`` [rad/s] against the cage (Fig. 5.8)."""
+    """Speeds of the lever for a shaft speed ``u`` [rad/s] relative to the cage (Fig. 5.8)."""
     ax, m = _axes(ax), (linkage or Linkage()).motion(_cycle())
     degrees = np.degrees(m.alpha)
     ax.plot(degrees, m.theta1 * u, label=r"lever, turning $d\theta/dt$")
@@ -218,7 +218,7 @@ def forces_over_length(
 
 
 def front(found: Front, ax: Axes | None = None) -> Axes:
-    """A Pareto front with a of its designs, and the source's designs beside it (3/6 cm, 3/5.8 cm)."""
+    """A Pareto front with the lengths a of its designs, and the designs of the source (3/6 cm, 3/5.8 cm) for comparison."""
     ax, (first, second) = _axes(ax), found.objectives
     x, y = found.values(first), found.values(second)
     ax.plot(x, y, "o-", label="front")

@@ -130,7 +130,7 @@ def torques(
     J, M, J1, M1 = inertia(linkage.loop(alpha), linkage.a, linkage.b, linkage.d, masses)
     total, difference = J * dw + J1 * u * w, M * du + (M1 * u**2 - J1 * w**2) / 2
     if (crown is None) == (right is None):
-        raise ParameterError("torques: give crown or right, one of them")
+        raise ParameterError("torques: give either crown or right")
     if crown is not None:
         given = np.broadcast_to(np.asarray(crown, float), alpha.shape)
         return Torques(given.copy(), (total - given + difference) / 2, (total - given - difference) / 2)

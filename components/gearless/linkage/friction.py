@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class JointFriction:
-    """Coefficients of friction [1] and sizes [m] of the joints. Coefficients of 0 make the differential free of loss.
+    """Coefficients of friction [1] and sizes [m] of the joints. With coefficients of 0 the differential has no loss.
 
     mu_shaft, r_shaft: output shaft in the cage;  mu_pin, r_pin, l_pin: R-pair of coupler and shaft, radius and length of its pin;
     mu_ball, r_ball: S-pair;  mu_rod, r_rod, l_rod: C-pair, radius of its rod and length of its bore.
@@ -64,7 +64,7 @@ def kappa(loop: Loop, a: Any, b: Any, d: Any, joints: Any, of: Any = np) -> Any:
     rod: force 2 F |c| and moment 2 b F |s| in planes that are nearly square, so at the two ends of the bore together at most
     2 F sqrt(c^2 + (2 b s/l_rod)^2) (exactly that at theta = 0), by the way sqrt(S'^2 + r^2 theta'^2).
 
-    The axial forces of couplers that are fitted under stress are unknown and would add to this; forces of inertia are left out.
+    The axial forces of couplers assembled under prestress are unknown and would add to this; inertia forces are neglected.
     """
     s, c, _, C, _, Q = loop
     shaft = joints.mu_shaft * joints.r_shaft

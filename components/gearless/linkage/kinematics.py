@@ -24,7 +24,7 @@ HALF_TURN: Array = np.array([-1.0, 1.0, -1.0])
 
 
 class Loop(NamedTuple):
-    """The closed loop at one angle, as numbers or as symbols: what all other expressions are short in.
+    """The closed loop at one angle, as numbers or as symbols: quantities in which all other expressions are short.
 
     s, c = sin alpha, cos alpha;  sin_beta, cos_beta;  R = d - a c^2 sin_beta;  Q = a cos_beta/R
     d beta/d alpha = Q s c,  d theta/d alpha = Q c,  d S/d alpha = -Q s d
@@ -87,7 +87,7 @@ class Linkage:
         for name in "a", "b":
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
-                raise ParameterError(f"linkage: {name} = {value:g} m is no length; it must be positive and finite")
+                raise ParameterError(f"linkage: {name} = {value:g} m must be positive and finite")
         if not np.isfinite(self.offset):
             raise ParameterError(f"linkage: offset = {self.offset:g} m must be finite")
         if abs(self.offset) >= self.a:

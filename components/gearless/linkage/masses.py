@@ -34,18 +34,18 @@ class Body:
                 raise ParameterError(f"body: {name} = {value:g} must be zero or positive, and finite")
         if self.axial > 2 * self.transverse * (1 + ROUNDING):
             raise ParameterError(
-                f"body: axial = {self.axial:g} kg.m2 must not exceed 2 transverse = {2 * self.transverse:g} kg.m2, as a disk without "
+                f"body: axial = {self.axial:g} kg.m2 must not exceed 2 transverse = {2 * self.transverse:g} kg.m2, as for a disk without "
                 "thickness has it; with the thin rod's formula a short cylinder does, take the exact one"
             )
         if self.m == 0 and self.transverse > 0:
-            raise ParameterError(f"body: transverse = {self.transverse:g} kg.m2 without mass: give m")
+            raise ParameterError(f"body: transverse = {self.transverse:g} kg.m2 needs a mass: give m")
 
 
 def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, transverse: str = "rod") -> Body:
     """A cylinder, solid (B.1)-(B.3) or hollow (B.4)-(B.6), with its length along its axis.
 
     Axial m (r_2^2 + r_1^2)/2: (B.4) has a minus sign in print, which ``thesis_cage`` repeats. Transverse m L^2/12, that of a thin rod, as
-    the thesis has it; ``transverse="exact"`` adds m (r_2^2 + r_1^2)/4. Errors: ParameterError for lengths that are none.
+    the thesis has it; ``transverse="exact"`` adds m (r_2^2 + r_1^2)/4. Errors: ParameterError for impossible lengths.
     """
     if not (0 <= inner < radius and length > 0):
         raise ParameterError(
@@ -65,7 +65,7 @@ def cylinder_mass(radius: float, length: float, *, inner: float = 0.0, density: 
 
 @dataclass(frozen=True)
 class LinkMasses:
-    """What moves: cage, coupler (two of them), lever; and the moment of inertia of each output shaft about its axis [kg.m2].
+    """The moving masses: cage, coupler (two of them), lever; and the moment of inertia of each output shaft about its axis [kg.m2].
 
     ``coupler_centre``: distance of a coupler's centre from its R-pair over a; the thesis puts it in the middle of the cylinder.
     """
@@ -105,7 +105,7 @@ CORRECTED = replace(TABLE_5_1, cage=cylinder(4.4, 0.06, 0.16, inner=0.05))
 def scaled(linkage: Linkage, radius: float = 0.0125, density: float = STEEL) -> LinkMasses:
     """Masses of couplers and lever of other lengths, as the thesis makes them: steel cylinders, with the overhang of its own ones.
 
-    The cage is left as it is: at constant speed it does not matter.
+    The cage is unchanged: at constant speed it has no effect.
     """
     coupler, lever = (
         cylinder(cylinder_mass(radius, length, density=density), radius, length)

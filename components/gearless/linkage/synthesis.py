@@ -152,13 +152,13 @@ class Structure:
                 f"mobility = {self.mobility}: bodies have 6 freedoms in space, 3 in a plane or on a sphere"
             )
         if self.loop_freedom < 1:
-            raise ParameterError(f"loop_freedom = {self.loop_freedom}: a loop that moves has 1 or more")
+            raise ParameterError(f"loop_freedom = {self.loop_freedom}: a movable loop has at least 1")
         if self.max_joints < 5:
             raise ParameterError(
                 f"max_joints = {self.max_joints}: two loops with an input link, a lever and an output link have 5"
             )
         if not (self.joints and self.ground):
-            raise ParameterError("joints and ground need one kind of joint at least")
+            raise ParameterError("joints and ground need at least one kind of joint")
         if not self.in_the_middle:
             reasons = "; ".join(filter(None, map(middle_problem, self.joints)))
             raise ParameterError(f"no joint can be the middle one ({reasons})")

@@ -57,7 +57,7 @@ class CamBody:
         if not (all(map(math.isfinite, radii)) and 0 <= radii[0] < radii[1] <= radii[2] < radii[3]):
             said = ", ".join(f"{rho:g}" for rho in radii)
             raise ParameterError(
-                f"CamBody: the cams reach over {said} m from the centre: these must be finite and increase, the outer cam lies outside"
+                f"CamBody: the cams reach over {said} m from the centre: these must be finite and increasing, with the outer cam outside"
             )
         least = float(np.hypot(*self.cam.whole_profile()[:, :2].T).min()) * radii[0]
         if not 0 <= self.bore <= least:

@@ -50,9 +50,7 @@ class CamFriction:
                     f"CamFriction: {name} = {value:g} must be finite and not negative: it is a part of a friction torque"
                 )
         if self.pin >= 1:
-            raise ParameterError(
-                f"CamFriction: pin = {self.pin:g} must be less than 1: the pin lies inside of the roller"
-            )
+            raise ParameterError(f"CamFriction: pin = {self.pin:g} must be less than 1: the pin lies inside the roller")
 
     def rolling(self, alpha_4: float) -> float:
         """Tangential over normal force at a turning roller: its pin carries N cos(alpha_4), its collar N sin(alpha_4); or it slips."""
@@ -108,7 +106,7 @@ class Cycle:
 
     def __post_init__(self) -> None:
         if self.sharing not in get_args(Sharing):
-            raise ParameterError(f"sharing={self.sharing!r} is none of {', '.join(get_args(Sharing))}")
+            raise ParameterError(f"sharing={self.sharing!r} must be one of {', '.join(get_args(Sharing))}")
         if self.cam.alpha_1 != math.pi / 2:
             raise ParameterError(
                 f"alpha_1 = {math.degrees(self.cam.alpha_1):g}° must be 90° in a differential: both side wheels turn about one axis"

@@ -31,7 +31,7 @@ def test_accessories_take_a_constant_power_and_let_a_shaft_start() -> None:
 
 
 def test_ratios_must_fall() -> None:
-    with pytest.raises(pt.ParameterError, match="positive ratios that fall"):
+    with pytest.raises(pt.ParameterError, match="positive ratios that decrease"):
         pt.compile(Geared(box=PowerShiftGearbox(ratios=(3.0, 3.5))))
 
 

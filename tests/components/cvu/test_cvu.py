@@ -116,7 +116,7 @@ def test_efficiency_map() -> None:
     a, b = (result[f"parts[0].flange_{side}.tau"][-1] for side in "ab")
     assert -b * 1.5 / a == pytest.approx(table(40.0, 1.5), rel=1e-9)
     wrong = pt.Map.curve([0, 1], [0.9, 0.9], x="T", x_unit="K")
-    with pytest.raises(pt.ParameterError, match=r"map_ab: an efficiency has no axis T \[K\]; it may depend on ratio"):
+    with pytest.raises(pt.ParameterError, match=r"map_ab: an efficiency cannot depend on T \[K\], only on ratio"):
         prescribed(CVU(map_ab=wrong), 1.5, 40.0, -10.0)
 
 

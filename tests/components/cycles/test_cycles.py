@@ -90,16 +90,16 @@ def test_files(tmp_path: Path) -> None:
         "t,v\n0,0\n": "the header is 't,v'",
         "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a row of time_s,speed_m_s",
         "time_s,speed_m_s\n0,0\n1,1\n1,2\n": "row 3 is at 1 s, after 1 s",
-        "time_s,speed_m_s\n0,0\n1,-1\n": "row 2 asks for -1 m/s",
+        "time_s,speed_m_s\n0,0\n1,-1\n": "row 2 has -1 m/s",
         "time_s,speed_m_s\n0,0\n1,nan\n": "both must be finite",
-        "time_s,speed_m_s\n0,0\n": "1 rows are none",
+        "time_s,speed_m_s\n0,0\n": "1 rows are too few",
     }.items():
         file.write_text(text, encoding="utf-8")
         with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(")):
             DriveCycle.from_csv(file)
     with pytest.raises(
         pt.ParameterError,
-        match="no drive cycle 'ftp'; there are ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc",
+        match="unknown drive cycle 'ftp'; choose from ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc",
     ):
         DriveCycle.named("ftp")
 

@@ -109,18 +109,18 @@ def test_no_planet_pierces_another_wheel() -> None:
 
 
 BAD: list[tuple[Callable[[], Any], str]] = [
-    (lambda: Sun(20.5), "20.5 teeth: a number of teeth is an integer"),  # type: ignore[arg-type]
+    (lambda: Sun(20.5), "20.5 teeth: the number of teeth must be an integer"),  # type: ignore[arg-type]
     (lambda: Sun(4), "4 teeth: no wheel has fewer than 5"),
     (lambda: Planets(20, n=0), "0 planets: their number"),
     (lambda: Planets(20, 2), "2 teeth: no wheel has fewer"),
-    (lambda: basic_ratio(Sun(30), Ring(90), Planets(20)), r"ring - sun - 2 planet = 20, .* take a planet of 30"),
+    (lambda: basic_ratio(Sun(30), Ring(90), Planets(20)), r"ring - sun - 2 planet = 20, .* use a planet of 30"),
     (lambda: basic_ratio(Sun(30), Ring(90), Planets(30, n=7)), "7 planets of 30 teeth touch each other .* room for 5"),
-    (lambda: basic_ratio(Sun(31), Ring(91), Planets(30, n=3)), "122 is not divisible by 3; numbers that fit: 1, 2"),
+    (lambda: basic_ratio(Sun(31), Ring(91), Planets(30, n=3)), "122 is not divisible by 3; possible numbers: 1, 2"),
     (lambda: basic_ratio(Sun(60), Ring(24), Planets(30, 28)), "a ring of 24 teeth cannot hold a planet of 28"),
     (lambda: basic_ratio(Sun(30), Sun(40), Planets(20)), "on the same planet of 20 are one wheel"),
-    (lambda: basic_ratio(Sun(20), Ring(100), Planets(50, 31, n=3)), "cannot be put in .* at equal distances"),
+    (lambda: basic_ratio(Sun(20), Ring(100), Planets(50, 31, n=3)), "cannot be assembled .* at equal spacing"),
     (lambda: basic_ratio(Sun(30), Sun(72), Pairs(18, 20)), "pairs of planets run between a sun and a ring"),
-    (lambda: basic_ratio(Sun(30), Ring(150), Pairs(18, 20)), "make no triangle"),
+    (lambda: basic_ratio(Sun(30), Ring(150), Pairs(18, 20)), "do not form a triangle"),
     (lambda: basic_ratio(Sun(30), Ring(73), Pairs(18, 20)), "73 - 30 is not divisible by 3"),
     (lambda: FundamentalDifferential.khv(planet=42, ring=40), "a ring of 40 teeth cannot hold a planet of 42"),
     (
@@ -134,8 +134,8 @@ BAD: list[tuple[Callable[[], Any], str]] = [
     (lambda: basic_ratio(Sun(30), Ring(72), Pairs(14, 18, n=6)), "axes are .* take fewer pairs or smaller planets"),
     (lambda: DoublePinionPlanetaryGear.from_teeth(44, 60, 29, 23, 4), "inner planets of 29 teeth reach into"),
     (lambda: RavigneauxGear.from_teeth(24, 20, 88, 32, 33, 4), "inner planets of 33 teeth reach into"),
-    (lambda: CrownGear.from_teeth(pinion=41, crown=11), "no larger than its pinion of 41"),
-    (lambda: RavigneauxGear.from_teeth(large=38, small=20, ring=98, long=30, short=5, n=2), "make no triangle"),
+    (lambda: CrownGear.from_teeth(pinion=41, crown=11), "not larger than its pinion of 41"),
+    (lambda: RavigneauxGear.from_teeth(large=38, small=20, ring=98, long=30, short=5, n=2), "do not form a triangle"),
 ]
 
 

@@ -117,7 +117,7 @@ def test_loss_maps_that_are_refused() -> None:
             r"machine.loss_map gives loss \[N\] over speed \[rad/s\], torque",
         ),
         (pt.Map(good.axes[::-1], good.values.T, "W", "loss"), r"over torque \[N.m\], speed \[rad/s\]; it must"),
-        (pt.Map(good.axes, good.values - 50, "W", "loss"), "falls to -10 W; a loss is not negative"),
+        (pt.Map(good.axes, good.values - 50, "W", "loss"), "falls to -10 W; a loss must not be negative"),
     ):
         with pytest.raises(pt.ParameterError, match=said):
             pt.compile(HeldMachine(machine=pt.replace(MACHINE, loss_map=wrong), drive=ConstantSpeed(w_fixed=1)))

@@ -173,7 +173,7 @@ def test_outside_of_the_table_is_counted_or_refused(tmp_path: Path) -> None:
         ("speed [rad/s],pedal [deg],torque [N.m]", 1.0, r"torque.csv: .*over speed \[rad/s\], pedal \[deg\]; it must"),
         ("speed [rad/s],throttle [1],torque [kW]", 1.0, r"torque.csv: the torque table gives torque \[kW\]"),
         ("speed [km/h],throttle [1],torque [N.m]", 1.0, r"must give torque \[N.m\] over \[rad/s\] and \[1\]"),
-        ("speed [rad/s],throttle [1],torque [N.m]", 100.0, r"throttles from 0 to 100; they must go from 0"),
+        ("speed [rad/s],throttle [1],torque [N.m]", 100.0, r"throttles from 0 to 100; they must range from 0"),
         ("speed [rad/s],throttle [1],torque [N.m]", -1.0, r"gives 100 N.m with closed throttle at 0 rad/s; a motored"),
     ],
 )
@@ -199,7 +199,7 @@ def test_torque_files_that_are_refused(tmp_path: Path, head: str, values: float,
             "speed [rad/s],torque [N.m],fuel [g/s]",
             TAU,
             -1,
-            r"fuel.csv: the fuel table has -\d+ g/s; fuel is not negative",
+            r"fuel.csv: the fuel table has -\d+ g/s; the fuel flow must not be negative",
         ),
         (
             "speed [rad/s],torque [N.m],fuel [g/kWh]",

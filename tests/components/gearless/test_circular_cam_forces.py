@@ -311,7 +311,7 @@ def test_critical_angles() -> None:
 
 @pytest.mark.parametrize("force", [-100.0, math.nan, [1.0, -1.0]])
 def test_contacts_only_push(force: Any) -> None:
-    with pytest.raises(pt.ParameterError, match="a contact only pushes"):
+    with pytest.raises(pt.ParameterError, match="a contact force must be compressive"):
         RollerContact(0.015, 0.144, 0.0165).pressure(force)
 
 

@@ -232,9 +232,9 @@ def test_front() -> None:
 
 
 def test_front_refuses() -> None:
-    with pytest.raises(pt.ParameterError, match="two different ones"):
+    with pytest.raises(pt.ParameterError, match="two different names"):
         pareto(("shaking_force", "shaking_force"))
-    with pytest.raises(pt.ParameterError, match=r"a = \(0.05, 0.01\) are no bounds"):
+    with pytest.raises(pt.ParameterError, match=r"a = \(0.05, 0.01\) are not valid bounds"):
         Space(a=(0.05, 0.01))
     with pytest.raises(pt.ParameterError, match="theta_max"):
         Space(theta_max=4)
@@ -265,7 +265,7 @@ def test_friction_is_the_work_at_the_joints() -> None:
     [
         (lambda: Body(1.0, 0.003, 0.001), r"axial = 0\.003 kg\.m2 must not exceed 2 transverse = 0\.002"),
         (lambda: cylinder(1.0, 0.1, 0.02), "take the exact one"),
-        (lambda: Body(0.0, 0.0, 0.001), "without mass"),
+        (lambda: Body(0.0, 0.0, 0.001), "needs a mass"),
         (lambda: replace(CORRECTED, coupler_centre=-0.1), r"coupler_centre = -0\.1 must be zero or positive"),
         (lambda: LinkageDifferential(centre_coupler=-0.1), r"centre_coupler = -0\.1 is outside"),
         (lambda: pt.simulate(LinkageDifferential(axial_lever=1.0), stop=0.1), "axial_lever"),

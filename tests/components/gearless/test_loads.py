@@ -135,7 +135,7 @@ def test_linkage() -> None:
 
 def test_what_is_no_gearless_differential_is_refused() -> None:
     result = axle(LinkageDifferential.of())
-    with pytest.raises(pt.ParameterError, match="is a Inertia, no gearless differential"):
+    with pytest.raises(pt.ParameterError, match="is a Inertia, not a gearless differential"):
         reactions_of(result, path="parts[1]")
-    with pytest.raises(pt.ParameterError, match="path = 'differential' is no component"):
+    with pytest.raises(pt.ParameterError, match="path = 'differential' is not a component"):
         contact_of(result)

@@ -108,8 +108,8 @@ def test_cams_have_to_be_spun_up() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"inner": (0.03, 0.02)}, "must be finite and increase"),
-        ({"outer": (0.025, 0.036)}, "the outer cam lies outside"),
+        ({"inner": (0.03, 0.02)}, "must be finite and increasing"),
+        ({"outer": (0.025, 0.036)}, "with the outer cam outside"),
         ({"bore": 0.02}, "bore = 0.02 m must lie in"),
         ({"pairs": 0}, "pairs = 0"),
         ({"nu": 0.7}, "nu = 0.7"),

@@ -81,7 +81,7 @@ def test_lockup_joins_pump_and_turbine() -> None:
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (((0.1, 17.0, 2.0), (0.8, 20.0, 1.1)), "is no table of rows .nu, K, R. with nu from 0 on"),
+        (((0.1, 17.0, 2.0), (0.8, 20.0, 1.1)), "is not a table of rows .nu, K, R. with nu starting at 0"),
         (((0.0, 17.0, 2.0), (0.8, -20.0, 1.1)), "a K factor of -20"),
         (((0.0, 17.0, 2.0), (0.8, 20.0, 1.3)), "between nu = 0 and 0.8 the torque ratio times nu rises to 1.04"),
         (((0.0, 17.0, 2.0), (0.8, 20.0, 1.24)), "between nu = 0.8 and 1 .* rises to 1.24"),
@@ -106,5 +106,5 @@ def test_fluid_coupling() -> None:
         assert tau_a == pytest.approx(torque * unit, rel=1e-6)
         assert tau_b == pytest.approx(-tau_a)
         assert tau_h == pytest.approx(0, abs=1e-9)
-    with pytest.raises(pt.ParameterError, match="no table of rows"):
+    with pytest.raises(pt.ParameterError, match="not a table of rows"):
         held(FluidCoupling(table=((0.0, 2e-3), (0.9, 0.0))), 1.0, 0.0)

@@ -121,16 +121,16 @@ def test_at_standstill_a_geared_neutral_has_torque() -> None:
 def test_what_is_no_network() -> None:
     lever = Lever("p", "a", "b", "in", -2.0)
     wrong: dict[str, Callable[[], Any]] = {
-        "unit stands at x": lambda: Network((lever,), ("x", "a")),
-        "the output stands at out": lambda: Network((lever,), ("a", "b")),
-        "no gear of ratio 1": lambda: Lever("p", "a", "b", "c", 1.0),
+        "unit is at x": lambda: Network((lever,), ("x", "a")),
+        "the output is at out": lambda: Network((lever,), ("a", "b")),
+        "a gear cannot have the ratio 1": lambda: Lever("p", "a", "b", "c", 1.0),
         "not three shafts": lambda: Lever("p", "a", "a", "c", -1.0),
-        "no efficiency": lambda: Lever("p", "a", "b", "c", -1.0, 1.1),
+        r"must be in \(0, 1\]": lambda: Lever("p", "a", "b", "c", -1.0, 1.1),
         "does not name two shafts": lambda: joints("a"),
         "has 3 degrees of freedom": lambda: Network((lever, Lever("q", "b", "c", "out", -2.0)), ("a", "c")).speeds(),
-        "no fixed gear": lambda: Network.split_path("abH", "input", -2.0).fixed_ratio(),
+        "not a fixed gear": lambda: Network.split_path("abH", "input", -2.0).fixed_ratio(),
         "is not in": lambda: UnitLoss(0.0, 1.0),
-        "has no axis": lambda: UnitLoss(pt.Map.constant(0.9, x="T", x_unit="K"), 1.0),
+        "cannot depend on T": lambda: UnitLoss(pt.Map.constant(0.9, x="T", x_unit="K"), 1.0),
     }
     for said, make in wrong.items():
         with pytest.raises(pt.ParameterError, match=said):
