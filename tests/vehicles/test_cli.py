@@ -388,7 +388,7 @@ def test_map_of_a_driveline_with_a_cycle(short: str, tmp_path: Path) -> None:
     out, plot = tmp_path / "map.nc", tmp_path / "map.png"
     few = ("--speed", "20:110:7", "--pedals", "10")
     text = done("map", "SplitPathCar", *few, "--cycle", short, "--out", str(out), "--plot", str(plot))
-    assert "from tank to road" in text
+    assert "from the tank to the road" in text
     found = pt.load(out)
     assert dict(found.sizes) == {"speed": 7, "accelerator": 10}
     assert found["speed"].attrs["units"] == "m/s"
@@ -399,7 +399,7 @@ def test_map_of_a_driveline_with_a_cycle(short: str, tmp_path: Path) -> None:
 def test_run_draws_the_map_under_its_cycle(short: str, tmp_path: Path) -> None:
     plot = tmp_path / "map.png"
     text = done("run", "SplitPathCar", "--cycle", short, "--map", str(plot))
-    assert "from tank to road" in text
+    assert "from the tank to the road" in text
     assert "100% of" in text
     assert plot.read_bytes().startswith(PNG)
 

@@ -199,7 +199,7 @@ def test_freewheel_cannot_start_the_wrong_way(kind: str) -> None:
         (((0.0, -1.0),), "-1 N.m at 0 rad/s"),
         (((-1.0, 2.0), (0.0, 1.0)), "2 N.m at -1 rad/s"),
         (((0.0, 1.0), (5.0, 2.0), (5.0, 3.0)), "5 follows 5"),
-        (((0.0, 1.0), (5.0,)), "not a table of rows"),
+        (((0.0, 1.0), (5.0,)), "no table of rows"),
         ((), "no points"),
     ],
 )
