@@ -21,6 +21,7 @@ from powertrain.vehicles.trials.driveline import driveline_map
 from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
 from powertrain.vehicles.trials.gears import in_gear
 from powertrain.vehicles.trials.operating import on_rolling_road, operating_map
+from powertrain.vehicles.variator_car import VariatorCar
 
 OK, SEVERAL = 0, 2
 SPEEDS, PEDALS = np.linspace(5, 35, 7), np.linspace(0, 1, 6)
@@ -89,6 +90,13 @@ def test_backward_agrees_with_the_simulation() -> None:
     assert run.message == ""
     assert back.fuel == pytest.approx(run.fuel, rel=0.02)
     assert not back.missing.any()
+
+
+def test_backward_stands_against_the_drag_of_a_converter() -> None:
+    """Half of the first hill of the WLTC is idling: the converter takes more than twice what the engine alone would."""
+    hill = DriveCycle.named("wltc").part(0, 140)
+    run, back = drive_cycle(VariatorCar(), hill), backward(VariatorCar(), hill)
+    assert back.fuel == pytest.approx(run.fuel, rel=0.03)
 
 
 def test_backward_climbs() -> None:

@@ -16,7 +16,8 @@ from powertrain.components.translational import ConstantSpeed
 from powertrain.components.wheels import Wheel
 from powertrain.vehicles.trials.anatomy import anatomy, value_at
 from powertrain.vehicles.trials.driveline import SLOWEST, driveline_map
-from powertrain.vehicles.trials.gears import gear_maps, gears_along, is_geared
+from powertrain.vehicles.trials.gears import gear_maps, gears_along, in_gear, is_geared
+from powertrain.vehicles.trials.operating import operating_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,8 +52,9 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     braked or in overrun: fuel_rate of accelerator 0
 
     The resistance is the force that pulls the body of the vehicle along a level road at constant speed. The map is that of
-    ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel
-    there are those of the lowest speed; without a demand the engine idles. The inertia of the engine is neglected.
+    ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
+    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one. The inertia of the
+    engine is neglected.
     A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear. The gears are those that the schedule chooses for
     the speeds of the cycle and the pedal positions for the forces; shifts take no time and no fuel.
     Errors: ParameterError for a map with points without an operating point, and for a vehicle without a map (see ``on_rolling_road``).
@@ -117,8 +119,10 @@ def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
 
 
 def _idle(vehicle: Any) -> float:
-    engine = value_at(vehicle, anatomy(vehicle).the_engine())
-    return float(engine.fuel_flow(float(engine.w_idle), 0.0))
+    """The fuel flow [kg/s] at standstill: against the drag of a converter; of the engine alone if a start clutch opens."""
+    standing = operating_map(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle, np.zeros(1), np.zeros(1))
+    engine, found = value_at(vehicle, anatomy(vehicle).the_engine()), float(standing["fuel_rate"].item())
+    return found if np.isfinite(found) else float(engine.fuel_flow(float(engine.w_idle), 0.0))
 
 
 def _look_up(found: xr.Dataset, v: Array, force: Array) -> tuple[Array, Array]:
