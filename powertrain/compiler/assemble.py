@@ -72,7 +72,7 @@ def compile_flat(flat: Flat) -> Compiled:
         system = differentiate(reduced, known)
         tops = dict(system.top)
         add_rates(system, torques)
-        states = select_states(system, _wishes(reduced, torques, others), values)
+        states = select_states(system, _preferences(reduced, torques, others), values)
     solved = solve_blocks(system, states, values)
     return _assemble(reduced, states, solved, torques, others, inputs, values, tops)
 
@@ -88,27 +88,27 @@ def _schedule_inputs(flat: Flat) -> list[Unknown]:
     return flat.inputs
 
 
-def _wishes(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
+def _preferences(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
     """How much each variable is wanted as a state: what has a start, relative motions, speeds of friction laws, what a when resets."""
-    wishes: dict[int, int] = {}
+    preferences: dict[int, int] = {}
     bases = reduced.flat.recorder.bases
 
-    def wish(symbol: Symbol, level: int) -> None:
+    def prefer(symbol: Symbol, level: int) -> None:
         inside = [s for s in free_symbols(symbol) if key(s) not in reduced.flat.recorder.constants]
         if len(inside) == 1 and ca.jacobian(symbol, inside[0]).is_constant():
             base = key(bases.get(key(inside[0]), (inside[0], 0))[0])
-            wishes[base] = max(level, wishes.get(base, 0))
+            preferences[base] = max(level, preferences.get(base, 0))
 
     for unknown in reduced.flat.unknowns.values():
         if unknown.prefer or unknown.start is not None:
-            wish(reduced.expression(key(unknown.symbol), 0), 2 if unknown.prefer else 1)
+            prefer(reduced.expression(key(unknown.symbol), 0), 2 if unknown.prefer else 1)
     for torque in torques:
-        wish(torque.speed, 3)
+        prefer(torque.speed, 3)
     for _, law in others:
         if isinstance(law, WhenLaw):
             for reset in law.resets:
-                wish(reduced.rewrite([reset.variable])[0], 4)
-    return wishes
+                prefer(reduced.rewrite([reset.variable])[0], 4)
+    return preferences
 
 
 def _assemble(

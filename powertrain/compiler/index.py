@@ -19,7 +19,7 @@ from powertrain.recorder import Place
 from powertrain.symbols import Symbol, free_symbols, key, time, total_derivative
 
 VARYING = 35
-"""Ten times the wish for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""
+"""Ten times the preference for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""
 
 
 class Differentiated:
@@ -105,12 +105,12 @@ def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
     return system
 
 
-def select_states(system: Differentiated, wish: dict[int, int], values: dict[int, float]) -> list[Base]:
+def select_states(system: Differentiated, preference: dict[int, int], values: dict[int, float]) -> list[Base]:
     """The states: variables below their highest derivative that no constraint determines.
 
     For each level below the highest, the differentiated equations determine as many derivatives ("dummies"); these are chosen by
-    sparse elimination with numeric pivots at the point ``values``, first among the variables with the lowest ``wish``. A variable whose
-    coefficient in a constraint varies stays a state if it can: to find it from the others would divide by what may pass through zero.
+    sparse elimination with numeric pivots at the point ``values``, first among the variables with the lowest ``preference``. A variable
+    whose coefficient in a constraint varies stays a state if it can: to find it from the others would divide by what may pass through zero.
     """
     dummies: set[int] = set(system.top)
     states: list[Base] = []
@@ -121,7 +121,7 @@ def select_states(system: Differentiated, wish: dict[int, int], values: dict[int
             return states
         rows = [i for i, chain in enumerate(system.chains) if len(chain) > level]
         columns = [b for b in candidates if b in dummies]
-        chosen = _pivots(system, rows, columns, level, wish, values)
+        chosen = _pivots(system, rows, columns, level, preference, values)
         states += [(b, system.top[b] - level) for b in candidates if b not in chosen]
         dummies = chosen
         level += 1
@@ -132,7 +132,7 @@ def _pivots(
     rows: list[int],
     columns: list[int],
     level: int,
-    wish: dict[int, int],
+    preference: dict[int, int],
     values: dict[int, float],
 ) -> set[int]:
     if not rows:
@@ -144,12 +144,12 @@ def _pivots(
     numbers = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
     dense = ca.Function("pt_pivots", [ca.vertcat(*symbols) if symbols else Symbol(0, 1)], [jacobian])(numbers)
     table: list[dict[int, float]] = [{} for _ in rows]
-    wanted = [10 * wish.get(b, 0) for b in columns]
+    wanted = [10 * preference.get(b, 0) for b in columns]
     for k, (i, j, a) in enumerate(zip(*jacobian.sparsity().get_triplet(), np.array(dense.nonzeros()), strict=True)):
         if a != 0.0:
             table[i][j] = float(a)
         if any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(jacobian.nz[k])):
-            wanted[j] = max(wanted[j], VARYING + wish.get(columns[j], 0))
+            wanted[j] = max(wanted[j], VARYING + preference.get(columns[j], 0))
     chosen, free = _eliminate(table, wanted)
     if free:
         raise ModelError(_repeated(reduced, [rows[i] for i in _involved(dense, free)]))
@@ -184,34 +184,35 @@ def _hash(name: str) -> int:
     return value
 
 
-def _eliminate(table: list[dict[int, float]], wish: list[int]) -> tuple[list[int], list[int]]:
-    """Pivot columns of full row rank, taken from the lowest wish first, and the rows without a pivot."""
+def _eliminate(table: list[dict[int, float]], preference: list[int]) -> tuple[list[int], list[int]]:
+    """Pivot columns of full row rank, taken from the lowest preference first, and the rows without a pivot."""
     holders: dict[int, set[int]] = {}
     for i, row in enumerate(table):
         for j in row:
             holders.setdefault(j, set()).add(i)
     chosen: list[int] = []
     open_rows = set(range(len(table)))
-    for limit in sorted(set(wish)) or [0]:
-        heap = [(sum(wish[j] <= limit for j in table[i]), i) for i in open_rows]
+    for limit in sorted(set(preference)) or [0]:
+        heap = [(sum(preference[j] <= limit for j in table[i]), i) for i in open_rows]
         heapq.heapify(heap)
         while heap:
             count, i = heapq.heappop(heap)
-            allowed = [j for j in table[i] if wish[j] <= limit] if i in open_rows else []
+            allowed = [j for j in table[i] if preference[j] <= limit] if i in open_rows else []
             if not allowed or len(allowed) != count:
                 if i in open_rows and allowed:
                     heapq.heappush(heap, (len(allowed), i))
                 continue
             largest = max(abs(table[i][j]) for j in allowed)
             j = min(
-                (j for j in allowed if abs(table[i][j]) >= 0.05 * largest), key=lambda j: (wish[j], len(holders[j]), j)
+                (j for j in allowed if abs(table[i][j]) >= 0.05 * largest),
+                key=lambda j: (preference[j], len(holders[j]), j),
             )
             chosen.append(j)
             open_rows.discard(i)
             for k in holders.pop(j) - {i}:
                 if k in open_rows:
                     _subtract(table, holders, k, i, j)
-                    heapq.heappush(heap, (sum(wish[n] <= limit for n in table[k]), k))
+                    heapq.heappush(heap, (sum(preference[n] <= limit for n in table[k]), k))
     return chosen, sorted(open_rows)
 
 

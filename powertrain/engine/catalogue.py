@@ -11,7 +11,7 @@ Law = Friction | Switch | Contact | When
 
 
 @dataclass(frozen=True)
-class Book:
+class Catalogue:
     """``kinds``: (index, name, kind) of the held values whose changes are events; ``quiet``: held values that change without one.
 
     ``chattering``: the laws that may switch without end; ``counted``: guards of which only a number is kept;
@@ -26,7 +26,7 @@ class Book:
     rests: Mapping[int, int]
 
 
-def book(dae: HybridDae) -> Book:
+def catalogue(dae: HybridDae) -> Catalogue:
     """The notes to be taken for one model."""
     loud = tuple(switch for switch in dae.switches if not switch.continuous)
     groups: list[tuple[str, tuple[Law, ...]]] = [
@@ -38,7 +38,7 @@ def book(dae: HybridDae) -> Book:
     modes = [f.index for f in dae.frictions] + [s.index for s in dae.switches]
     modes += [c.index for c in dae.contacts] + [w.index for w in dae.whens]
     entries = {schedule.index + k for schedule in dae.schedules for k in range(3)}
-    return Book(
+    return Catalogue(
         kinds=tuple((law.index, law.name, kind) for kind, laws in groups for law in laws),
         quiet=frozenset(entries | {s.index for s in dae.switches if s.continuous}),
         chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},

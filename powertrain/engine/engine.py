@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.hybrid import Guard, HybridDae, Switch
-from powertrain.engine.catalogue import book
+from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
 from powertrain.engine.location import Locator
 from powertrain.engine.loop import Run
@@ -67,7 +67,7 @@ class Engine:
         self.timed = timed(dae)[1]
         self.sizes = (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
         self.large = sum(self.sizes[:2]) > _LARGE  # linear systems are solved numerically
-        self.book = book(dae)
+        self.catalogue = catalogue(dae)
         self.schedules = Schedules(dae.schedules)
         self.memory = Memory(dae, len(self.indicators), len(self.timed))
         self.algebra = Algebra(dae, self.memory) if dae.z.numel() else None
@@ -75,7 +75,7 @@ class Engine:
         self._functions: dict[str, ca.Function] = {}
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
-        self.special = SpecialSteps(dae.m, self.book.modes, self._step)
+        self.special = SpecialSteps(dae.m, self.catalogue.modes, self._step)
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None

@@ -53,10 +53,10 @@ class Run:
         self.side, self.h, self.crossed, self.longest = 0, 0.0, start, max_step
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
-        self.book = engine.book
-        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.book.kinds, self.book.rests)
+        self.catalogue = engine.catalogue
+        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.catalogue.kinds, self.catalogue.rests)
         self.chatter = Chatter(stop - start)
-        self.outside = np.zeros(len(self.book.counted))
+        self.outside = np.zeros(len(self.catalogue.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
         self.method = engine.first_method(stop - start)
         self.numeric = engine.large
@@ -94,7 +94,7 @@ class Run:
             "rejected": float(self.rejected),
             "events": float(len(self.recorder.instants)),
         }
-        pairs = zip(self.book.counted, self.outside.tolist(), strict=True)
+        pairs = zip(self.catalogue.counted, self.outside.tolist(), strict=True)
         statistics |= {f"outside {guard.name}": n for guard, n in pairs}
         final, notes = self.memory.y[self.side], tuple(self.engine.resolver.notes)
         return self.recorder.trajectory(self.t, final, self.memory.m, statistics, notes)
@@ -264,7 +264,7 @@ class Run:
             self._count()
             self.recorder.enter(held)
             self._choose()
-        if not jumps and not resolver.extra and self.book.quiet.issuperset(changed):
+        if not jumps and not resolver.extra and self.catalogue.quiet.issuperset(changed):
             self._idle(located and not changed)
             self._refresh()
             return
@@ -275,8 +275,8 @@ class Run:
         if resolver.extra or not begins:
             self.recorder.instants.append(Instant(t, left, right, held_left, held, tuple(resolver.extra)))
         for index in changed:
-            if index in self.book.chattering and self.chatter.note(index, t):
-                raise SimulationError(self.chatter.message(self.book.chattering[index], t))
+            if index in self.catalogue.chattering and self.chatter.note(index, t):
+                raise SimulationError(self.chatter.message(self.catalogue.chattering[index], t))
 
     def _bends(self) -> bool:
         """Go on past the point where expressions bend; False if more than their modes has to be resolved there."""

@@ -69,8 +69,8 @@ class Solver:
             points.status[~(np.abs(self._speeds(known)) <= INFINITE).all(axis=0)] = IMMOVABLE
             locked = ~(np.abs(self._torques(known)[::3]) <= INFINITE)
             points.status[(points.status == OK) & locked.any(axis=0)] = NONE
-        points.blame[: len(locked), points.status == NONE] |= locked[:, points.status == NONE]
-        points.blame[:, (points.status == OK) | (points.status == IMMOVABLE)] = False
+        points.involved[: len(locked), points.status == NONE] |= locked[:, points.status == NONE]
+        points.involved[:, (points.status == OK) | (points.status == IMMOVABLE)] = False
         return points
 
     def _by_groups(self, grid: Rows, side: Rows) -> Points:
@@ -78,7 +78,7 @@ class Solver:
         laws, count = len(self.choices), grid.shape[1]
         trials = Trials.of(grid, laws)
         values, rest = trials.values.copy(), trials.rest.copy()
-        status, blame = np.zeros(count, np.int8), np.zeros((laws, count), bool)
+        status, involved = np.zeros(count, np.int8), np.zeros((laws, count), bool)
         for search in self._searches:
             before = trials
             trials, failure, about = search.extend(before, side)
@@ -88,12 +88,12 @@ class Solver:
             values[:, lost], rest[:, lost] = before.values[:, ended], before.rest[:, ended]
             status[lost] = failure[ended]
             for k, law in zip(search.group.laws, about, strict=True):
-                blame[k, lost] = law[ended]
-                blame[k, left > had] = True
+                involved[k, lost] = law[ended]
+                involved[k, left > had] = True
         found, best = np.unique(trials.point, return_index=True)
         values[:, found], rest[:, found] = trials.values[:, best], trials.rest[:, best]
         status[found] = np.where((trials.per_point(count) > 1)[found], SEVERAL, OK)
-        return Points(values[:0], values[len(grid) :], status, blame, rest)
+        return Points(values[:0], values[len(grid) :], status, involved, rest)
 
     def _together(self, solutions: Solutions, grid: Rows, side: Rows) -> Points:
         """Modes and unknowns as the solutions of one problem."""
@@ -105,11 +105,11 @@ class Solver:
         names |= {s.name(): found.tau[:, i] for i, s in enumerate(balance.tau_symbols)}
         u = np.array([names[n] for n in self.problem.u_names]).reshape(len(self.problem.u_names), count)
         status = np.select([best.number == 0, best.number > 1], [DIVERGED, SEVERAL], OK).astype(np.int8)
-        rest, blame = np.zeros((len(self.choices), count), bool), best.differing.T.copy()
+        rest, involved = np.zeros((len(self.choices), count), bool), best.differing.T.copy()
         rest[moving] = best.rest.T
-        nameless = (status != OK) & ~blame.any(axis=0)
-        blame[np.ix_(moving, np.flatnonzero(nameless))] = True
-        return Points(u, found.modes.T.copy(), status, blame, rest)
+        nameless = (status != OK) & ~involved.any(axis=0)
+        involved[np.ix_(moving, np.flatnonzero(nameless))] = True
+        return Points(u, found.modes.T.copy(), status, involved, rest)
 
     def _limit(self, grid: Rows, points: Points) -> None:
         """Laws that share a motion share its torque by their compliance; what that gives beyond the limit of one, the others take."""

@@ -32,7 +32,7 @@ class Points:
     u: Rows
     modes: Rows
     status: NDArray[np.int8]
-    blame: Mask
+    involved: Mask
     rest: Mask
 
 

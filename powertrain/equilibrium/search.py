@@ -42,10 +42,10 @@ class Search:
     def extend(self, trials: Trials, side: Rows) -> tuple[Trials, NDArray[np.int8], Mask]:
         """All that the trials may become; why any becomes nothing, and which laws of the group that is about."""
         count = trials.point.size
-        status, blame = np.full(count, NONE, np.int8), np.ones((len(self.choices), count), bool)
+        status, involved = np.full(count, NONE, np.int8), np.ones((len(self.choices), count), bool)
         if not self.group.coupled:
-            blame = self._take(trials, side)
-            return trials.some(np.flatnonzero(~blame.any(axis=0))), status, blame
+            involved = self._take(trials, side)
+            return trials.some(np.flatnonzero(~involved.any(axis=0))), status, involved
         found = [trials.some(np.zeros(0, np.intp))]
         patterns, which = np.unique(self._possible(trials.values) >= 0.0, axis=1, return_inverse=True)
         for g, pattern in enumerate(patterns.T):
@@ -54,7 +54,7 @@ class Search:
             for low in range(0, some.size if number else 0, max(1, _COLUMNS // max(number, 1))):
                 here = some[low : low + max(1, _COLUMNS // number)]
                 found.append(self._combine(trials.some(here), side, np.array(list(product(*options))).T))
-        return Trials.joined(found), status, blame
+        return Trials.joined(found), status, involved
 
     def _options(self, pattern: Mask) -> list[tuple[float, ...]]:
         """The modes of every law that a pattern allows."""
@@ -64,18 +64,18 @@ class Search:
     def _take(self, trials: Trials, side: Rows) -> Mask:
         """Gives laws that depend on what is known the first mode that holds; where a law has none."""
         table = self.table.evaluate(trials.values)
-        blame = np.zeros((len(self.choices), trials.point.size), bool)
+        involved = np.zeros((len(self.choices), trials.point.size), bool)
         for i, (k, choice) in enumerate(zip(self.group.laws, self.choices, strict=True)):
             holds = self.table.margins(table, i) >= 0.0
             modes = np.array(choice.modes)[holds.argmax(axis=0)]
-            blame[i] = ~holds.any(axis=0)
+            involved[i] = ~holds.any(axis=0)
             if choice.rest is not None:
-                rests = blame[i] & (self.table.rest(table, i) >= 0.0)
+                rests = involved[i] & (self.table.rest(table, i) >= 0.0)
                 trials.rest[k] |= rests
                 modes = np.where(rests, side[k, trials.point], modes)
-                blame[i] &= ~rests
+                involved[i] &= ~rests
             trials.values[self.places[i]] = modes
-        return blame
+        return involved
 
     def _combine(self, parents: Trials, side: Rows, modes: Rows) -> Trials:
         """Tries all columns of ``modes`` with every parent: what is consistent."""

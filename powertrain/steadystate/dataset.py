@@ -12,7 +12,7 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.steadystate.axes import Axis, Grid
-from powertrain.steadystate.results import MOST_LAWS, Sheet
+from powertrain.steadystate.results import MOST_LAWS, MapResults
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,9 +55,9 @@ def dataset(
     quantities: list[Quantity],
     grid: Grid,
     ordered: Grid,
-    sheet: Sheet,
+    results: MapResults,
 ) -> xr.Dataset:
-    """Variables over the dimensions of ``grid``; ``sheet`` holds them in the order of ``ordered``."""
+    """Variables over the dimensions of ``grid``; ``results`` holds them in the order of ``ordered``."""
     import xarray as xr
 
     turn = [ordered.dims.index(d) for d in grid.dims]
@@ -66,22 +66,22 @@ def dataset(
         return flat[: grid.size].reshape(ordered.shape).transpose(turn)
 
     data: dict[str, Any] = {}
-    intervals = sheet.intervals or ()
+    intervals = results.intervals or ()
     coords: dict[str, Any] = {name: c for axis in grid.axes for name, c in axis.coords.items()}
     coords |= {_coordinate(axis): _axis(compiled, axis) for axis in grid.axes}
     for k, q in enumerate(quantities):
         if q.name in coords:
             continue
         attributes = {"units": q.unit, "long_name": q.doc or q.name}
-        data[q.name] = (grid.dims, shaped(sheet.rows[k]), attributes)
+        data[q.name] = (grid.dims, shaped(results.rows[k]), attributes)
         for end, rows, text in zip(("low", "high"), intervals, ("least", "greatest"), strict=False):
             said = {**attributes, "long_name": f"{attributes['long_name']}, {text} possible value"}
             data[f"{q.name}_{end}"] = (grid.dims, shaped(rows[k]), said)
-    data["status"] = (grid.dims, shaped(sheet.status), _flags())
+    data["status"] = (grid.dims, shaped(results.status), _flags())
     named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
-    if sheet.blame is not None:
-        data["status_laws"] = (grid.dims, shaped(sheet.blame), _law_flags([n for n, _ in named]))
-    return xr.Dataset(data, coords=coords, attrs={"problems": _problems(sheet, grid.size, named)})
+    if results.involved is not None:
+        data["status_laws"] = (grid.dims, shaped(results.involved), _law_flags([n for n, _ in named]))
+    return xr.Dataset(data, coords=coords, attrs={"problems": _problems(results, grid.size, named)})
 
 
 def _coordinate(axis: Axis) -> str:
@@ -101,16 +101,16 @@ def _law_flags(names: list[str]) -> dict[str, Any]:
     return {"units": "1", "long_name": "Laws that the status is about", "flag_masks": masks, "flag_meanings": meanings}
 
 
-def _problems(sheet: Sheet, size: int, named: list[tuple[str, str]]) -> str:
+def _problems(results: MapResults, size: int, named: list[tuple[str, str]]) -> str:
     """What is wrong at how many points, in words."""
-    status, lines = sheet.status[:size], []
+    status, lines = results.status[:size], []
     for code, text in _PROBLEMS.items() if status.any() else ():
         hit = status == code
         if not hit.any():
             continue
         said = f"{int(hit.sum())} of {size} points: {text}"
-        if sheet.blame is not None:
-            bits = int(np.bitwise_or.reduce(sheet.blame[:size][hit]))
+        if results.involved is not None:
+            bits = int(np.bitwise_or.reduce(results.involved[:size][hit]))
             laws = [f"{n} ({w})" for k, (n, w) in enumerate(named) if k < MOST_LAWS and bits >> k & 1]
             said += f": {', '.join(laws[:6])}" if laws else ""
         lines.append(said)

@@ -20,14 +20,14 @@ MOST_LAWS = 62
 """Laws that have a bit of their own in the results."""
 
 
-class Sheet:
+class MapResults:
     """The results of all points, flat, in the order of the walk; with ``room`` for what is written beyond the end."""
 
     def __init__(self, solver: Solver, count: int, size: int, look: Look, room: int = 0) -> None:
         self.solver, self.count, self.size, self.look = solver, count, size, look
         self.rows = [np.empty(size + room) for _ in range(self.count)]
         self.status = np.zeros(size, np.int8)
-        self.blame: NDArray[np.int64] | None = None
+        self.involved: NDArray[np.int64] | None = None
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
 
     def solve(self, grid: Rows, first: int) -> Array | None:
@@ -48,7 +48,7 @@ class Sheet:
             low, high, solved = self._both_ends(grid[:, where], points, where)
             status[where] = np.where(solved, STUCK_POINT, NONE)
             alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
-            points.blame[:, where] = points.rest[:, where]
+            points.involved[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
             self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
         outside = np.isin(status, (OK, ONE, STUCK_POINT)) & left.any(axis=0)
@@ -63,7 +63,7 @@ class Sheet:
         for row, found in zip(self.rows, values, strict=True):
             row[places] = found
         self.status[places] = status
-        self._note(places, np.vstack([points.blame, left & outside]), status)
+        self._note(places, np.vstack([points.involved, left & outside]), status)
         good = np.flatnonzero(status == OK)
         return points.modes[:, good[-1]].copy() if good.size else None
 
@@ -81,28 +81,28 @@ class Sheet:
             low, high = np.minimum(low, values), np.maximum(high, values)
         return low, high, solved
 
-    def _note(self, places: NDArray[np.intp], blame: NDArray[np.bool_], status: NDArray[np.int8]) -> None:
-        hit = (status != OK) & (status != UNDEFINED) & blame.any(axis=0)
+    def _note(self, places: NDArray[np.intp], involved: NDArray[np.bool_], status: NDArray[np.int8]) -> None:
+        hit = (status != OK) & (status != UNDEFINED) & involved.any(axis=0)
         if not hit.any():
             return
-        if self.blame is None:
-            self.blame = np.zeros(self.size, np.int64)
-        weights = np.array([1 << k if k < MOST_LAWS else 0 for k in range(len(blame))], np.int64)
-        self.blame[places[hit]] = weights @ blame[:, hit]
+        if self.involved is None:
+            self.involved = np.zeros(self.size, np.int64)
+        weights = np.array([1 << k if k < MOST_LAWS else 0 for k in range(len(involved))], np.int64)
+        self.involved[places[hit]] = weights @ involved[:, hit]
 
-    def apart(self, size: int) -> Sheet:
-        """An empty sheet of the same signals, with room beyond its end."""
-        return Sheet(self.solver, self.count, size, self.look, PAD)
+    def apart(self, size: int) -> MapResults:
+        """Empty results of the same signals, with room beyond their end."""
+        return MapResults(self.solver, self.count, size, self.look, PAD)
 
-    def put(self, places: NDArray[np.intp], part: Sheet) -> None:
+    def put(self, places: NDArray[np.intp], part: MapResults) -> None:
         """Takes over some points."""
         for row, values in zip(self.rows, part.rows, strict=True):
             row[places] = values[: part.size]
         self.status[places] = part.status
-        if part.blame is not None:
-            if self.blame is None:
-                self.blame = np.zeros(self.size, np.int64)
-            self.blame[places] = part.blame
+        if part.involved is not None:
+            if self.involved is None:
+                self.involved = np.zeros(self.size, np.int64)
+            self.involved[places] = part.involved
         self._ends += [(places[inner], low, high) for inner, low, high in part._ends]
 
     @property

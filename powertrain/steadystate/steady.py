@@ -80,8 +80,8 @@ def steady(
     plant, t = plant if isinstance(plant, Plant) else Plant(plant), number("time", time, "s")
     q = question(plant, grid, outputs, parameters, inputs, free, guesses)
     map_ = _map(plant, q, t)
-    ordered, sheet = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
-    found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, sheet)
+    ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
+    found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, results)
     found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
     return found
 

@@ -17,7 +17,7 @@ from powertrain.steadystate.axes import PAD, Grid
 from powertrain.steadystate.dataset import Quantity
 from powertrain.steadystate.neighbours import Walker
 from powertrain.steadystate.progress import Bar
-from powertrain.steadystate.results import Sheet, block
+from powertrain.steadystate.results import MapResults, block
 from powertrain.steadystate.rowwise import Plan, RowMap, make_plan
 
 _FAST = 2048
@@ -43,30 +43,30 @@ class SteadyMap:
         """Whether the problem is formulated rightly for these parameters too."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
 
-    def run(self, grid: Grid, common: Array, look: Look, progress: bool | None) -> tuple[Grid, Sheet]:
+    def run(self, grid: Grid, common: Array, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
         """Solves all points of a grid: the grid with its dimensions in the order of the results, and these."""
         self.solver.set_common(common)
         fast = self.walker is not None and grid.size >= _FAST and not look.exhaustive
         ordered = self._slowest_first(grid) if fast else grid
-        sheet = Sheet(self.solver, len(self.quantities), ordered.size, look)
+        results = MapResults(self.solver, len(self.quantities), ordered.size, look)
         bar = Bar(progress, grid.size)
         if fast and self.walker is not None:
             self.walker.set_common(common)
-            finite = self._by_rows(self.walker, sheet, ordered, common, bar)
+            finite = self._by_rows(self.walker, results, ordered, common, bar)
             if finite is None:
-                self._by_points(self.walker, sheet, ordered, bar)
+                self._by_points(self.walker, results, ordered, bar)
             if not finite:
-                self._look_again(sheet, ordered)
+                self._look_again(results, ordered)
             if self.walker.unchecked:
-                sheet.status[sheet.status == OK] = ONE
+                results.status[results.status == OK] = ONE
         else:
             for first, count, values in ordered.pieces():
                 for low in range(0, count, _SLOW_BLOCK):
                     high = min(low + _SLOW_BLOCK, count)
-                    sheet.solve(block(values, low, high), first + low)
+                    results.solve(block(values, low, high), first + low)
                     bar.reach(first + high)
         bar.close()
-        return ordered, sheet
+        return ordered, results
 
     def _slowest_first(self, grid: Grid) -> Grid:
         """The grid with those dimensions first along which modes change most."""
@@ -85,7 +85,7 @@ class SteadyMap:
             self._plans.clear()
         return grid.ordered(self._orders[identity])
 
-    def _by_rows(self, walker: Walker, sheet: Sheet, grid: Grid, common: Array, bar: Bar) -> bool | None:
+    def _by_rows(self, walker: Walker, results: MapResults, grid: Grid, common: Array, bar: Bar) -> bool | None:
         """Fills the map by rows along the last dimension, if only one axis changes along it; whether all is known to be finite."""
         last = [i for i, a in enumerate(grid.axes) if grid.dims[-1] in a.dims]
         if len(last) != 1 or grid.axes[last[0]].dims != (grid.dims[-1],) or grid.shape[-1] < _SHORT_ROW:
@@ -108,46 +108,46 @@ class SteadyMap:
             return None
 
         def rest(places: NDArray[np.intp]) -> None:
-            self._apart(walker, sheet, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
+            self._apart(walker, results, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
 
         assert self._rows_map is not None
-        return self._rows_map.fill(fast, x, slow, plan, common, sheet.rows, rest, bar.reach)
+        return self._rows_map.fill(fast, x, slow, plan, common, results.rows, rest, bar.reach)
 
-    def _by_points(self, walker: Walker, sheet: Sheet, grid: Grid, bar: Bar) -> None:
+    def _by_points(self, walker: Walker, results: MapResults, grid: Grid, bar: Bar) -> None:
         """Fills the map from point to point; the last points apart, because the walk writes beyond its end."""
         for first, count, values in grid.pieces():
             inner = count if first + count + PAD <= grid.size else max(count - PAD, 0)
-            self._walk(walker, sheet, first, inner, values, bar)
-            self._apart(walker, sheet, np.arange(first + inner, first + count), [v[inner:] for v in values])
+            self._walk(walker, results, first, inner, values, bar)
+            self._apart(walker, results, np.arange(first + inner, first + count), [v[inner:] for v in values])
             bar.reach(first + count)
 
-    def _apart(self, walker: Walker, sheet: Sheet, places: NDArray[np.intp], values: list[Array]) -> None:
+    def _apart(self, walker: Walker, results: MapResults, places: NDArray[np.intp], values: list[Array]) -> None:
         """Walks points that lie anywhere, and takes over what is found."""
-        part = sheet.apart(places.size)
+        part = results.apart(places.size)
         self._walk(walker, part, 0, places.size, values, None)
-        sheet.put(places, part)
+        results.put(places, part)
 
-    def _walk(self, walker: Walker, sheet: Sheet, first: int, count: int, values: list[Array], bar: Bar | None) -> None:
-        results = [row[first:] for row in sheet.rows]
+    def _walk(
+        self, walker: Walker, results: MapResults, first: int, count: int, values: list[Array], bar: Bar | None
+    ) -> None:
+        rows = [row[first:] for row in results.rows]
 
         def careful(low: int, high: int) -> Array | None:
-            return sheet.solve(block(values, low, high), first + low)
+            return results.solve(block(values, low, high), first + low)
 
-        walker.walk(
-            count, values, results, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i))
-        )
+        walker.walk(count, values, rows, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i)))
 
     @np.errstate(all="ignore")
-    def _look_again(self, sheet: Sheet, grid: Grid) -> None:
+    def _look_again(self, results: MapResults, grid: Grid) -> None:
         """Points with values that are not finite are solved one by one, which says why."""
         suspects: NDArray[np.bool_] | None = None
-        for row in sheet.rows:
+        for row in results.rows:
             part = row[: grid.size]
             if not math.isfinite(float(np.add.reduce(part))):
                 suspects = ~np.isfinite(part) if suspects is None else suspects | ~np.isfinite(part)
         if suspects is None:
             return
-        where = np.flatnonzero(suspects & (sheet.status == OK))
+        where = np.flatnonzero(suspects & (results.status == OK))
         for low in range(0, where.size, _SLOW_BLOCK):
             some = where[low : low + _SLOW_BLOCK]
-            sheet.solve_at(grid.at(some), some)
+            results.solve_at(grid.at(some), some)
