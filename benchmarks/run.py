@@ -22,6 +22,7 @@ from benchmarks import (
     drive_cycle,
     driveline,
     driveline_map,
+    driven_axle,
     gradient,
     steady_map,
     sweep,
@@ -41,6 +42,7 @@ FULL: dict[str, Runner] = {
     "steady_map": steady_map.run,
     "driveline_map": driveline_map.run,
     "drive_cycle": drive_cycle.run,
+    "driven_axle": driven_axle.run,
     "gradient": gradient.run,
 }
 QUICK: dict[str, Runner] = {
