@@ -322,7 +322,7 @@ def _supply(values: Values, own: Matrix) -> Matrix:
 def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
     sums = _Sums.of(len(terms.ports), len(terms.parts))
     boundary = np.array([part.boundary for part in terms.parts])
-    waiting = Pieces.of(trajectory).blocks(terms.block)
+    waiting = Pieces.of(trajectory, terms.instants(p)).blocks(terms.block)
     while waiting:
         pieces = waiting.pop()
         samples, w = pieces.samples(trajectory), pieces.weights

@@ -6,6 +6,7 @@ in it or, in a boundary (source, ground), taken out of the model.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -18,9 +19,10 @@ from powertrain.component import Component
 from powertrain.connectors import Connector, Signal
 from powertrain.errors import ModelError, ParameterError
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.tape import COMPARISONS, CallsFunction, operations
 from powertrain.recorder import Recorder, reading
 from powertrain.signals import Lanes, Samples, Signals, signals_of
-from powertrain.symbols import Symbol, column
+from powertrain.symbols import Symbol, column, free_symbols
 
 Matrix = NDArray[np.float64]
 _BLOCK = 2_000_000
@@ -93,6 +95,7 @@ class EnergyTerms:
         self.own = own_power(self.parts, len(self.ports))
         written = [*terms.power, *terms.loss, *terms.energy]
         dae, energy = compiled.dae, column(terms.energy)
+        self._dae, self._losses = dae, terms.loss
         rate = _rate(energy, dae.t, dae.x, dae.xdot)
         self._nz, slopes = dae.z.numel(), ca.jacobian(energy, dae.z)
         rows = [column(written), rate]
@@ -104,6 +107,19 @@ class EnergyTerms:
                 _rate(dae.residual, dae.t, dae.x, dae.xdot),
             ]
         self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.cse(ca.vertcat(*rows)))
+
+    def instants(self, p: Array) -> list[float]:
+        """When conditions of time alone change in losses: switches that only ``loss()`` has are no events of the run."""
+        dae = self._dae
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        leaves = [*map(ca.vertsplit, inputs[:-1]), [Symbol(value) for value in p]]
+        found: list[float] = []
+        for loss in self._losses:
+            if ca.depends_on(loss, dae.t):
+                with suppress(CallsFunction):
+                    lines = (line for line in operations(loss, inputs, leaves) if line.code in COMPARISONS)
+                    found += [t for line in lines for t in _zero(line.operands[0] - line.operands[1], dae.t)]
+        return found
 
     def values(self, samples: Samples, p: Array) -> Values:
         """The terms at the samples. ModelError where one is not finite."""
@@ -140,6 +156,14 @@ class EnergyTerms:
     def block(self) -> int:
         """How many samples' terms fit comfortably into memory."""
         return max(1, _BLOCK // max(1, self._lanes.size))
+
+
+def _zero(g: Symbol, time: Symbol) -> list[float]:
+    """The instant at which ``g`` is zero, if it is affine in time and contains nothing else."""
+    slope = ca.jacobian(g, time)
+    if slope.is_zero() or not slope.is_constant() or len(free_symbols(g)) != 1:
+        return []
+    return [-float(ca.substitute(g, time, 0)) / float(slope)]
 
 
 def own_power(parts: list[Part], ports: int) -> Matrix:

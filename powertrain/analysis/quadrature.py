@@ -5,6 +5,7 @@ The integrator's steps follow the states. What is driven by time alone may swing
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,16 +37,18 @@ class Pieces:
     halvings: int = 0
 
     @classmethod
-    def of(cls, trajectory: Trajectory) -> Pieces:
-        """The steps of a run, long ones divided."""
+    def of(cls, trajectory: Trajectory, cuts: Sequence[float] = ()) -> Pieces:
+        """The steps of a run, long ones divided, and cut at the given instants."""
         if not len(trajectory.times):
             return cls(np.zeros(0), np.zeros(0), np.zeros(0, int))
         lengths = np.diff(np.append(trajectory.times, trajectory.end))
         count = np.maximum(1, np.ceil(_FEWEST * lengths / (trajectory.end - trajectory.start))).astype(int)
         step = np.repeat(np.arange(len(lengths)), count)
         within = np.arange(len(step)) - (np.cumsum(count) - count)[step]
-        length = (lengths / count)[step]
-        return cls(trajectory.times[step] + within * length, length, step)
+        first = trajectory.times[step] + within * (lengths / count)[step]
+        first = np.union1d(first, [t for t in cuts if trajectory.start < t < trajectory.end])
+        length = np.diff(np.append(first, trajectory.end))
+        return cls(first, length, np.searchsorted(trajectory.times, first, side="right") - 1)
 
     def blocks(self, nodes: int) -> list[Pieces]:
         """Groups of about so many nodes, the last one first."""

@@ -24,6 +24,9 @@ class Operation:
     value: Symbol
 
 
+COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE)
+
+
 class CallsFunction(Exception):
     """The expression calls a function, which has no symbolic value here."""
 
