@@ -8,6 +8,7 @@ from powertrain.compiler.hybrid import Contact, Friction, Switch, When
 
 _SWITCHES = 200
 _SPAN = 1e-5
+"""Share of the simulated time within which so many switches of one law are chattering: real vibrations are slower."""
 _HYSTERESIS = "Its condition contradicts its effect; give it a hysteresis, or let the model slide or stick there."
 STOP = (
     "Where something strikes a stop, write unilateral(gap, force, restitution=...) instead of when: it ends the bouncing and holds what "
@@ -17,7 +18,7 @@ STOP = (
 
 
 class Chatter:
-    """Notes when laws switch; too many times within a thousandth of the simulated span is chattering."""
+    """Notes when laws switch; too many times within ``_SPAN`` of the simulated time is chattering."""
 
     def __init__(self, span: float) -> None:
         self._window = _SPAN * span

@@ -43,7 +43,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     """The mode rules.
 
     ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found; a law at rest may
-    count as sliding while its acceleration is above ``-slack`` (0 but in the search among all combinations).
+    count as sliding while its acceleration is above ``-slack`` (0 except for modes from the complementarity problem or a single trial).
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
     fires = {index: fire[k] for k, index in enumerate(timed(dae)[1])}
