@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from powertrain.components.transmissions.automatic import Automatic
+from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
+from powertrain.components.transmissions.gear_scheme import Gear, GearScheme, ShiftElement, planetary, ravigneaux
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
+from powertrain.components.transmissions.gearsets import EIGHT_SPEED, LEPELLETIER_SIX, RAVIGNEAUX_FOUR, SIMPSON_THREE
 from powertrain.components.transmissions.hydrodynamic import FluidCoupling, TorqueConverter
 from powertrain.components.transmissions.interfaces import VariableTransmission
 from powertrain.components.transmissions.layout import (
@@ -29,11 +33,19 @@ from powertrain.components.transmissions.split_path import SplitPathTransmission
 
 __all__ = [
     "COMBINATIONS",
+    "EIGHT_SPEED",
     "HOUSING",
+    "LEPELLETIER_SIX",
+    "RAVIGNEAUX_FOUR",
+    "SIMPSON_THREE",
     "TYPES",
+    "Automatic",
+    "ClutchToClutch",
     "Coupling",
     "Flow",
     "FluidCoupling",
+    "Gear",
+    "GearScheme",
     "Joint",
     "Layout",
     "Lever",
@@ -43,6 +55,7 @@ __all__ = [
     "NetworkTransmission",
     "PowerShiftGearbox",
     "RatioOfUnit",
+    "ShiftElement",
     "Shiftable",
     "SingleGear",
     "SplitPathTransmission",
@@ -58,6 +71,8 @@ __all__ = [
     "joints",
     "members",
     "overall_ratio",
+    "planetary",
+    "ravigneaux",
     "relative_ratio",
     "unit_ratio",
 ]

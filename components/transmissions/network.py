@@ -153,8 +153,8 @@ class Network:
         A, B = self.speeds()[self.nodes[shaft]]
         return float(-A / B) if abs(B) > 1e-12 * abs(A) else np.inf
 
-    def fixed_ratio(self) -> float:
-        """The w_in/w_out of a network with one degree of freedom. Errors: ParameterError where it has another number of them."""
+    def motion(self) -> Array:
+        """Speed of every node for w_in = 1 of a network with one degree of freedom. Errors: ParameterError for another number of them."""
         rows = self._rows(self.ratios)
         freedom = rows.shape[-1] - np.linalg.matrix_rank(rows)
         if freedom != 1:
@@ -162,10 +162,17 @@ class Network:
                 f"the network{self._joined()} is not a fixed gear: it has {freedom} degrees of freedom"
             )
         motion = np.linalg.svd(rows)[2][-1]
-        w_in, w_out = motion[self._node("input")], motion[self._node("output")]
+        w_in = motion[self._node("input")]
+        if abs(w_in) < 1e-12:
+            raise ParameterError(f"the network{self._joined()} holds its input")
+        return np.asarray(motion / w_in)
+
+    def fixed_ratio(self) -> float:
+        """The w_in/w_out of a network with one degree of freedom. Errors: ParameterError where it has another number of them."""
+        w_out = self.motion()[self._node("output")]
         if abs(w_out) < 1e-12:
             raise ParameterError(f"the network{self._joined()} holds its output")
-        return float(w_in / w_out)
+        return float(1 / w_out)
 
     def _rows(self, ratios: Array) -> Array:
         """The levers' equations over the nodes, shape (..., levers, nodes)."""
@@ -185,7 +192,8 @@ class Network:
         return node
 
     def _joined(self) -> str:
-        return " with " + ", ".join(f"{a}-{b}" for a, b in self.joints) if self.joints else ""
+        said = ", ".join(f"{a}-{b}" for a, b in self.joints if a != b)
+        return f" with {said}" if said else ""
 
 
 def _regular(whole: Array) -> NDArray[np.bool_]:

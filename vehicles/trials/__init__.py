@@ -6,6 +6,7 @@ from powertrain.vehicles.trials.backward import BackwardRun, backward
 from powertrain.vehicles.trials.charge import charge_corrected
 from powertrain.vehicles.trials.cycle import CycleRun, drive_cycle
 from powertrain.vehicles.trials.driveline import driveline_map
+from powertrain.vehicles.trials.gear_table import gear_table
 from powertrain.vehicles.trials.operating import on_rolling_road
 from powertrain.vehicles.trials.performance import full_accelerator, gradeability, performance, time_between
 
@@ -17,6 +18,7 @@ __all__ = [
     "drive_cycle",
     "driveline_map",
     "full_accelerator",
+    "gear_table",
     "gradeability",
     "on_rolling_road",
     "performance",

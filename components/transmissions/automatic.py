@@ -1,0 +1,140 @@
+"""Automatic gearsets: planetary sets whose clutches and brakes select the gear."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from powertrain import Equations, ParameterError, connect
+from powertrain.components.differentials.churning import ChurningLoss
+from powertrain.components.differentials.fundamental import FundamentalDifferential
+from powertrain.components.rotational.brake import Brake
+from powertrain.components.rotational.clutch import Clutch
+from powertrain.components.rotational.fixed import Fixed
+from powertrain.components.rotational.inertia import Inertia
+from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
+from powertrain.components.transmissions.gear_scheme import GearScheme, ShiftElement
+from powertrain.components.transmissions.gearsets import EIGHT_SPEED, LEPELLETIER_SIX, RAVIGNEAUX_FOUR, SIMPSON_THREE
+
+TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
+"""Input torque [N.m] for which elements are made, their capacity over what they then carry, inertia of a shaft [kg.m2]."""
+
+
+def _levers(scheme: GearScheme) -> tuple[FundamentalDifferential, ...]:
+    return tuple(FundamentalDifferential(ratio=x.ratio, eta_ab=x.eta, eta_ba=x.eta) for x in scheme.levers)
+
+
+def _shafts(scheme: GearScheme, J: float) -> tuple[Inertia, ...]:
+    return (Inertia(J=J),) * (max(scheme.free.nodes.values()) + 1)
+
+
+def _elements(scheme: GearScheme, torque: float) -> tuple[Clutch | Brake, ...]:
+    return tuple(_element(scheme, each, torque) for each in scheme.elements)
+
+
+def _element(scheme: GearScheme, element: ShiftElement, torque: float) -> Clutch | Brake:
+    gears = [gear.name for gear in scheme.gears if element.name in gear.engaged]
+    carried = max((scheme.torque_factor(gear, element.name) for gear in gears), default=0.0)
+    kind = Brake if element.is_brake else Clutch
+    return kind(fn_max=MARGIN * torque * carried, mue_pos=((0.0, 1.0),))
+
+
+class Automatic(ClutchToClutch):
+    """An automatic gearset by its scheme: a differential for every lever, a clutch or brake for every shift element, shafts with inertia.
+
+    w_a - w_carrier = R_o (w_b - w_carrier) of every lever, with the loss of ``MeshLaw``; shift elements as ``Clutch`` and ``Brake``
+
+    The elements are pressed by the law of ``ClutchToClutch``. Lever k selects the k-th forward gear, 0 is neutral, -1 the reverse gear.
+    ``shafts`` and ``elements`` are in the order of the scheme; ``churning`` is the drag of pump, oil and open elements at the input.
+    ``of`` makes the parts of a scheme; ``trials.gear_table`` computes its ratios, efficiencies and torques.
+    Errors: ParameterError where the parts are not those of the scheme.
+    """
+
+    scheme: GearScheme = SIMPSON_THREE
+    levers: tuple[FundamentalDifferential, ...] = _levers(SIMPSON_THREE)
+    shafts: tuple[Inertia, ...] = _shafts(SIMPSON_THREE, J_SHAFT)
+    elements: tuple[Clutch | Brake, ...] = _elements(SIMPSON_THREE, TORQUE)
+    churning: ChurningLoss = ChurningLoss(d=0.01)
+    housing: Fixed = Fixed()
+
+    @classmethod
+    def of(cls, scheme: GearScheme, *, torque: float = TORQUE, J: float = J_SHAFT, **parts: Any) -> Self:
+        """The parts of a scheme whose elements hold ``torque`` [N.m] at the input in every gear, on shafts of inertia J [kg.m2] each."""
+        made = {"levers": _levers(scheme), "shafts": _shafts(scheme, J), "elements": _elements(scheme, torque)}
+        return cls(scheme=scheme, **(made | parts))
+
+    @classmethod
+    def simpson_three_speed(cls) -> Self:
+        """Ratios 2.46, 1.46, 1.00, reverse -2.18."""
+        return cls.of(SIMPSON_THREE)
+
+    @classmethod
+    def ravigneaux_four_speed(cls) -> Self:
+        """Ratios 2.40, 1.47, 1.00, 0.67, reverse -2.00."""
+        return cls.of(RAVIGNEAUX_FOUR)
+
+    @classmethod
+    def lepelletier_six_speed(cls) -> Self:
+        """Ratios 4.171, 2.340, 1.521, 1.143, 0.867, 0.691, reverse -3.403."""
+        return cls.of(LEPELLETIER_SIX)
+
+    @classmethod
+    def eight_speed(cls) -> Self:
+        """Ratios 4.696, 3.130, 2.104, 1.667, 1.285, 1.000, 0.839, 0.667, reverse -3.297."""
+        return cls.of(EIGHT_SPEED)
+
+    @property
+    def gears(self) -> int:
+        """The number of forward gears."""
+        return len(self.scheme.forward)
+
+    def in_gear(self, k: int) -> Automatic:
+        """What is left of it with the k-th forward gear in for good: rigid joints in place of the shift elements."""
+        scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name)
+        mean = sum(float(shaft.J) for shaft in self.shafts) / len(self.shafts)
+        return Automatic(
+            scheme=scheme, levers=self.levers, shafts=_shafts(scheme, mean), elements=(), churning=self.churning
+        )
+
+    def equations(self) -> Equations:
+        """The flanges at every shaft are connected; the law presses the elements."""
+        self._check()
+        scheme, nodes = self.scheme, self.scheme.free.nodes
+        at: dict[int, list[Any]] = {k: [shaft.flange_a] for k, shaft in enumerate(self.shafts)} | {
+            -1: [self.housing.flange]
+        }
+        for lever, differential in zip(scheme.levers, self.levers, strict=True):
+            at[nodes[lever.a]].append(differential.a)
+            at[nodes[lever.b]].append(differential.b)
+            at[nodes[lever.carrier]].append(differential.carrier)
+        for element, part in zip(scheme.elements, self.elements, strict=True):
+            one, other = sorted((nodes[element.a], nodes[element.b]), reverse=True)
+            at[one].append(part.flange_a)
+            if isinstance(part, Clutch):
+                at[other].append(part.flange_b)
+        at[nodes[scheme.input]] += [self.flange_a, self.churning.flange]
+        at[nodes[scheme.output]].append(self.flange_b)
+        for flanges in at.values():
+            if len(flanges) > 1:
+                yield connect(*flanges)
+        yield from self._press()
+
+    def _press(self) -> Equations:
+        scheme, forward = self.scheme, self.scheme.forward
+        w_in, w_out = (self.shafts[scheme.free.nodes[end]].w for end in (scheme.input, scheme.output))
+        yield from self._shift([scheme.ratio(gear.name) for gear in forward], w_in, w_out)
+        for element, part in zip(scheme.elements, self.elements, strict=True):
+            name = element.name
+            factors = [scheme.torque_factor(g.name, name) if name in g.engaged else None for g in forward]
+            reverse = bool(scheme.reverse) and name in scheme.reverse[0].engaged
+            full = part.fn_max * part.cgeo
+            yield part.f_normalized.value == self._torque(factors, full, reverse=reverse) / full
+
+    def _check(self) -> None:
+        has = {"levers": len(self.levers), "elements": len(self.elements), "shafts": len(self.shafts)}
+        needs = {"levers": len(self.scheme.levers), "elements": len(self.scheme.elements)}
+        needs["shafts"] = max(self.scheme.free.nodes.values()) + 1
+        brakes = [each.is_brake for each in self.scheme.elements]
+        if has != needs or brakes != [isinstance(part, Brake) for part in self.elements]:
+            raise ParameterError(
+                f"{self._path or 'Automatic'}: the scheme has {needs}, the component {has}; make it with Automatic.of(scheme)"
+            )

@@ -1,0 +1,197 @@
+"""Gear schemes: which planetary sets, which shafts are joined, and which shift elements each gear engages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Self
+
+from powertrain import ParameterError
+from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
+
+
+@dataclass(frozen=True)
+class Gear:
+    """A gear: its name and the shift elements that are engaged in it."""
+
+    name: str
+    engaged: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ShiftElement:
+    """A clutch between two shafts, or a brake between a shaft and ``HOUSING``."""
+
+    name: str
+    a: str
+    b: str
+
+    @property
+    def is_brake(self) -> bool:
+        """It holds a shaft."""
+        return HOUSING in (self.a, self.b)
+
+    @property
+    def joint(self) -> Joint:
+        """What it joins when it is engaged."""
+        return self.a, self.b
+
+
+def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0) -> Lever:
+    """A simple planetary gear on three shafts; ``teeth`` are those of sun and ring, ``eta`` the efficiency with the carrier fixed."""
+    return Lever(name, sun, ring, carrier, -teeth[1] / teeth[0], eta)
+
+
+def ravigneaux(
+    large: str, small: str, ring: str, carrier: str, *, teeth: tuple[int, int, int], eta: float = 1.0
+) -> tuple[Lever, Lever]:
+    """A Ravigneaux set on four shafts; ``teeth`` are those of large sun, small sun and ring.
+
+    Two levers with one ring and one carrier: the large sun meshes with the ring through one planet, the small sun through two. ``eta`` is
+    the efficiency of the first, with the carrier fixed; the second has one mesh more: eta^(3/2).
+    """
+    Z_large, Z_small, Z_ring = teeth
+    return (
+        Lever("large sun", large, ring, carrier, -Z_ring / Z_large, eta),
+        Lever("small sun", small, ring, carrier, Z_ring / Z_small, eta**1.5),
+    )
+
+
+@dataclass(frozen=True)
+class GearScheme:
+    """A gearset: levers on named shafts, shift elements between shafts, and the elements that each gear engages.
+
+    ``gears`` are the forward gears, lowest first, and those that turn the output backward. Adjacent forward gears differ in one element
+    that opens and one that closes. Shafts of ``joints`` are joined in every gear. ``of`` reads a scheme as it is drawn and tabulated:
+
+    >>> simpson = GearScheme.of(
+    ...     planetary("front", "suns", "ring", "out", teeth=(33, 72)),
+    ...     planetary("rear", "suns", "out", "carrier", teeth=(33, 72)),
+    ...     elements={"forward": "in-ring", "direct": "in-suns", "band": "suns-housing", "low": "carrier-housing"},
+    ...     gears={"1": "forward low", "2": "forward band", "3": "forward direct", "R": "direct low"},
+    ... )
+    >>> [round(simpson.ratio(gear.name), 2) for gear in simpson.gears]
+    [2.46, 1.46, 1.0, -2.18]
+
+    Errors: ParameterError for a gear whose elements do not leave one degree of freedom, and for forward gears that are not in order.
+    Theory: H. L. Benford, M. B. Leising, The lever analogy, SAE 810102, 1981.
+    """
+
+    levers: tuple[Lever, ...]
+    elements: tuple[ShiftElement, ...]
+    gears: tuple[Gear, ...]
+    input: str = "in"
+    output: str = "out"
+    joints: tuple[Joint, ...] = ()
+
+    def __post_init__(self) -> None:
+        known = [element.name for element in self.elements]
+        for gear in self.gears:
+            if unknown := [name for name in gear.engaged if name not in known]:
+                raise ParameterError(
+                    f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
+                )
+            try:
+                self.network(gear.name).motion()
+            except ParameterError as error:
+                raise ParameterError(f"gear {gear.name} ({', '.join(gear.engaged)}): {error}") from None
+        for one, other in pairwise(self.forward):
+            self._check_step(one, other)
+
+    @classmethod
+    def of(
+        cls,
+        *levers: Lever,
+        elements: Mapping[str, str],
+        gears: Mapping[str, str],
+        input: str = "in",
+        output: str = "out",
+    ) -> Self:
+        """Elements as "shaft-shaft" or "shaft-housing", and for each gear the names of those that are engaged in it."""
+        pairs = joints(*elements.values())
+        made = tuple(ShiftElement(name, *pair) for name, pair in zip(elements, pairs, strict=True))
+        return cls(levers, made, tuple(Gear(name, tuple(text.split())) for name, text in gears.items()), input, output)
+
+    @cached_property
+    def shafts(self) -> tuple[str, ...]:
+        """Names of the shafts that turn."""
+        return tuple(name for name in self.free.shafts if name != HOUSING)
+
+    @cached_property
+    def free(self) -> Network:
+        """The gearset with all elements open."""
+        return self._joined(())
+
+    @cached_property
+    def forward(self) -> tuple[Gear, ...]:
+        """The gears that turn the output forward, in the order of the table."""
+        return tuple(gear for gear in self.gears if self.ratio(gear.name) > 0)
+
+    @cached_property
+    def reverse(self) -> tuple[Gear, ...]:
+        """The gears that turn it backward."""
+        return tuple(gear for gear in self.gears if self.ratio(gear.name) < 0)
+
+    def gear(self, name: str) -> Gear:
+        """The gear of a name. Errors: ParameterError where there is none."""
+        for gear in self.gears:
+            if gear.name == name:
+                return gear
+        raise ParameterError(f"there is no gear {name!r}; choose from {', '.join(gear.name for gear in self.gears)}")
+
+    def network(self, name: str, without: str = "") -> Network:
+        """The gearset in a gear, but with the element ``without`` open."""
+        engaged = [name for name in self.gear(name).engaged if name != without]
+        return self._joined(element.joint for element in self.elements if element.name in engaged)
+
+    def ratio(self, name: str) -> float:
+        """Speed of the input over speed of the output in a gear."""
+        return self.network(name).fixed_ratio()
+
+    def speeds(self, name: str) -> dict[str, float]:
+        """Speed of every shaft in a gear, for an input that turns with 1."""
+        network = self.network(name)
+        motion = network.motion()
+        return {shaft: float(motion[node]) if (node := network.nodes[shaft]) >= 0 else 0.0 for shaft in self.shafts}
+
+    def torque_factor(self, name: str, element: str) -> float:
+        """Torque of an engaged element without losses, over the torque of the input: 1/|alpha|.
+
+        With the element open its slip is alpha (w_in - ratio w_out); no work of the torques on the motion gives T_in + alpha T = 0. 0 for
+        an element that holds an idle shaft.
+        """
+        network = self.network(name, without=element)
+        one, other = next(each.joint for each in self.elements if each.name == element)
+        try:
+            parts = network.speeds()
+        except ParameterError:
+            return 0.0
+        slip = sum(
+            sign * parts[node, 0] for shaft, sign in ((one, 1), (other, -1)) if (node := network.nodes[shaft]) >= 0
+        )
+        return float(1 / abs(slip))
+
+    def in_gear(self, name: str) -> GearScheme:
+        """The scheme with one gear only: its elements are rigid joints, and the open ones are left out."""
+        held = tuple(joint for joint in self.network(name).joints if joint[0] != joint[1])
+        return replace(self, elements=(), gears=(Gear(name, ()),), joints=held)
+
+    def _joined(self, joints: Iterable[Joint]) -> Network:
+        ends = self.input, self.output
+        alone = tuple((shaft, shaft) for element in self.elements for shaft in element.joint)  # no lever need be there
+        return Network(self.levers, ends, (*alone, *self.joints, *joints), *ends)
+
+    def _check_step(self, one: Gear, other: Gear) -> None:
+        if self.ratio(one.name) <= self.ratio(other.name):
+            raise ParameterError(
+                f"gear {one.name} has the ratio {self.ratio(one.name):.4g}, gear {other.name} {self.ratio(other.name):.4g}; list the "
+                "forward gears from the highest ratio to the lowest"
+            )
+        opens, closes = set(one.engaged) - set(other.engaged), set(other.engaged) - set(one.engaged)
+        if len(opens) != 1 or len(closes) != 1:
+            raise ParameterError(
+                f"from gear {one.name} ({', '.join(one.engaged)}) to gear {other.name} ({', '.join(other.engaged)}) {len(opens)} elements "
+                f"open and {len(closes)} close; a clutch-to-clutch shift exchanges one for one"
+            )

@@ -1,0 +1,66 @@
+"""The table of a gearset: ratio, efficiency and the torques of its shift elements in every gear."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pandas as pd
+
+import powertrain as pt
+from powertrain.components.rotational import ConstantTorque, Inertia
+from powertrain.components.transmissions import Automatic, Shiftable
+
+W_IN = 200.0
+"""Speed of the input [rad/s]; mesh losses do not depend on it, drag does."""
+
+
+class GearBench(pt.Component):
+    """A gearbox between a torque at its input and one at its output, with its lever where it is set."""
+
+    gearbox: Shiftable
+    lever: pt.Parameter = pt.parameter("1", "Position of the lever", default=1.0)
+    drive: ConstantTorque = ConstantTorque(tau_constant=0)
+    input: Inertia = Inertia(J=0.1)
+    load: ConstantTorque = ConstantTorque(tau_constant=0)
+
+    def equations(self) -> pt.Equations:
+        """Driven and braked."""
+        yield pt.connect(self.drive.flange, self.input.flange_a)
+        yield pt.connect(self.input.flange_b, self.gearbox.flange_a)
+        yield pt.connect(self.gearbox.flange_b, self.load.flange)
+        yield self.gearbox.lever.value == self.lever
+
+
+def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -> pd.DataFrame:
+    """Ratio, step to the next gear, efficiency and the torques of the engaged elements, for a torque [N.m] and speed [rad/s] at the input.
+
+    They are operating points of the gearbox itself, with its drag. A row per gear, by name; "step" is the ratio over that of the next
+    gear, a column per shift element has its torque [N.m], nan where it is open. A negative torque drives the input from the output.
+    Errors: ParameterError for gears that jam under that torque.
+
+    >>> from powertrain.components.transmissions import Automatic
+    >>> table = gear_table(Automatic.simpson_three_speed())
+    >>> table["ratio"].round(2).tolist()
+    [2.46, 1.46, 1.0, -2.18]
+    """
+    scheme = gearbox.scheme
+    paths = {each.name: f"gearbox.elements[{k}]" for k, each in enumerate(scheme.elements)}
+    levers = {gear.name: float(k) for k, gear in enumerate(scheme.forward, 1)}
+    levers |= {gear.name: -1.0 for gear in scheme.reverse[:1]}
+    w_out = f"gearbox.shafts[{scheme.free.nodes[scheme.output]}].w"
+    outputs = ["gearbox.flange_b.tau", w_out, *(f"{path}.tau" for path in paths.values())]
+    grid = {"lever": list(levers.values()), "input.w": speed, "drive.tau_constant": torque}
+    found = pt.steady(GearBench(gearbox=gearbox), grid, outputs=outputs, free=["load.tau_constant"], first=True)
+    if (found["status"] != 0).any():
+        jams = [name for name, status in zip(levers, found["status"].values, strict=True) if status != 0]
+        raise pt.ParameterError(f"no operating point at {torque:g} N.m in gear {', '.join(jams)}")
+    w, tau = (found[name].values for name in (w_out, "gearbox.flange_b.tau"))
+    efficiency = (-tau * w / (torque * speed)) ** (1 if torque > 0 else -1)
+    table = pd.DataFrame({"ratio": speed / w, "efficiency": efficiency}, index=list(levers))
+    forward = [float(table.loc[gear.name, "ratio"]) for gear in scheme.forward]
+    steps = {gear.name: one / other for gear, (one, other) in zip(scheme.forward, pairwise(forward), strict=False)}
+    table.insert(1, "step", pd.Series(steps))
+    for name, path in paths.items():
+        engaged = [name in scheme.gear(gear).engaged for gear in levers]
+        table[name] = found[f"{path}.tau"].where(engaged).values
+    return table
