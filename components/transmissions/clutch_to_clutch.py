@@ -8,6 +8,7 @@ from itertools import pairwise
 import casadi as ca
 
 from powertrain import Equations, Map, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain.components.limited import limited
 from powertrain.components.transmissions.gearbox import Shiftable
 
 
@@ -17,7 +18,7 @@ class ClutchToClutch(Shiftable):
     Between gear k and k + 1 the lever goes through a torque phase, an inertia phase and a torque phase again, each with its part of the
     travel. hold of an element that both gears have is 1; of the one of gear k alone it falls from 1 to 0 in the first phase; of the one
     of gear k + 1 alone it rises from 0 to 1 in the last one. In between
-      w_ref = i_ref w_out, where i_ref goes from ratio k to ratio k + 1 in the inertia phase
+      w_ref = i_ref w_out,  i_ref = ratio_k + (ratio_(k+1) - ratio_k) x^2 (3 - 2 x),  x from 0 to 1 in the inertia phase
       tau_law = tau_in + k_slip (w_in - w_ref),  T_in der(tau_in) = flange_a.tau - tau_in
       element of the higher gear: torque factor max(tau_law, 0);  of the lower gear: torque factor max(-tau_law, 0)
 
@@ -29,7 +30,7 @@ class ClutchToClutch(Shiftable):
     """
 
     torque_phase: float = 0.25
-    k_slip: Parameter = parameter("N.m.s/rad", "Torque against deviations from the speed reference", default=3.0, min=0)
+    k_slip: Parameter = parameter("N.m.s/rad", "Torque against deviations from the speed reference", default=8.0, min=0)
     T_in: Parameter = parameter("s", "Filter of the input torque", default=0.1, above=0)
     tau_in: Variable = variable("N.m", "Filtered torque of the input", start=0.0)
     tau_law: Variable = variable("N.m", "Torque by which the shift elements brake the input during a shift")
@@ -38,10 +39,11 @@ class ClutchToClutch(Shiftable):
     def _shift(self, ratios: Sequence[float], w_in: Symbol, w_out: Symbol, begin: float = 0.0) -> Equations:
         """The reference and the torque law; ``begin``: part of the lever's travel before the first phase."""
         first, last = begin + self.torque_phase, 1 - self.torque_phase
-        rows = [(1.0, ratios[0])]
+        ratio = Symbol(float(ratios[0]))
         for k, (one, other) in enumerate(pairwise(ratios), 1):
-            rows += [(k + first, one), (k + last, other)]
-        yield self.w_ref == _over_lever(rows, "ratio")(self.lever.value) * w_out
+            gone = limited((self.lever.value - k - first) / (last - first))
+            ratio += (other - one) * gone**2 * (3 - 2 * gone)
+        yield self.w_ref == ratio * w_out
         yield self.T_in * der(self.tau_in) == self.flange_a.tau - self.tau_in
         yield self.tau_law == self.tau_in + self.k_slip * (w_in - self.w_ref)
 
