@@ -159,7 +159,7 @@ def settings(function: F) -> F:
 
 def configured(entry: Entry, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
     """The model with the file's and then the command line's values, and the paths that were set."""
-    from powertrain.cli import files
+    from powertrain.presets import files
     from powertrain.presets.settings import assigned, assignments
 
     paths: list[str] = []

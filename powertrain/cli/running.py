@@ -111,8 +111,8 @@ def command(
     The vehicle starts at rest, so a span of a cycle should also start at rest.
     """
     import powertrain as pt
-    from powertrain.cli import files
     from powertrain.cli.options import configured
+    from powertrain.presets import files
     from powertrain.presets.settings import free_or_error
     from powertrain.trials import drive_cycle
     from powertrain.trials.anatomy import anatomy, value_at
