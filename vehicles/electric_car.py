@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, connect, signal_input
-from powertrain.components.body import (
-    Axle,
-    Body,
-    LumpedAxle,
-    RigidTransferCase,
-    RoadProfile,
-    RollingAxle,
-    TransferCase,
-    VehicleBody,
-)
+from powertrain import Equations, connect
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, FixedGear, Pedals, PowerShiftSchedule, Shifting
-from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
-from powertrain.vehicles.driving import on_the_cycle
-from powertrain.vehicles.road import to_the_road
+from powertrain.vehicles.car import Car
 
 BATTERY = PolarizedBattery(
     ocv=cells_in_series(96), Q=150 * 3600, R=0.06, i_discharge=600, i_charge=400, soc_min=0.03, soc_max=0.98, band=0.02
@@ -32,15 +21,14 @@ OIL = ChurningLoss(d=8e-4)
 """Drag of bearings and oil at the machine's shaft."""
 
 
-class ElectricCar(Component):
+class ElectricCar(Car):
     """A front-driven car of 1,700 kg with a machine of 150 kW, a fixed reduction and a battery of 54 kW.h.
 
     The control blends recovery and friction brakes. ``gearbox`` takes one gear, or ``ElectricCar.two_speed()``'s: two that shift under
     load by a ``PowerShiftSchedule``. ``CycleRun`` tells W.h/km, range and miles per gallon of gasoline equivalent.
-    ``front`` and ``rear`` take axles, see ``to_the_road``. The numbers are made up for a compact car.
+    ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a compact car.
     """
 
-    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1700 / 7500)
     control: ElectricDriveControl = ElectricDriveControl()
     schedule: Shifting = FixedGear()
@@ -50,12 +38,8 @@ class ElectricCar(Component):
         J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
     )
     gearbox: Shiftable = SingleGear(gear=IdealGear(ratio=2.5), churning=OIL)
-    transfer: TransferCase = RigidTransferCase()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.6, eta_ab=0.97, eta_ba=0.97))
-    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1700, A=2.3, Cd=0.25)
-    road: RoadProfile = RoadProfile()
-    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     @classmethod
     def two_speed(cls) -> ElectricCar:
@@ -72,11 +56,11 @@ class ElectricCar(Component):
         """The bus, and the way to the road."""
         yield connect(self.battery.bus, self.machine.bus, self.accessories.bus)
         yield connect(self.machine.shaft, self.gearbox.flange_a)
-        yield from to_the_road(self, self.gearbox.flange_b, self.control.friction)
+        yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield from on_the_cycle(self)
+        yield from self._on_the_cycle()
         yield connect(self.body.v, self.control.v, self.schedule.v)
         yield connect(self.driver.accelerator, self.schedule.accelerator)
         yield connect(self.schedule.throttle, self.control.accelerator)

@@ -4,27 +4,16 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from powertrain import Component, Equations, Input, connect, signal_input
-from powertrain.components.body import (
-    Axle,
-    Body,
-    LumpedAxle,
-    RigidTransferCase,
-    RoadProfile,
-    RollingAxle,
-    TransferCase,
-    VehicleBody,
-)
+from powertrain import Equations, connect
+from powertrain.components.body import Axle, Body, LumpedAxle, RollingAxle, VehicleBody
 from powertrain.components.control import Driver, FlywheelCharge, FlywheelDrive, Pedals
 from powertrain.components.cvu import RatioActuator
-from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import BearingFriction, Clutch, IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import SplitPathTransmission, UnitRatio, unit_ratio
 from powertrain.components.wheels import WheelBrake
-from powertrain.vehicles.driving import on_the_cycle
-from powertrain.vehicles.road import to_the_road
+from powertrain.vehicles.car import Car
 from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION
 
 V_MIN, V_MAX = (unit_ratio(LAYOUT, BASIC_RATIO, r) for r in (0.15, 2.0))
@@ -32,19 +21,18 @@ W_START = 370.0
 """Speed of the flywheel's shaft at the start [rad/s]."""
 
 
-class FlywheelHybrid(Component):
+class FlywheelHybrid(Car):
     """A car of 1,400 kg that a flywheel drives: the transmission's ratio accelerates it and brings its energy back when it brakes.
 
     The flywheel (1.1 kg.m2, a steel disk of 35 kg and half a metre) turns three times as fast as the shaft of the transmission, at
     most 1,700 rad/s, where it holds 1.6 MJ; the car at 130 km/h has 0.9 MJ. The engine charges it at a good load, or stands still.
     The transmission is that of the split-path car with a wider range, r from 0.15 to 2; below it the clutch at its output slips.
     With ``drive.recovery`` = 0 it leaves all braking to the friction brakes.
-    ``front`` and ``rear`` take axles, see ``to_the_road``.
+    ``front`` and ``rear`` take axles, see ``Car``.
     Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are made up.
     """
 
     stores: ClassVar[tuple[str, ...]] = ("flywheel",)
-    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1 / 3.5)
     drive: FlywheelDrive = FlywheelDrive()
     charge: FlywheelCharge = FlywheelCharge()
@@ -62,14 +50,11 @@ class FlywheelHybrid(Component):
     before: SpeedSensor = SpeedSensor()
     clutch: Clutch = Clutch(fn_max=600, mue_pos=((0.0, 1.0),))
     output: SpeedSensor = SpeedSensor()
-    transfer: TransferCase = RigidTransferCase()
     front: Axle = LumpedAxle(
         final_drive=CrownGear(ratio=3.3, eta_ab=0.97, eta_ba=0.97), brakes=WheelBrake(tau_max=1500)
     )
     rear: Axle = RollingAxle(brakes=WheelBrake(tau_max=750))
     body: Body = VehicleBody(m=1400, A=2.1)
-    road: RoadProfile = RoadProfile()
-    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """Engine and flywheel on one shaft, from there to the road."""
@@ -80,11 +65,11 @@ class FlywheelHybrid(Component):
         yield connect(self.transmission.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.clutch.flange_a, self.before.flange)
         yield connect(self.clutch.flange_b, self.output.flange)
-        yield from to_the_road(self, self.clutch.flange_b, self.drive.friction)
+        yield from self._to_the_road(self.clutch.flange_b, self.drive.friction)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield from on_the_cycle(self)
+        yield from self._on_the_cycle()
         yield connect(self.body.v, self.charge.v)
         yield connect(self.driver.accelerator, self.drive.accelerator)
         yield connect(self.driver.brake, self.drive.brake)

@@ -4,62 +4,33 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from powertrain import Component, Equations, Input, connect, signal_input
-from powertrain.components.body import (
-    Axle,
-    Body,
-    LumpedAxle,
-    RigidTransferCase,
-    RoadProfile,
-    RollingAxle,
-    TransferCase,
-    VehicleBody,
-)
-from powertrain.components.control import (
-    AlwaysOn,
-    Driver,
-    EngineSwitch,
-    FixedGear,
-    GearSchedule,
-    OpenPedals,
-    Pedals,
-    Shifting,
-)
-from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain import Equations, connect
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
+from powertrain.components.control import Driver, FixedGear, GearSchedule, OpenPedals, Pedals, Shifting
 from powertrain.components.differentials import CrownGear
-from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
 from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import ManualGearbox, Shiftable, SingleGear
-from powertrain.vehicles.driving import by_schedule
-from powertrain.vehicles.road import to_the_road
+from powertrain.vehicles.car import GearedCar
 
 W_OPEN, W_CLOSED = 90.0, 120.0
 """Speeds of the engine [rad/s] between which the clutch closes in a car with one gear."""
 
 
-class ManualCar(Component):
+class ManualCar(GearedCar):
     """A front-driven car of 1,300 kg: engine, clutch, gearbox of six gears, final drive, wheels.
 
     The driver follows ``cycle``; the schedule shifts by the vehicle's speed, with a real clutch and real synchronisers. ``start_stop``
     says whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox counts in the final
     drive. The numbers are made up for a compact car with an engine of 1.6 l.
-    ``front`` and ``rear`` take axles, see ``to_the_road``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
+    ``front`` and ``rear`` take axles, see ``Car``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
     """
 
-    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1300 / 6000)
     schedule: Shifting = GearSchedule()
-    start_stop: EngineSwitch = AlwaysOn()
-    engine: Engine = WillansEngine()
-    accessories: AccessoryDrive = AccessoryDrive()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     gearbox: Shiftable = ManualGearbox()
-    transfer: TransferCase = RigidTransferCase()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.1, eta_ab=0.95, eta_ba=0.95))
-    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1300, A=2.1)
-    road: RoadProfile = RoadProfile()
-    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     @classmethod
     def in_one_gear(cls, ratio: float = 3.5, **parts: Any) -> Self:
@@ -75,9 +46,5 @@ class ManualCar(Component):
         """Engine to road."""
         yield connect(self.engine.crank, self.accessories.flange, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.gearbox.flange_a)
-        yield from to_the_road(self, self.gearbox.flange_b, self.driver.brake)
-        yield from by_schedule(self, self.clutch.f_normalized)
-
-    def initial(self) -> Equations:
-        """At rest, with the engine idling and the first gear in."""
-        yield self.engine.w == self.engine.w_idle
+        yield from self._to_the_road(self.gearbox.flange_b, self.driver.brake)
+        yield from self._by_schedule(self.clutch.f_normalized)

@@ -4,25 +4,14 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from powertrain import Component, Equations, Input, connect, signal_input
-from powertrain.components.body import (
-    Axle,
-    Body,
-    LumpedAxle,
-    RigidTransferCase,
-    RoadProfile,
-    RollingAxle,
-    TransferCase,
-    VehicleBody,
-)
+from powertrain import Equations, connect
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerSplitControl
-from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
 from powertrain.components.engines import Engine, WillansEngine, throttle_table
 from powertrain.components.rotational import SpringDamper
-from powertrain.vehicles.driving import on_the_cycle
-from powertrain.vehicles.road import to_the_road
+from powertrain.vehicles.car import Car
 
 ENGINE = WillansEngine(
     e=0.4, tau_0=15, tau_max=115, w_tau=420, P_max=55e3, w_P=520, tau_low=85, w_low=100, tau_starter=0, J=0.13
@@ -31,18 +20,17 @@ SHARE = 0.9
 """Of the full-load torque on the engine's line."""
 
 
-class PowerSplitHybrid(Component):
+class PowerSplitHybrid(Car):
     """A car of 1,450 kg with a planetary gear between the engine (carrier), machine 1 (sun) and machine 2 with the wheels (ring).
 
     What the engine gives is split by the gear: 2.6/3.6 of its torque go to the ring, 1/3.6 to machine 1, whose power drives machine 2
     or charges the battery. So machine 1 chooses the engine's speed at every speed of the car. The engine stands still at low power and
     is started by machine 1. The rules are those of ``PowerSplitControl``; what they know of the engine comes from the engine in the slot.
-    ``front`` and ``rear`` take axles, see ``to_the_road``.
+    ``front`` and ``rear`` take axles, see ``Car``.
     The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
     """
 
     stores: ClassVar[tuple[str, ...]] = ("battery",)
-    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1 / 4)
     control: PowerSplitControl = PowerSplitControl()
     engine: Engine = ENGINE
@@ -52,12 +40,8 @@ class PowerSplitHybrid(Component):
     machine_2: ElectricMachine = ElectricMachine(J=0.03, tau_max=450, P_max=55e3, w_max=700, copper=0.015, iron=0.8)
     battery: PolarizedBattery = PolarizedBattery(R=0.2)
     accessories: AccessoryLoad = AccessoryLoad(P=300)
-    transfer: TransferCase = RigidTransferCase()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.93, eta_ab=0.97, eta_ba=0.97))
-    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1450, A=2.2, Cd=0.27)
-    road: RoadProfile = RoadProfile()
-    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """The gear, the bus, and the way to the road."""
@@ -66,11 +50,11 @@ class PowerSplitHybrid(Component):
         yield connect(self.machine_1.shaft, self.gear.sun)
         yield connect(self.machine_2.shaft, self.gear.ring)
         yield connect(self.battery.bus, self.machine_1.bus, self.machine_2.bus, self.accessories.bus)
-        yield from to_the_road(self, self.gear.ring, self.control.friction)
+        yield from self._to_the_road(self.gear.ring, self.control.friction)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield from on_the_cycle(self)
+        yield from self._on_the_cycle()
         yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)

@@ -2,20 +2,10 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, connect, signal_input
-from powertrain.components.body import (
-    Axle,
-    Body,
-    LumpedAxle,
-    RigidTransferCase,
-    RoadProfile,
-    RollingAxle,
-    TransferCase,
-    VehicleBody,
-)
+from powertrain import Equations, connect
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import LaggingDriver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
-from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
 from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
@@ -26,8 +16,7 @@ from powertrain.components.transmissions import (
     UnitRatio,
     VariableTransmission,
 )
-from powertrain.vehicles.driving import on_the_cycle
-from powertrain.vehicles.road import to_the_road
+from powertrain.vehicles.car import Car
 
 LAYOUT: Layout = "abH"
 BASIC_RATIO = -1.7
@@ -41,7 +30,7 @@ SHARE = 0.85
 """Of the full-load torque: a sixth stays in hand for the acceleration of the engine itself."""
 
 
-class SplitPathCar(Component):
+class SplitPathCar(Car):
     """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, final drive, wheels.
 
     The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a unit of 90 % whose ratio V
@@ -50,11 +39,10 @@ class SplitPathCar(Component):
     and ``unit_ratio``, as one of the design program: ``NetworkTransmission.of(network)`` and ``NetworkRatio(network=network)``. The
     driver follows ``cycle``; the control gives the engine the speed of least fuel for the demanded power. Below r = 0.2, so below walking
     pace, the start clutch slips.
-    ``front`` and ``rear`` take axles, see ``to_the_road``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
+    ``front`` and ``rear`` take axles, see ``Car``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
     Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 4.
     """
 
-    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = LaggingDriver(k_a=1300 / 6000)
     control: OperatingLineControl = OperatingLineControl(ratio_min=0.2)
     engine: Engine = WillansEngine()
@@ -64,12 +52,8 @@ class SplitPathCar(Component):
     actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_start=-0.27)
     transmission: VariableTransmission = TRANSMISSION
     output: SpeedSensor = SpeedSensor()
-    transfer: TransferCase = RigidTransferCase()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.5, eta_ab=0.97, eta_ba=0.97))
-    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1300, A=2.1)
-    road: RoadProfile = RoadProfile()
-    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """Engine to road."""
@@ -77,11 +61,11 @@ class SplitPathCar(Component):
         yield connect(self.clutch.flange_b, self.shaft.flange_a)
         yield connect(self.shaft.flange_b, self.transmission.flange_a)
         yield connect(self.transmission.flange_b, self.output.flange)
-        yield from to_the_road(self, self.transmission.flange_b, self.driver.brake)
+        yield from self._to_the_road(self.transmission.flange_b, self.driver.brake)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield from on_the_cycle(self)
+        yield from self._on_the_cycle()
         yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.engine.speed, self.control.w)

@@ -4,29 +4,18 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Component, Equations, Input, Parameter, connect, parameter, signal_input
-from powertrain.components.body import (
-    Axle,
-    Body,
-    LumpedAxle,
-    RigidTransferCase,
-    RoadProfile,
-    RollingAxle,
-    TransferCase,
-    VehicleBody,
-)
+from powertrain import Equations, Parameter, connect, parameter
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator, VariableUnit
-from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss
 from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
 from powertrain.components.rotational import IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import StartingConverter, StartingDevice
-from powertrain.vehicles.driving import on_the_cycle
-from powertrain.vehicles.road import to_the_road
+from powertrain.vehicles.car import Car
 
 
-class VariatorCar(Component):
+class VariatorCar(Car):
     """A front-driven car of 1,300 kg: engine, torque converter, belt variator, final drive, wheels.
 
     The control gives the engine the speed of least fuel for the demanded power, but not less than ``w_least``, where engine and lock-up
@@ -40,7 +29,6 @@ class VariatorCar(Component):
 
     share: float = 0.85
     w_least: Parameter = parameter("rad/s", "Least speed of the engine on its line", default=125.0, above=0)
-    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1300 / 6000, hold=0.3)
     control: OperatingLineControl = OperatingLineControl(ratio_min=0.4, ratio_max=2.6)
     start_stop: EngineSwitch = AlwaysOn()
@@ -53,12 +41,8 @@ class VariatorCar(Component):
     unit: VariableUnit = CVU(eta_ab=0.91, eta_ba=0.91)
     pulley: Inertia = Inertia(J=0.01)
     output: SpeedSensor = SpeedSensor()
-    transfer: TransferCase = RigidTransferCase()
     front: Axle = LumpedAxle(final_drive=IdealGear(ratio=5.4))
-    rear: Axle = RollingAxle()
     body: Body = VehicleBody(m=1300, A=2.1)
-    road: RoadProfile = RoadProfile()
-    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def equations(self) -> Equations:
         """Engine to road."""
@@ -67,11 +51,11 @@ class VariatorCar(Component):
         yield connect(self.shaft.flange_b, self.churning.flange, self.unit.flange_a)
         yield connect(self.unit.flange_b, self.pulley.flange_a)
         yield connect(self.pulley.flange_b, self.output.flange)
-        yield from to_the_road(self, self.pulley.flange_b, self.driver.brake)
+        yield from self._to_the_road(self.pulley.flange_b, self.driver.brake)
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        yield from on_the_cycle(self)
+        yield from self._on_the_cycle()
         yield connect(self.body.v, self.control.v, self.start_stop.v)
         yield connect(self.driver.accelerator, self.control.accelerator, self.start_stop.accelerator)
         yield connect(self.start_stop.on, self.engine.on)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.transmissions.automatic import Automatic
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
+from powertrain.components.transmissions.dual_clutch import DualClutchGearbox
 from powertrain.components.transmissions.gear_scheme import Gear, GearScheme, ShiftElement, planetary, ravigneaux
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import EIGHT_SPEED, LEPELLETIER_SIX, RAVIGNEAUX_FOUR, SIMPSON_THREE
@@ -42,6 +43,7 @@ __all__ = [
     "Automatic",
     "ClutchToClutch",
     "Coupling",
+    "DualClutchGearbox",
     "Flow",
     "FluidCoupling",
     "Gear",

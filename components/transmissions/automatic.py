@@ -83,7 +83,7 @@ class Automatic(ClutchToClutch):
         return cls.of(EIGHT_SPEED)
 
     @property
-    def gears(self) -> int:
+    def gear_count(self) -> int:
         """The number of forward gears."""
         return len(self.scheme.forward)
 

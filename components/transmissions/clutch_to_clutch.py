@@ -36,10 +36,10 @@ class ClutchToClutch(Shiftable):
     tau_law: Variable = variable("N.m", "Torque by which the shift elements brake the input during a shift")
     w_ref: Variable = variable("rad/s", "Reference speed of the input")
 
-    def _shift(self, ratios: Sequence[float], w_in: Symbol, w_out: Symbol, begin: float = 0.0) -> Equations:
+    def _shift(self, ratios: Sequence[float | Symbol], w_in: Symbol, w_out: Symbol, begin: float = 0.0) -> Equations:
         """The reference and the torque law; ``begin``: part of the lever's travel before the first phase."""
         first, last = begin + self.torque_phase, 1 - self.torque_phase
-        ratio = Symbol(float(ratios[0]))
+        ratio = Symbol(ratios[0])
         for k, (one, other) in enumerate(pairwise(ratios), 1):
             gone = limited((self.lever.value - k - first) / (last - first))
             ratio += (other - one) * gone**2 * (3 - 2 * gone)

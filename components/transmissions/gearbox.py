@@ -22,6 +22,15 @@ class Shiftable(TwoFlanges):
 
     lever: Input = signal_input("1", "Position of the lever: k presses gear k, k + 1/2 is neutral")
 
+    @property
+    def gear_count(self) -> int:
+        """The number of forward gears."""
+        raise NotImplementedError(type(self).__name__)
+
+    def in_gear(self, k: int) -> Shiftable:
+        """What is left of it with the k-th gear in for good."""
+        raise NotImplementedError(type(self).__name__)
+
 
 class SingleGear(Shiftable):
     """A gearbox with a single gear that is always engaged, for measurements and for single-speed vehicles.
@@ -33,6 +42,15 @@ class SingleGear(Shiftable):
     input: Inertia = Inertia(J=0.01)
     churning: ChurningLoss = ChurningLoss(d=0.003)
     output: Inertia = Inertia(J=0.01)
+
+    @property
+    def gear_count(self) -> int:
+        """One."""
+        return 1
+
+    def in_gear(self, k: int) -> SingleGear:
+        """Itself."""
+        return self
 
     def equations(self) -> Equations:
         """Two shafts and a pair of wheels."""
@@ -64,6 +82,11 @@ class ManualGearbox(Shiftable):
     def of_ratios(cls, *ratios: float, synchroniser: Clutch = SYNCHRONISER) -> Self:
         """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first."""
         return cls(gears=tuple(IdealGear(ratio=r) for r in ratios), synchronisers=(synchroniser,) * len(ratios))
+
+    @property
+    def gear_count(self) -> int:
+        """The number of gears."""
+        return len(self.gears)
 
     def in_gear(self, k: int) -> SingleGear:
         """What is left of it with gear k in for good, without the other gears and the synchronisers."""

@@ -28,6 +28,15 @@ class PowerShiftGearbox(Shiftable):
     churning: ChurningLoss = ChurningLoss(d=0.01)
     output: Inertia = Inertia(J=0.01)
 
+    @property
+    def gear_count(self) -> int:
+        """The number of ratios."""
+        return len(self.ratios)
+
+    def in_gear(self, k: int) -> PowerShiftGearbox:
+        """Itself: with the lever at rest it is a gear of one ratio."""
+        return self
+
     def equations(self) -> Equations:
         """A variable ratio between two shafts."""
         if len(self.ratios) < 2 or min(self.ratios) <= 0 or any(a <= b for a, b in pairwise(self.ratios)):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.control import FixedGear, GearSchedule, PowerShiftSchedule
-from powertrain.components.transmissions import ManualGearbox, PowerShiftGearbox
+from powertrain.components.transmissions import Shiftable
 from powertrain.trials.operating import operating_map
 
 if TYPE_CHECKING:
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-SCHEDULES, BOXES = (GearSchedule, PowerShiftSchedule), (ManualGearbox, PowerShiftGearbox)
+SCHEDULES = GearSchedule, PowerShiftSchedule
 
 
 def is_geared(vehicle: pt.Component) -> bool:
     """Whether a schedule changes the gears of its gearbox."""
-    return bool(_named(vehicle, *SCHEDULES) and _named(vehicle, *BOXES))
+    return bool(_named(vehicle, *SCHEDULES) and _named(vehicle, Shiftable))
 
 
 def _named(vehicle: pt.Component, *kinds: type[pt.Component]) -> str:
@@ -32,16 +32,16 @@ def _named(vehicle: pt.Component, *kinds: type[pt.Component]) -> str:
 
 def numbers(vehicle: pt.Component) -> range:
     """The numbers of its gears, from 1 on."""
-    box = getattr(vehicle, _named(vehicle, *BOXES))
-    return range(1, len(box.gears if isinstance(box, ManualGearbox) else box.ratios) + 1)
+    box = getattr(vehicle, _named(vehicle, Shiftable))
+    return range(1, box.gear_count + 1)
 
 
 def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
     """The vehicle with gear k in for good."""
-    shifting, name = _named(vehicle, *SCHEDULES), _named(vehicle, *BOXES)
+    shifting, name = _named(vehicle, *SCHEDULES), _named(vehicle, Shiftable)
     schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
     held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
-    return pt.replace(vehicle, {shifting: held} | ({name: box.in_gear(k)} if isinstance(box, ManualGearbox) else {}))
+    return pt.replace(vehicle, {shifting: held, name: box.in_gear(k)})
 
 
 def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array) -> NDArray[np.intp]:

@@ -1,0 +1,96 @@
+"""Dual-clutch gearboxes: two clutches, two input shafts, and synchronisers that preselect."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from powertrain import Equations, Input, Map, ParameterError, Symbol, connect, signal_input
+from powertrain.components.differentials.churning import ChurningLoss
+from powertrain.components.limited import limited
+from powertrain.components.rotational.clutch import Clutch
+from powertrain.components.rotational.ideal_gear import IdealGear
+from powertrain.components.rotational.inertia import Inertia
+from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
+from powertrain.components.transmissions.gearbox import SYNCHRONISER
+
+PRESELECT = 0.3
+"""Part of the lever's travel from gear to gear in which the synchronisers move."""
+RATIOS = 3.8, 2.3, 1.5, 1.1, 0.87, 0.7
+
+
+class DualClutchGearbox(ClutchToClutch):
+    """A dual-clutch gearbox: the odd gears on one input shaft, the even ones on another, each shaft with its own clutch.
+
+    gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
+
+    The clutches hand over the torque by the law of ``ClutchToClutch``. The clutch of the engaged gear is pressed as ``pressed`` asks, which
+    starts the vehicle. While a gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the
+    synchronisation of the gear above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the
+    gear two below. The meshes have no loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
+    Errors: ParameterError if the numbers of gears and synchronisers differ.
+    """
+
+    pressed: Input = signal_input("1", "Demanded pressure of the engaged clutch, 0 open to 1 closed", default=1.0)
+    gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in RATIOS)
+    synchronisers: tuple[Clutch, ...] = (SYNCHRONISER,) * len(RATIOS)
+    odd_clutch: Clutch = Clutch(fn_max=350, mue_pos=((0.0, 1.0),))
+    even_clutch: Clutch = Clutch(fn_max=350, mue_pos=((0.0, 1.0),))
+    input: Inertia = Inertia(J=0.02)
+    odd: Inertia = Inertia(J=0.005)
+    even: Inertia = Inertia(J=0.005)
+    output: Inertia = Inertia(J=0.01)
+    churning: ChurningLoss = ChurningLoss(d=0.003)
+
+    @classmethod
+    def of_ratios(cls, *ratios: float, **parts: Any) -> Self:
+        """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first."""
+        made = {"gears": tuple(IdealGear(ratio=r) for r in ratios), "synchronisers": (SYNCHRONISER,) * len(ratios)}
+        return cls(**(made | parts))
+
+    @property
+    def gear_count(self) -> int:
+        """The number of gears."""
+        return len(self.gears)
+
+    def equations(self) -> Equations:
+        """Two clutches, two shafts, and the gears between them and the output."""
+        if len(self.gears) != len(self.synchronisers) or len(self.gears) < 2:
+            raise ParameterError(
+                f"{self._path or 'DualClutchGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; give two or "
+                "more gears, and one synchroniser for each"
+            )
+        yield connect(self.flange_a, self.input.flange_a)
+        yield connect(self.input.flange_b, self.churning.flange, self.odd_clutch.flange_a, self.even_clutch.flange_a)
+        for clutch, shaft, first in ((self.odd_clutch, self.odd, 0), (self.even_clutch, self.even, 1)):
+            yield connect(clutch.flange_b, shaft.flange_a)
+            yield connect(shaft.flange_b, *(gear.flange_a for gear in self.gears[first::2]))
+        for gear, synchroniser in zip(self.gears, self.synchronisers, strict=True):
+            yield connect(gear.flange_b, synchroniser.flange_a)
+        yield connect(self.output.flange_a, *(synchroniser.flange_b for synchroniser in self.synchronisers))
+        yield connect(self.output.flange_b, self.flange_b)
+        yield from self._press()
+
+    def _press(self) -> Equations:
+        ratios = [gear.ratio for gear in self.gears]
+        yield from self._shift(ratios, self.input.w, self.output.w, PRESELECT)
+        for clutch, first in ((self.odd_clutch, 0), (self.even_clutch, 1)):
+            factors = [1.0 if k % 2 == first else None for k in range(len(ratios))]
+            full = clutch.fn_max * clutch.cgeo
+            torque = self._torque(factors, full * limited(self.pressed.value), PRESELECT)
+            yield clutch.f_normalized.value == torque / full
+        for k, synchroniser in enumerate(self.synchronisers, 1):
+            yield synchroniser.f_normalized.value == self._selected(k)
+
+    def _selected(self, k: int) -> Symbol:
+        """Pressure of the synchroniser of gear k: from the upshift into it to that into the next gear of its shaft."""
+        rows = [(k - 1 + PRESELECT / 2, 0.0), (k - 1 + PRESELECT, 1.0), (k + 1.0, 1.0), (k + 1 + PRESELECT / 2, 0.0)]
+        if k <= 2:
+            rows = rows[2:]
+        curve = Map.curve(
+            [row[0] for row in rows], [row[1] for row in rows], x="lever", unit="1", name="selected", outside="clip"
+        )
+        return curve(self.lever.value)
+
+    def in_gear(self, k: int) -> DualClutchGearbox:
+        """Itself: with the lever at rest the clutch of the other shaft is open."""
+        return self

@@ -1,0 +1,136 @@
+"""What cars have in common: the driver on a cycle, the gears by a schedule, and the way from the transmission to the road."""
+
+from __future__ import annotations
+
+from powertrain import Component, Equations, Input, ModelError, Output, connect, signal_input
+from powertrain.components.body import (
+    Axle,
+    Body,
+    CentreDifferential,
+    DrivenAxle,
+    LumpedAxle,
+    PoweredAxle,
+    RigidTransferCase,
+    RoadProfile,
+    RollingAxle,
+    TransferCase,
+    VehicleBody,
+)
+from powertrain.components.control import (
+    AlwaysOn,
+    Driver,
+    EngineSwitch,
+    GearSchedule,
+    Pedals,
+    PowerShiftSchedule,
+    Shifting,
+)
+from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
+from powertrain.components.rotational import Flange
+from powertrain.components.transmissions import ManualGearbox, Shiftable
+from powertrain.components.wheels import RigidWheel
+
+
+class Car(Component):
+    """Partial: a vehicle on two axles whose driver follows a cycle.
+
+    A ``PoweredAxle`` in ``front`` or ``rear`` is driven: ``LumpedAxle``, or ``DrivenAxle`` with its differential. ``RollingAxle`` is not.
+    ``transfer`` shares the torque of the transmission between two driven axles.
+    """
+
+    cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
+    driver: Pedals = Driver(k_a=1 / 4)
+    transfer: TransferCase = RigidTransferCase()
+    front: Axle = LumpedAxle()
+    rear: Axle = RollingAxle()
+    body: Body = VehicleBody()
+    road: RoadProfile = RoadProfile()
+    curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
+
+    def _to_the_road(self, shaft: Flange, demand: Output) -> Equations:
+        """``shaft`` turns the driven axles, ``demand`` brakes both; they push the body, which loads them, on the slope of its road.
+
+        The curvature is that of the rear axle's path; the steered front wheels run on larger circles.
+        Errors: ModelError where no axle is driven, a centre differential has one axle only, or two axles are rigidly coupled to the road.
+        """
+        _check_axles(self)
+        yield connect(shaft, self.transfer.input)
+        if isinstance(self.front, PoweredAxle):
+            yield connect(self.transfer.front, self.front.pinion)
+        if isinstance(self.rear, PoweredAxle):
+            yield connect(self.transfer.rear, self.rear.pinion)
+        if isinstance(self.front, DrivenAxle):
+            yield self.front.path.ahead == self.body.wheelbase
+        yield connect(demand, self.front.brake, self.rear.brake)
+        yield connect(self.curvature, self.front.curvature, self.rear.curvature)
+        yield connect(self.front.axle, self.body.front)
+        yield connect(self.rear.axle, self.body.rear)
+        yield connect(self.body.front_load, self.front.load)
+        yield connect(self.body.rear_load, self.rear.load)
+        yield connect(self.body.s, self.road.s)
+        yield connect(self.road.grade, self.body.grade)
+
+    def _on_the_cycle(self) -> Equations:
+        """The driver knows the speed to drive, the acceleration to come, and the speed."""
+        yield connect(self.cycle.v_ref, self.driver.v_ref)
+        yield connect(self.cycle.a_ref, self.driver.a_ref)
+        yield connect(self.body.v, self.driver.v)
+
+
+class GearedCar(Car):
+    """Partial: a car with one engine whose schedule shifts a gearbox and moves throttle and clutch; the engine idles at the start."""
+
+    schedule: Shifting = GearSchedule()
+    start_stop: EngineSwitch = AlwaysOn()
+    engine: Engine = WillansEngine()
+    accessories: AccessoryDrive = AccessoryDrive()
+    gearbox: Shiftable = ManualGearbox()
+
+    def _by_schedule(self, clutch: Input) -> Equations:
+        """The schedule moves lever, throttle and ``clutch``; the engine runs when ``start_stop`` says so."""
+        _check_gears(self)
+        yield from self._on_the_cycle()
+        yield connect(self.body.v, self.schedule.v, self.start_stop.v)
+        yield connect(self.driver.accelerator, self.schedule.accelerator, self.start_stop.accelerator)
+        yield connect(self.engine.speed, self.schedule.w)
+        yield connect(self.schedule.throttle, self.engine.throttle)
+        yield connect(self.schedule.clutch, clutch)
+        yield connect(self.schedule.lever, self.gearbox.lever)
+        yield connect(self.start_stop.on, self.engine.on)
+
+    def initial(self) -> Equations:
+        """At rest, with the engine idling and the first gear in."""
+        yield self.engine.w == self.engine.w_idle
+
+
+def _check_axles(car: Car) -> None:
+    slots = {"front": car.front, "rear": car.rear}
+    said = " and ".join(f"{name} = {type(axle).__name__}" for name, axle in slots.items())
+    driven = [name for name, axle in slots.items() if isinstance(axle, PoweredAxle)]
+    name = type(car).__name__
+    if not driven:
+        raise ModelError(f"{name} drives no axle: {said}; give one of them a LumpedAxle or a DrivenAxle")
+    if isinstance(car.transfer, CentreDifferential) and len(driven) < len(slots):
+        raise ModelError(
+            f"{name}.transfer is a CentreDifferential, but only {driven[0]} is a driven axle: the other side would spin; "
+            "give both axles a LumpedAxle or a DrivenAxle, or leave transfer as it is"
+        )
+    rigid = [axle for axle in slots.values() if isinstance(axle, LumpedAxle) and isinstance(axle.wheels, RigidWheel)]
+    if isinstance(car.transfer, RigidTransferCase) and len(rigid) == len(slots):
+        raise ModelError(
+            f"{name}: {said} have rigid wheels on a RigidTransferCase; road and transfer case both fix the speed ratio of the axles, so "
+            "how they share the torque is not determined. Give transfer a CentreDifferential, or wheels that slip: a DrivenAxle, or "
+            "wheels=SlipWheel()"
+        )
+
+
+def _check_gears(car: GearedCar) -> None:
+    if (
+        isinstance(car.schedule, (GearSchedule, PowerShiftSchedule))
+        and len(car.schedule.speeds) >= car.gearbox.gear_count
+    ):
+        raise ModelError(
+            f"{type(car).__name__}.schedule has {len(car.schedule.speeds)} rows of shift speeds, for {len(car.schedule.speeds) + 1} gears, "
+            f"but gearbox ({type(car.gearbox).__name__}) has {car.gearbox.gear_count}; give schedule.speeds a row for every shift"
+        )
