@@ -22,7 +22,7 @@ class DualClutchCar(GearedCar):
     """
 
     driver: Pedals = Driver(k_a=1400 / 6000)
-    schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS, t_shift=0.7)
+    schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS, t_shift=0.8)
     gearbox: DualClutchGearbox = DualClutchGearbox()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.1, eta_ab=0.95, eta_ba=0.95))
     body: Body = VehicleBody(m=1400, A=2.15)

@@ -87,6 +87,10 @@ class Automatic(ClutchToClutch):
         """The number of forward gears."""
         return len(self.scheme.forward)
 
+    def friction_elements(self) -> dict[str, str]:
+        """The paths of the shift elements, by their names in the scheme."""
+        return {element.name: f"elements[{k}]" for k, element in enumerate(self.scheme.elements)}
+
     def in_gear(self, k: int) -> Automatic:
         """What is left of it with the k-th forward gear in for good: rigid joints in place of the shift elements."""
         scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name)

@@ -34,7 +34,12 @@ class ClutchToClutch(Shiftable):
     T_in: Parameter = parameter("s", "Filter of the input torque", default=0.1, above=0)
     tau_in: Variable = variable("N.m", "Filtered torque of the input", start=0.0)
     tau_law: Variable = variable("N.m", "Torque by which the shift elements brake the input during a shift")
+    w_in: Variable = variable("rad/s", "Speed of the input")
     w_ref: Variable = variable("rad/s", "Reference speed of the input")
+
+    def friction_elements(self) -> dict[str, str]:
+        """The paths in this component of its clutches and brakes, by name."""
+        raise NotImplementedError(type(self).__name__)
 
     def _shift(self, ratios: Sequence[float | Symbol], w_in: Symbol, w_out: Symbol, begin: float = 0.0) -> Equations:
         """The reference and the torque law; ``begin``: part of the lever's travel before the first phase."""
@@ -43,9 +48,10 @@ class ClutchToClutch(Shiftable):
         for k, (one, other) in enumerate(pairwise(ratios), 1):
             gone = limited((self.lever.value - k - first) / (last - first))
             ratio += (other - one) * gone**2 * (3 - 2 * gone)
+        yield self.w_in == w_in
         yield self.w_ref == ratio * w_out
         yield self.T_in * der(self.tau_in) == self.flange_a.tau - self.tau_in
-        yield self.tau_law == self.tau_in + self.k_slip * (w_in - self.w_ref)
+        yield self.tau_law == self.tau_in + self.k_slip * (self.w_in - self.w_ref)
 
     def _torque(
         self, factors: Sequence[float | None], full: Symbol, begin: float = 0.0, reverse: bool = False

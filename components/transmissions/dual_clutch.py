@@ -30,6 +30,7 @@ class DualClutchGearbox(ClutchToClutch):
     Errors: ParameterError if the numbers of gears and synchronisers differ.
     """
 
+    torque_phase: float = 0.15
     pressed: Input = signal_input("1", "Demanded pressure of the engaged clutch, 0 open to 1 closed", default=1.0)
     gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in RATIOS)
     synchronisers: tuple[Clutch, ...] = (SYNCHRONISER,) * len(RATIOS)
@@ -51,6 +52,11 @@ class DualClutchGearbox(ClutchToClutch):
     def gear_count(self) -> int:
         """The number of gears."""
         return len(self.gears)
+
+    def friction_elements(self) -> dict[str, str]:
+        """The paths of the two clutches and of the synchronisers."""
+        found = {"odd clutch": "odd_clutch", "even clutch": "even_clutch"}
+        return found | {f"synchroniser {k}": f"synchronisers[{k - 1}]" for k in range(1, len(self.synchronisers) + 1)}
 
     def equations(self) -> Equations:
         """Two clutches, two shafts, and the gears between them and the output."""
@@ -89,7 +95,7 @@ class DualClutchGearbox(ClutchToClutch):
         curve = Map.curve(
             [row[0] for row in rows], [row[1] for row in rows], x="lever", unit="1", name="selected", outside="clip"
         )
-        return curve(self.lever.value)
+        return curve(self.lever.value) ** 2  # gently at first
 
     def in_gear(self, k: int) -> DualClutchGearbox:
         """Itself: with the lever at rest the clutch of the other shaft is open."""

@@ -9,6 +9,7 @@ from powertrain.trials.driveline import driveline_map
 from powertrain.trials.gear_table import gear_table
 from powertrain.trials.operating import on_rolling_road
 from powertrain.trials.performance import full_accelerator, gradeability, performance, time_between
+from powertrain.trials.shifts import shift_quality, shifts
 
 __all__ = [
     "BackwardRun",
@@ -22,5 +23,7 @@ __all__ = [
     "gradeability",
     "on_rolling_road",
     "performance",
+    "shift_quality",
+    "shifts",
     "time_between",
 ]

@@ -44,7 +44,7 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     [2.46, 1.46, 1.0, -2.18]
     """
     scheme = gearbox.scheme
-    paths = {each.name: f"gearbox.elements[{k}]" for k, each in enumerate(scheme.elements)}
+    paths = {name: f"gearbox.{path}" for name, path in gearbox.friction_elements().items()}
     levers = {gear.name: float(k) for k, gear in enumerate(scheme.forward, 1)}
     levers |= {gear.name: -1.0 for gear in scheme.reverse[:1]}
     w_out = f"gearbox.shafts[{scheme.free.nodes[scheme.output]}].w"

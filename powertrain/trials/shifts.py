@@ -1,0 +1,81 @@
+"""Quality of the shifts of a run: how hard they are felt, and what they cost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import powertrain as pt
+from powertrain.components.control import Shifting
+from powertrain.components.transmissions import ClutchToClutch
+from powertrain.language.component import children
+from powertrain.trials.anatomy import anatomy
+
+RATE = 1000
+"""Samples per second."""
+SPAN = 0.1
+"""Time [s] over which accelerations are averaged and their change is taken: about what a person resolves."""
+AFTER = 0.3
+"""Time [s] after the travel of the lever that still belongs to a shift."""
+
+
+def shifts(result: pt.Result[Any]) -> pd.DataFrame:
+    """The gear changes of a run: a row per shift, with its time [s] and the gears before and after it.
+
+    Errors: ParameterError for a vehicle without a schedule that shifts.
+    """
+    schedule = shifting(result.model)
+    if "gear" not in result.model._values[schedule]._fields:
+        raise pt.ParameterError(f"{type(result.model).__name__}.{schedule} does not shift")
+    time, gear = result.time, result[f"{schedule}.gear"]
+    at = np.flatnonzero(np.diff(gear))
+    rows = {"time": time[at + 1], "from": gear[at].astype(int), "to": gear[at + 1].astype(int)}
+    return pd.DataFrame(rows, index=pd.RangeIndex(1, at.size + 1, name="shift"))
+
+
+def shift_quality(result: pt.Result[Any]) -> pd.DataFrame:
+    """Jerk and slip energy of every shift of a run with a ``ClutchToClutch`` gearbox.
+
+    Columns besides those of ``shifts``: "jerk" [m/s3], the largest change of the vehicle's acceleration, averaged over 0.1 s, from one
+    0.1 s to the next, over 0.1 s; "slip energy" [J], what the clutches and brakes of the gearbox turn into heat; "slip time" [s], in
+    which they do. Errors: ParameterError for a vehicle without such a gearbox, and without a schedule that shifts.
+    """
+    table, box, model = shifts(result), clutch_to_clutch(result.model), result.model
+    lasting = float(result.parameters[f"{shifting(model)}.t_shift"]) + AFTER
+    speed = f"{anatomy(model).the('body')}.v"
+    losses = [f"{box}.{path}.lossPower" for path in model._values[box].friction_elements().values()]
+    found: dict[str, list[float]] = {"jerk": [], "slip energy": [], "slip time": []}
+    for start in table["time"]:
+        stop = min(start + lasting, result.time[-1])
+        t = np.arange(start, stop, 1 / RATE)
+        heat = np.sum(list(result.at(t, losses).values()), axis=0)
+        found["slip energy"].append(float(np.trapezoid(heat, t)))
+        found["slip time"].append(float((heat > 1e-3).sum()) / RATE)
+        found["jerk"].append(_jerk(result, speed, start, stop))
+    return table.assign(**found)
+
+
+def _jerk(result: pt.Result[Any], speed: str, start: float, stop: float) -> float:
+    """Largest second difference of the speed over ``SPAN`` [m/s3]."""
+    middle = np.arange(max(start, result.time[0] + SPAN), stop - SPAN, 1 / RATE)
+    before, now, after = (result.at(middle + k * SPAN, speed) for k in (-1, 0, 1))
+    return float(np.abs(after - 2 * now + before).max(initial=0.0)) / SPAN**2
+
+
+def shifting(model: pt.Component) -> str:
+    """The field with the schedule."""
+    return _field(model, Shifting, "a schedule that shifts")
+
+
+def clutch_to_clutch(model: pt.Component) -> str:
+    """The field with the gearbox. Errors: ParameterError for a vehicle whose gearbox has no clutches that hand over."""
+    return _field(model, ClutchToClutch, "a gearbox of clutches that hand over, an Automatic or a DualClutchGearbox")
+
+
+def _field(model: pt.Component, kind: type[pt.Component], said: str) -> str:
+    for name, part in children(model):
+        if isinstance(part, kind):
+            return name
+    raise pt.ParameterError(f"{type(model).__name__} has not {said}")
