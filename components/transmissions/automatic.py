@@ -7,6 +7,7 @@ from typing import Any, Self
 from powertrain import Equations, ParameterError, connect
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.differentials.fundamental import FundamentalDifferential
+from powertrain.components.limited import limited
 from powertrain.components.rotational.brake import Brake
 from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.fixed import Fixed
@@ -129,9 +130,10 @@ class Automatic(ClutchToClutch):
         for element, part in zip(scheme.elements, self.elements, strict=True):
             name = element.name
             factors = [scheme.torque_factor(g.name, name) if name in g.engaged else None for g in forward]
-            reverse = bool(scheme.reverse) and name in scheme.reverse[0].engaged
             full = part.fn_max * part.cgeo
-            yield part.f_normalized.value == self._torque(factors, full, reverse=reverse) / full
+            backward = bool(scheme.reverse) and name in scheme.reverse[0].engaged
+            torque = self._torque(factors, full) + backward * full * limited(-self.lever.value)
+            yield part.f_normalized.value == torque / full
 
     def _check(self) -> None:
         has = {"levers": len(self.levers), "elements": len(self.elements), "shafts": len(self.shafts)}

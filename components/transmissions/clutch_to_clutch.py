@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-import casadi as ca
-
-from powertrain import Equations, Map, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, switch, variable
 from powertrain.components.limited import limited
 from powertrain.components.transmissions.gearbox import Shiftable
 
@@ -15,17 +13,17 @@ from powertrain.components.transmissions.gearbox import Shiftable
 class ClutchToClutch(Shiftable):
     """Partial: gears by friction elements, of which one opens and one closes from gear to gear.
 
-    Between gear k and k + 1 the lever goes through a torque phase, an inertia phase and a torque phase again, each with its part of the
-    travel. hold of an element that both gears have is 1; of the one of gear k alone it falls from 1 to 0 in the first phase; of the one
-    of gear k + 1 alone it rises from 0 to 1 in the last one. In between
-      w_ref = i_ref w_out,  i_ref = ratio_k + (ratio_(k+1) - ratio_k) x^2 (3 - 2 x),  x from 0 to 1 in the inertia phase
+    From gear k to gear k + 1 the lever travels through a torque phase, an inertia phase, and a torque phase again. Elements of both gears
+    stay closed. That of gear k alone is pressed by full torque times 1 - S_1, that of gear k + 1 alone by full torque times S_3, where S_n
+    goes from 0 to 1 in the n-th phase, S = x^2 (3 - 2 x). To this adds, times S_1 (1 - S_3),
+      torque factor max(tau_law, 0) for the element of gear k + 1,  torque factor max(-tau_law, 0) for the element of gear k
       tau_law = tau_in + k_slip (w_in - w_ref),  T_in der(tau_in) = flange_a.tau - tau_in
-      element of the higher gear: torque factor max(tau_law, 0);  of the lower gear: torque factor max(-tau_law, 0)
+      w_ref = (ratio_k + (ratio_(k+1) - ratio_k) S_2) w_out
 
     A slipping element of the higher gear can only brake the input, one of the lower gear only drive it. So the sign of tau_law alone says
-    which of the two has to carry: with power on it is that of the higher gear. An upshift then begins with the torque phase, a downshift
-    ends with it; without power it is the other way round. In both phases the law is the same, and it depends on the position of the
-    lever and not on the way it came from. tau_in is what a control can know: the filtered torque of the input.
+    which of the two has to carry: with power on it is that of the higher gear. An upshift then begins with the exchange of torque and a
+    downshift ends with it; without power it is the other way round. The law depends on the position of the lever, not on the way it
+    came from. tau_in is what a control can know: the filtered torque of the input.
     Source of the phases: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, section 9.2 (powershifts).
     """
 
@@ -36,6 +34,7 @@ class ClutchToClutch(Shiftable):
     tau_law: Variable = variable("N.m", "Torque by which the shift elements brake the input during a shift")
     w_in: Variable = variable("rad/s", "Speed of the input")
     w_ref: Variable = variable("rad/s", "Reference speed of the input")
+    braking: Variable = variable("N.m", "Part of tau_law that brakes the input")
 
     def friction_elements(self) -> dict[str, str]:
         """The paths in this component of its clutches and brakes, by name."""
@@ -43,42 +42,36 @@ class ClutchToClutch(Shiftable):
 
     def _shift(self, ratios: Sequence[float | Symbol], w_in: Symbol, w_out: Symbol, begin: float = 0.0) -> Equations:
         """The reference and the torque law; ``begin``: part of the lever's travel before the first phase."""
-        first, last = begin + self.torque_phase, 1 - self.torque_phase
         ratio = Symbol(ratios[0])
         for k, (one, other) in enumerate(pairwise(ratios), 1):
-            gone = limited((self.lever.value - k - first) / (last - first))
-            ratio += (other - one) * gone**2 * (3 - 2 * gone)
+            ratio += (other - one) * self._phase(k, begin, 2)
         yield self.w_in == w_in
         yield self.w_ref == ratio * w_out
         yield self.T_in * der(self.tau_in) == self.flange_a.tau - self.tau_in
         yield self.tau_law == self.tau_in + self.k_slip * (self.w_in - self.w_ref)
+        yield self.braking == switch(self.tau_law > 0, self.tau_law, 0.0, continuous=True)
 
-    def _torque(
-        self, factors: Sequence[float | None], full: Symbol, begin: float = 0.0, reverse: bool = False
-    ) -> Symbol:
-        """What an element is pressed for, of ``factors`` over the gears (None: open) and a torque when ``full``."""
-        hold, law = [(0.0, 0.0)], [(0.0, 0.0)]
-        if reverse:
-            hold, law = [(-1.0, 1.0), *hold], [(-1.0, 0.0), *law]
-        first, last = begin + self.torque_phase, 1 - self.torque_phase
-        hold.append((1.0, float(factors[0] is not None)))
-        law.append((1.0, 0.0))
+    def _torque(self, factors: Sequence[float | None], full: Symbol, begin: float = 0.0) -> Symbol:
+        """The torque that an element is pressed for, of ``factors`` over the gears (None: open) and a torque when ``full``."""
+        hold, law, driving = Symbol(float(factors[0] is not None)), Symbol(0.0), self.braking - self.tau_law
         for k, (one, other) in enumerate(pairwise(factors), 1):
-            both = float(one is not None and other is not None)
-            signed = 0.0 if both else (other or 0.0) - (one or 0.0)
-            hold += [
-                (k + begin, float(one is not None)),
-                (k + first, both),
-                (k + last, both),
-                (k + 1, float(other is not None)),
-            ]
-            law += [(k + begin, 0.0), (k + first, signed), (k + last, signed), (k + 1, 0.0)]
-        lever = self.lever.value
-        shared = ca.fmax(_over_lever(law, "torque factor")(lever) * self.tau_law, 0)
-        return _over_lever(hold, "hold")(lever) * full + shared
+            first, last = self._phase(k, begin, 1), self._phase(k, begin, 3)
+            if one is None and other is not None:
+                hold += last
+                law += other * self.braking * first * (1 - last)
+            elif one is not None and other is None:
+                hold -= first
+                law += one * driving * first * (1 - last)
+        return hold * full * _smooth(self.lever.value) + law
+
+    def _phase(self, k: int, begin: float, number: int) -> Symbol:
+        """S_n of the shift between gears k and k + 1."""
+        marks = begin, begin + self.torque_phase, 1 - self.torque_phase, 1.0
+        start, stop = marks[number - 1], marks[number]
+        return _smooth((self.lever.value - k - start) / (stop - start))
 
 
-def _over_lever(rows: Sequence[tuple[float, float]], name: str) -> Map:
-    """A line over the position of the lever; points that lie at one place count once."""
-    kept = dict(rows)
-    return Map.curve(list(kept), list(kept.values()), x="lever", unit="1", name=name, outside="clip")
+def _smooth(x: Symbol) -> Symbol:
+    """0 up to x = 0 and 1 from x = 1 on, with equal slopes where the pieces meet."""
+    within = limited(x)
+    return within**2 * (3 - 2 * within)

@@ -10,6 +10,8 @@ import powertrain as pt
 from powertrain.components.rotational import ConstantTorque, Inertia
 from powertrain.components.transmissions import Automatic, Shiftable
 
+FOUND = 0, 1
+"""Statuses of ``steady`` with speeds and torques of the shafts: of a set that turns as a block only the torque inside is open."""
 W_IN = 200.0
 """Speed of the input [rad/s]; mesh losses do not depend on it, drag does."""
 
@@ -36,7 +38,7 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
 
     They are operating points of the gearbox itself, with its drag. A row per gear, by name; "step" is the ratio over that of the next
     gear, a column per shift element has its torque [N.m], nan where it is open. A negative torque drives the input from the output.
-    Errors: ParameterError for gears that jam under that torque.
+    Errors: ParameterError for gears without an operating point under that torque.
 
     >>> from powertrain.components.transmissions import Automatic
     >>> table = gear_table(Automatic.simpson_three_speed())
@@ -51,8 +53,8 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     outputs = ["gearbox.flange_b.tau", w_out, *(f"{path}.tau" for path in paths.values())]
     grid = {"lever": list(levers.values()), "input.w": speed, "drive.tau_constant": torque}
     found = pt.steady(GearBench(gearbox=gearbox), grid, outputs=outputs, free=["load.tau_constant"], first=True)
-    if (found["status"] != 0).any():
-        jams = [name for name, status in zip(levers, found["status"].values, strict=True) if status != 0]
+    jams = [name for name, status in zip(levers, found["status"].values, strict=True) if status not in FOUND]
+    if jams:
         raise pt.ParameterError(f"no operating point at {torque:g} N.m in gear {', '.join(jams)}")
     w, tau = (found[name].values for name in (w_out, "gearbox.flange_b.tau"))
     efficiency = (-tau * w / (torque * speed)) ** (1 if torque > 0 else -1)
