@@ -6,7 +6,7 @@ from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerShiftSchedule, Shifting
 from powertrain.components.differentials import CrownGear
-from powertrain.components.transmissions import DualClutchGearbox
+from powertrain.components.transmissions import DualClutchGearbox, StartingGearbox
 from powertrain.vehicles.car import GearedCar
 
 SPEEDS = ((5.0, 3.0), (9.0, 6.5), (12.5, 10.0), (16.5, 13.5), (21.0, 17.5))
@@ -23,7 +23,7 @@ class DualClutchCar(GearedCar):
 
     driver: Pedals = Driver(k_a=1400 / 6000)
     schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS, t_shift=0.8)
-    gearbox: DualClutchGearbox = DualClutchGearbox()
+    gearbox: StartingGearbox = DualClutchGearbox()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.1, eta_ab=0.95, eta_ba=0.95))
     body: Body = VehicleBody(m=1400, A=2.15)
 

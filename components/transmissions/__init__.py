@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.transmissions.automatic import Automatic
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
-from powertrain.components.transmissions.dual_clutch import DualClutchGearbox
+from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualClutchGearbox, StartingGearbox
 from powertrain.components.transmissions.gear_scheme import Gear, GearScheme, ShiftElement, planetary, ravigneaux
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import EIGHT_SPEED, LEPELLETIER_SIX, RAVIGNEAUX_FOUR, SIMPSON_THREE
@@ -42,6 +42,7 @@ __all__ = [
     "TYPES",
     "Automatic",
     "ClutchToClutch",
+    "ClutchedGear",
     "Coupling",
     "DualClutchGearbox",
     "Flow",
@@ -64,6 +65,7 @@ __all__ = [
     "StartingClutch",
     "StartingConverter",
     "StartingDevice",
+    "StartingGearbox",
     "SwitchedSplitPathTransmission",
     "TorqueConverter",
     "UnitLoss",

@@ -11,14 +11,20 @@ from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
-from powertrain.components.transmissions.gearbox import SYNCHRONISER
+from powertrain.components.transmissions.gearbox import SYNCHRONISER, Shiftable
 
 PRESELECT = 0.3
 """Part of the lever's travel from gear to gear in which the synchronisers move."""
 RATIOS = 3.8, 2.3, 1.5, 1.1, 0.87, 0.7
 
 
-class DualClutchGearbox(ClutchToClutch):
+class StartingGearbox(Shiftable):
+    """Partial: a gearbox whose own clutch starts the vehicle."""
+
+    pressed: Input = signal_input("1", "Demanded pressure of the engaged clutch, 0 open to 1 closed", default=1.0)
+
+
+class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     """A dual-clutch gearbox: the odd gears on one input shaft, the even ones on another, each shaft with its own clutch.
 
     gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
@@ -31,7 +37,6 @@ class DualClutchGearbox(ClutchToClutch):
     """
 
     torque_phase: float = 0.15
-    pressed: Input = signal_input("1", "Demanded pressure of the engaged clutch, 0 open to 1 closed", default=1.0)
     gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in RATIOS)
     synchronisers: tuple[Clutch, ...] = (SYNCHRONISER,) * len(RATIOS)
     odd_clutch: Clutch = Clutch(fn_max=350, mue_pos=((0.0, 1.0),))
@@ -97,6 +102,44 @@ class DualClutchGearbox(ClutchToClutch):
         )
         return curve(self.lever.value) ** 2  # gently at first
 
-    def in_gear(self, k: int) -> DualClutchGearbox:
-        """Itself: with the lever at rest the clutch of the other shaft is open."""
+    def in_gear(self, k: int) -> ClutchedGear:
+        """What is left of it with gear k in for good: one clutch and one shaft, without synchronisers."""
+        clutch, shaft = (self.odd_clutch, self.odd) if k % 2 else (self.even_clutch, self.even)
+        return ClutchedGear(
+            clutch=clutch,
+            gear=self.gears[k - 1],
+            input=self.input,
+            shaft=shaft,
+            output=self.output,
+            churning=self.churning,
+        )
+
+
+class ClutchedGear(StartingGearbox):
+    """A clutch and a single gear that is always engaged: w_shaft = ratio w_b, for measurements."""
+
+    clutch: Clutch = Clutch(fn_max=350, mue_pos=((0.0, 1.0),))
+    gear: IdealGear = IdealGear(ratio=1)
+    input: Inertia = Inertia(J=0.02)
+    shaft: Inertia = Inertia(J=0.005)
+    output: Inertia = Inertia(J=0.01)
+    churning: ChurningLoss = ChurningLoss(d=0.003)
+
+    @property
+    def gear_count(self) -> int:
+        """One."""
+        return 1
+
+    def in_gear(self, k: int) -> ClutchedGear:
+        """Itself."""
         return self
+
+    def equations(self) -> Equations:
+        """Clutch and gear in a row."""
+        yield connect(self.flange_a, self.input.flange_a)
+        yield connect(self.input.flange_b, self.churning.flange, self.clutch.flange_a)
+        yield connect(self.clutch.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.gear.flange_a)
+        yield connect(self.gear.flange_b, self.output.flange_a)
+        yield connect(self.output.flange_b, self.flange_b)
+        yield self.clutch.f_normalized.value == limited(self.pressed.value)

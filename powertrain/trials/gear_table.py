@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import pandas as pd
 
@@ -51,7 +52,7 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     levers |= {gear.name: -1.0 for gear in scheme.reverse[:1]}
     w_out = f"gearbox.shafts[{scheme.free.nodes[scheme.output]}].w"
     outputs = ["gearbox.flange_b.tau", w_out, *(f"{path}.tau" for path in paths.values())]
-    grid = {"lever": list(levers.values()), "input.w": speed, "drive.tau_constant": torque}
+    grid: dict[str, Any] = {"lever": list(levers.values()), "input.w": speed, "drive.tau_constant": torque}
     found = pt.steady(GearBench(gearbox=gearbox), grid, outputs=outputs, free=["load.tau_constant"], first=True)
     jams = [name for name, status in zip(levers, found["status"].values, strict=True) if status not in FOUND]
     if jams:
@@ -59,9 +60,9 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     w, tau = (found[name].values for name in (w_out, "gearbox.flange_b.tau"))
     efficiency = (-tau * w / (torque * speed)) ** (1 if torque > 0 else -1)
     table = pd.DataFrame({"ratio": speed / w, "efficiency": efficiency}, index=list(levers))
-    forward = [float(table.loc[gear.name, "ratio"]) for gear in scheme.forward]
-    steps = {gear.name: one / other for gear, (one, other) in zip(scheme.forward, pairwise(forward), strict=False)}
-    table.insert(1, "step", pd.Series(steps))
+    ratios = table["ratio"].tolist()[: len(scheme.forward)]
+    steps = [one / other for one, other in pairwise(ratios)]
+    table.insert(1, "step", pd.Series(steps, index=table.index[: len(steps)]))
     for name, path in paths.items():
         engaged = [name in scheme.gear(gear).engaged for gear in levers]
         table[name] = found[f"{path}.tau"].where(engaged).values

@@ -189,7 +189,7 @@ class Bench(pt.Component):
         yield pt.connect(self.lever.y, self.box.lever)
 
 
-BOXES = {
+BOXES: dict[str, Any] = {
     "automatic": Automatic.simpson_three_speed(),
     "dual clutch": DualClutchGearbox(),
 }
@@ -214,7 +214,7 @@ def shifted(name: str, torque: float, *, up: bool, **options: Any) -> tuple[pt.R
 @pytest.mark.parametrize("torque", [100.0, -60.0])
 @pytest.mark.parametrize("up", [True, False])
 def test_shifts_of_all_four_kinds(name: str, torque: float, up: bool) -> None:
-    """Power-on and power-off, up and down: the speeds go from ratio to ratio with less than 3 % of overshoot, energy closes, nothing ties up."""
+    """Power-on and power-off, up and down: from ratio to ratio with less than 3 % of overshoot; energy closes, nothing ties up."""
     result, old, new = shifted(name, torque, up=up, rtol=1e-8)
     ratio = result["engine.w"] / result["car.w"]
     locked = result.time > 0.6  # before that the idle shafts come up to speed

@@ -1,0 +1,91 @@
+"""Cars whose clutches hand over: eight-speed automatic and dual clutch over the WLTC, and the quality of their shifts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.transmissions import Automatic
+from powertrain.trials import CycleRun, drive_cycle, shift_quality, shifts
+from powertrain.trials.lever_figure import plot_lever_diagrams
+from powertrain.trials.shift_figure import plot_shift, plot_shift_quality
+from powertrain.vehicles.automatic_car import AutomaticCar
+from powertrain.vehicles.dual_clutch_car import DualClutchCar
+from powertrain.vehicles.manual_car import ManualCar
+
+WLTC = DriveCycle.named("wltc")
+CARS: dict[str, Any] = {
+    "three": AutomaticCar.with_gearset(Automatic.simpson_three_speed()),
+    "four": AutomaticCar.with_gearset(Automatic.ravigneaux_four_speed()),
+    "six": AutomaticCar.with_gearset(Automatic.lepelletier_six_speed()),
+    "eight": AutomaticCar.with_gearset(Automatic.eight_speed()),
+    "dual clutch": DualClutchCar(),
+}
+
+
+@pytest.fixture(scope="module", params=["eight", "dual clutch"])
+def run(request: pytest.FixtureRequest) -> CycleRun:
+    return drive_cycle(CARS[request.param], WLTC.part(0, 50), rtol=1e-6)
+
+
+def test_part_of_the_wltc(run: CycleRun) -> None:
+    assert not run.message
+    assert run.time_outside == 0
+    assert run.audit.closure < 1e-6
+    assert run.audit.violations.empty
+
+
+def test_shift_quality(run: CycleRun) -> None:
+    """Slip energy is what the elements lose; the jerk of a second difference is that of the body's acceleration, averaged."""
+    quality = shift_quality(run.result)
+    assert list(quality["to"][:2]) == [2, 3]
+    assert (quality["jerk"] > 0.5).all()
+    assert (quality["jerk"] < 40).all()
+    box = run.plant.model.gearbox
+    t = np.arange(quality["time"][1], quality["time"][1] + 1.1, 1e-3)
+    lost = sum(
+        np.trapezoid(run.result.at(t, f"gearbox.{path}.lossPower"), t) for path in box.friction_elements().values()
+    )
+    assert quality["slip energy"][1] == pytest.approx(lost, rel=0.02)
+    assert 0.1 < quality["slip time"][1] < 0.8
+
+
+def test_figures(run: CycleRun) -> None:
+    axes = plot_shift(run.result, 1)
+    assert axes[0].get_title() == "Shift from gear 1 to gear 2"
+    assert len(axes[1].lines) >= 2
+    assert len(plot_shift_quality(run.result).collections) == 2
+    if isinstance(box := run.plant.model.gearbox, Automatic):
+        drawn = plot_lever_diagrams(box.scheme)
+        assert drawn[-1].get_title() == "Gear R: ratio -3.297"
+    plt.close("all")
+
+
+def test_what_has_no_such_shifts() -> None:
+    result = drive_cycle(ManualCar(), WLTC.part(0, 20)).result
+    assert len(shifts(result)) == 1
+    with pytest.raises(pt.ParameterError, match="an Automatic or a DualClutchGearbox"):
+        shift_quality(result)
+    with pytest.raises(pt.ParameterError, match="there is no shift 2"):
+        plot_shift(result, 2)
+
+
+def test_more_shift_speeds_than_gears() -> None:
+    with pytest.raises(pt.ModelError, match=r"7 rows of shift speeds, for 8 gears, but gearbox \(Automatic\) has 3"):
+        pt.compile(AutomaticCar(gearbox=Automatic.simpson_three_speed()))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CARS)
+def test_the_whole_wltc(name: str) -> None:
+    """The speed tolerance is held, and energy closes to 1e-6."""
+    run = drive_cycle(CARS[name], WLTC, rtol=1e-6)
+    assert not run.message
+    assert run.time_outside == 0
+    assert run.audit.closure < 1e-6
+    assert set(run.result["schedule.gear"].astype(int)) == set(range(1, run.plant.model.gearbox.gear_count + 1))
