@@ -48,18 +48,19 @@ class Car(Component):
     road: RoadProfile = RoadProfile()
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
-    def _to_the_road(self, shaft: Flange, demand: Output) -> Equations:
+    def _to_the_road(self, shaft: Flange, demand: Output, rear: Flange | None = None) -> Equations:
         """``shaft`` turns the driven axles, ``demand`` brakes both; they push the body, which loads them, on the slope of its road.
 
+        A shaft ``rear`` of its own turns the rear axle in place of the transfer case.
         The curvature is that of the rear axle's path; the steered front wheels run on larger circles.
         Errors: ModelError where no axle is driven, a centre differential has one axle only, or two axles are rigidly coupled to the road.
         """
-        _check_axles(self)
+        _check_axles(self, own_rear=rear is not None)
         yield connect(shaft, self.transfer.input)
         if isinstance(self.front, PoweredAxle):
             yield connect(self.transfer.front, self.front.pinion)
         if isinstance(self.rear, PoweredAxle):
-            yield connect(self.transfer.rear, self.rear.pinion)
+            yield connect(self.transfer.rear if rear is None else rear, self.rear.pinion)
         if isinstance(self.front, DrivenAxle):
             yield self.front.path.ahead == self.body.wheelbase
         yield connect(demand, self.front.brake, self.rear.brake)
@@ -104,7 +105,7 @@ class GearedCar(Car):
         yield self.engine.w == self.engine.w_idle
 
 
-def _check_axles(car: Car) -> None:
+def _check_axles(car: Car, *, own_rear: bool) -> None:
     slots = {"front": car.front, "rear": car.rear}
     said = " and ".join(f"{name} = {type(axle).__name__}" for name, axle in slots.items())
     driven = [name for name, axle in slots.items() if isinstance(axle, PoweredAxle)]
@@ -116,12 +117,23 @@ def _check_axles(car: Car) -> None:
             f"{name}.transfer is a CentreDifferential, but only {driven[0]} is a driven axle: the other side would spin; "
             "give both axles a LumpedAxle or a DrivenAxle, or leave transfer as it is"
         )
+    if own_rear:
+        _check_own_shafts(car, driven, said)
+        return
     rigid = [axle for axle in slots.values() if isinstance(axle, LumpedAxle) and isinstance(axle.wheels, RigidWheel)]
     if isinstance(car.transfer, RigidTransferCase) and len(rigid) == len(slots):
         raise ModelError(
             f"{name}: {said} have rigid wheels on a RigidTransferCase; road and transfer case both fix the speed ratio of the axles, so "
             "how they share the torque is not determined. Give transfer a CentreDifferential, or wheels that slip: a DrivenAxle, or "
             "wheels=SlipWheel()"
+        )
+
+
+def _check_own_shafts(car: Car, driven: list[str], said: str) -> None:
+    if driven != ["front", "rear"] or not isinstance(car.transfer, RigidTransferCase):
+        raise ModelError(
+            f"{type(car).__name__} drives each axle from a shaft of its own: {said}, transfer = {type(car.transfer).__name__}; "
+            "give both axles a LumpedAxle or a DrivenAxle, and leave transfer as it is"
         )
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerSplitControl
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
-from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
-from powertrain.components.engines import Engine, WillansEngine, throttle_table
+from powertrain.components.electric import ElectricMachine
+from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import SpringDamper
-from powertrain.vehicles.car import Car
+from powertrain.vehicles.hybrid import HybridCar
 
 ENGINE = WillansEngine(
     e=0.4, tau_0=15, tau_max=115, w_tau=420, P_max=55e3, w_P=520, tau_low=85, w_low=100, tau_starter=0, J=0.13
@@ -20,7 +18,7 @@ SHARE = 0.9
 """Of the full-load torque on the engine's line."""
 
 
-class PowerSplitHybrid(Car):
+class PowerSplitHybrid(HybridCar):
     """A car of 1,450 kg with a planetary gear between the engine (carrier), machine 1 (sun) and machine 2 with the wheels (ring).
 
     What the engine gives is split by the gear: 2.6/3.6 of its torque go to the ring, 1/3.6 to machine 1, whose power drives machine 2
@@ -30,7 +28,6 @@ class PowerSplitHybrid(Car):
     The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
     """
 
-    stores: ClassVar[tuple[str, ...]] = ("battery",)
     driver: Pedals = Driver(k_a=1 / 4)
     control: PowerSplitControl = PowerSplitControl()
     engine: Engine = ENGINE
@@ -38,8 +35,6 @@ class PowerSplitHybrid(Car):
     gear: Epicyclic = PlanetaryGear(ratio=2.6, eta_ab=0.98, eta_ba=0.98)
     machine_1: ElectricMachine = ElectricMachine(J=0.02, tau_max=70, P_max=42e3, w_max=1250, copper=0.1, iron=0.5)
     machine_2: ElectricMachine = ElectricMachine(J=0.03, tau_max=450, P_max=55e3, w_max=700, copper=0.015, iron=0.8)
-    battery: PolarizedBattery = PolarizedBattery(R=0.2)
-    accessories: AccessoryLoad = AccessoryLoad(P=300)
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.93, eta_ab=0.97, eta_ba=0.97))
     body: Body = VehicleBody(m=1450, A=2.2, Cd=0.27)
 
@@ -55,21 +50,14 @@ class PowerSplitHybrid(Car):
 
     def _signals(self) -> Equations:
         yield from self._on_the_cycle()
-        yield connect(self.body.v, self.control.v)
+        yield from self._engine_by(self.control)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)
-        yield connect(self.engine.speed, self.control.w)
         yield connect(self.machine_2.speed, self.control.w_ring)
-        yield connect(self.battery.state_of_charge, self.control.soc)
         yield connect(self.battery.charge_power, self.control.charge_power)
         yield connect(self.battery.discharge_power, self.control.discharge_power)
-        line, throttle = self.engine.operating_line(SHARE), throttle_table(self.engine, speeds=21, torques=31)
+        line = self.engine.operating_line(SHARE)
         yield self.control.w_best.value == line(self.control.power.value)
-        yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
-        firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for
-        yield self.control.opening.value == throttle(firing, self.control.torque.value)
-        yield connect(self.control.on, self.engine.on)
-        yield connect(self.control.throttle, self.engine.throttle)
         yield connect(self.control.tau_1, self.machine_1.torque_demand)
         yield connect(self.control.tau_2, self.machine_2.torque_demand)
 

@@ -6,6 +6,7 @@ from powertrain.components.control.driver import Driver, LaggingDriver, OpenPeda
 from powertrain.components.control.electric_drive import ElectricDriveControl
 from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
 from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, PowerShiftSchedule, Shifting
+from powertrain.components.control.hybrid import GensetControl, HybridControl, ParallelControl
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
 from powertrain.components.control.power_split import PowerSplitControl
@@ -20,9 +21,12 @@ __all__ = [
     "FlywheelCharge",
     "FlywheelDrive",
     "GearSchedule",
+    "GensetControl",
+    "HybridControl",
     "LaggingDriver",
     "OpenPedals",
     "OperatingLineControl",
+    "ParallelControl",
     "Pedals",
     "PowerShiftSchedule",
     "PowerSplitControl",

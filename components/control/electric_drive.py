@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import casadi as ca
 
 from powertrain import (
@@ -10,6 +12,7 @@ from powertrain import (
     Input,
     Output,
     Parameter,
+    Symbol,
     Variable,
     parameter,
     signal_input,
@@ -20,6 +23,23 @@ from powertrain.components.limited import limited
 
 SLOW = 0.1
 """Speed [m/s] below which forces are told from power as at this speed."""
+
+
+class Blending(Protocol):
+    """What limits regenerative braking: the parameters of a control."""
+
+    F_brake: Parameter
+    F_most: Parameter
+    v_fade: Parameter
+
+
+def regenerated_force(
+    control: Blending, v: Symbol, w: Symbol, brake: Symbol, limit: Symbol, charge_power: Symbol
+) -> Symbol:
+    """The part of a demand on the brakes [N] that axle, machine and battery let the machine take."""
+    speed, turning = ca.fmax(v, SLOW), ca.fmax(w, SLOW)
+    most = ca.fmin(ca.fmin(control.F_most, limit * turning / speed), charge_power / speed)
+    return limited(v / control.v_fade) * ca.fmin(brake * control.F_brake, ca.fmax(most, 0))
 
 
 class ElectricDriveControl(Component):
@@ -53,8 +73,7 @@ class ElectricDriveControl(Component):
     def equations(self) -> Equations:
         """Pedals to torque."""
         v, w, b, limit = ca.fmax(self.v.value, SLOW), ca.fmax(self.w.value, SLOW), self.brake.value, self.limit.value
-        most = ca.fmin(ca.fmin(self.F_most, limit * w / v), self.charge_power.value / v)
-        yield self.regenerated == limited(self.v.value / self.v_fade) * ca.fmin(b * self.F_brake, ca.fmax(most, 0))
+        yield self.regenerated == regenerated_force(self, self.v.value, self.w.value, b, limit, self.charge_power.value)
         drive = self.accelerator.value * ca.fmin(limit, self.discharge_power.value / w)
         yield self.tau.value == drive - self.regenerated * v / w
         yield self.friction.value == b - self.regenerated / self.F_brake

@@ -5,23 +5,17 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import (
-    Component,
-    Discrete,
     Equations,
     Input,
     Output,
     Parameter,
     Variable,
-    discrete,
     parameter,
-    reinit,
     signal_input,
     signal_output,
-    time,
     variable,
-    when,
 )
-from powertrain.components.control.interfaces import SOON
+from powertrain.components.control.hybrid import HybridControl
 from powertrain.components.limited import limited
 
 MARGIN = 0.8
@@ -30,13 +24,12 @@ OVER = 40.0
 """Speed above w_ref from which the engine gives less torque, none at twice as much [rad/s]."""
 
 
-class PowerSplitControl(Component):
+class PowerSplitControl(HybridControl):
     """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
     fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, charge_power/(tau_full w_ring))
     wanted = min(tau_full accelerator, (0.8 discharge_power + torque w)/w_ring) - tau_full regenerated,  friction = brake - regenerated
     demand = tau_full accelerator w_ring + k_soc (soc_0 - soc)
-      engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run for t_least
     power = demand, at least P_min,  w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
     torque = power/w, at most tau_open
     tau_1 = held - torque/(1 + ratio),  tau_2 = wanted - ratio (torque/(1 + ratio) - held)
@@ -60,40 +53,19 @@ class PowerSplitControl(Component):
     w_fade: Parameter = parameter(
         "rad/s", "Speed of the ring below which regenerative braking fades out", default=30.0, above=0
     )
-    k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
-    soc_0: Parameter = parameter("1", "Set point of the state of charge", default=0.6, min=0, max=1)
-    P_on: Parameter = parameter("W", "Power demand above which the engine runs", default=9e3, above=0)
-    P_off: Parameter = parameter("W", "Power demand below which the engine stops", default=4e3)
-    P_min: Parameter = parameter("W", "Minimum power of the running engine", default=5e3, min=0)
-    v_on: Parameter = parameter("m/s", "Vehicle speed from which the engine always runs", default=22.0, above=0)
-    v_off: Parameter = parameter("m/s", "Vehicle speed below which the engine may stop", default=20.0, above=0)
-    t_least: Parameter = parameter("s", "Minimum time between starts and stops", default=4.0, min=0)
-    w_fire: Parameter = parameter("rad/s", "Speed from which the engine delivers power", default=90.0, above=0)
     k_w: Parameter = parameter("N.m.s/rad", "Torque of machine 1 for the engine's speed", default=1.0, above=0)
     w_sun: Parameter = parameter("rad/s", "Maximum speed of machine 1", default=1000.0, above=0)
     tau_held: Parameter = parameter("N.m", "Maximum torque of machine 1 for speed control", default=30.0, above=0)
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
-    v: Input = signal_input("m/s", "Speed of the vehicle")
-    w: Input = signal_input("rad/s", "Speed of the engine")
     w_ring: Input = signal_input("rad/s", "Speed of the ring")
-    soc: Input = signal_input("1", "State of charge")
     charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
     discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
     w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
-    tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
-    opening: Input = signal_input("1", "Throttle of the engine for the torque")
-    power: Output = signal_output("W", "Power demand on the engine")
-    torque: Output = signal_output("N.m", "Torque demand on the engine")
-    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
-    throttle: Output = signal_output("1", "Throttle of the engine")
     tau_1: Output = signal_output("N.m", "Torque of machine 1")
     tau_2: Output = signal_output("N.m", "Torque of machine 2")
     friction: Output = signal_output("1", "Demand on the friction brakes")
-    demand: Variable = variable("W", "Power demand of vehicle and battery")
     w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
-    running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
-    since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
 
     def equations(self) -> Equations:
         """Pedals, power, engine, machines."""
@@ -113,18 +85,7 @@ class PowerSplitControl(Component):
         held = self.running * limited(self.k_w * (self.w_ref - w), -self.tau_held, self.tau_held)
         given = MARGIN * self.discharge_power.value + torque * w
         wanted = ca.fmin(asked, given / turning) - self.tau_full * regenerated
-        yield self.on.value == self.running
         yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
         yield self.tau_2.value == wanted - self.ratio * (torque / (1 + self.ratio) - held)
         yield self.friction.value == b - regenerated
-
-    def _switch(self) -> Equations:
-        """Start and stop with hysteresis in power and speed."""
-        speed, rested = ca.fabs(self.v.value), time > ca.fmax(self.since + self.t_least, SOON)
-        needed = ca.logic_or(self.demand > self.P_on, speed > self.v_on)
-        idle = ca.logic_and(self.demand < self.P_off, speed < self.v_off)
-        start = ca.logic_and(ca.logic_and(needed, rested), self.running < 0.5)
-        stop = ca.logic_and(ca.logic_and(idle, rested), self.running > 0.5)
-        yield when(start, reinit(self.running, 1), reinit(self.since, time))
-        yield when(stop, reinit(self.running, 0), reinit(self.since, time))

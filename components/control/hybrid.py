@@ -1,0 +1,157 @@
+"""Rules of hybrids: when the engine runs, and how much of a demand it covers."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import (
+    Component,
+    Discrete,
+    Equations,
+    Input,
+    Output,
+    Parameter,
+    Variable,
+    discrete,
+    parameter,
+    reinit,
+    signal_input,
+    signal_output,
+    time,
+    variable,
+    when,
+)
+from powertrain.components.control.electric_drive import SLOW, regenerated_force
+from powertrain.components.control.interfaces import SOON
+from powertrain.components.limited import limited
+
+PRESSED = 0.05
+"""Accelerator from which the engine gives power."""
+
+
+class HybridControl(Component):
+    """Partial: starts and stops the engine of a hybrid by a demand of power and by the speed of the vehicle.
+
+    engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run or stood for t_least
+
+    The demand contains k_soc (soc_0 - soc): a charge below soc_0 adds to it. Far above soc_0 it keeps the engine off: a plug-in hybrid
+    that starts with a full battery drives on it until the charge comes near soc_0, and then sustains the charge.
+    """
+
+    k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
+    soc_0: Parameter = parameter("1", "Set point of the state of charge", default=0.6, min=0, max=1)
+    P_on: Parameter = parameter("W", "Power demand above which the engine runs", default=9e3)
+    P_off: Parameter = parameter("W", "Power demand below which the engine stops", default=4e3)
+    P_min: Parameter = parameter("W", "Minimum power of the running engine", default=5e3, min=0)
+    v_on: Parameter = parameter("m/s", "Vehicle speed from which the engine always runs", default=22.0, above=0)
+    v_off: Parameter = parameter("m/s", "Vehicle speed below which the engine may stop", default=20.0, above=0)
+    t_least: Parameter = parameter("s", "Minimum time between starts and stops", default=4.0, min=0)
+    w_fire: Parameter = parameter("rad/s", "Speed from which the engine delivers power", default=90.0, above=0)
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    w: Input = signal_input("rad/s", "Speed of the engine")
+    soc: Input = signal_input("1", "State of charge")
+    tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
+    opening: Input = signal_input("1", "Throttle of the engine for the torque")
+    power: Output = signal_output("W", "Power demand on the engine")
+    torque: Output = signal_output("N.m", "Torque demand on the engine")
+    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
+    throttle: Output = signal_output("1", "Throttle of the engine")
+    demand: Variable = variable("W", "Power demand of vehicle and battery")
+    running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
+    since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
+
+    def check(self) -> Equations:
+        """The switch has a hysteresis."""
+        yield self.P_off < self.P_on
+        yield self.v_off < self.v_on
+
+    def _switch(self) -> Equations:
+        """Start and stop with hysteresis in power and speed; the signal to the engine."""
+        speed, rested = ca.fabs(self.v.value), time > ca.fmax(self.since + self.t_least, SOON)
+        needed = ca.logic_or(self.demand > self.P_on, speed > self.v_on)
+        idle = ca.logic_and(self.demand < self.P_off, speed < self.v_off)
+        start = ca.logic_and(ca.logic_and(needed, rested), self.running < 0.5)
+        stop = ca.logic_and(ca.logic_and(idle, rested), self.running > 0.5)
+        yield when(start, reinit(self.running, 1), reinit(self.since, time))
+        yield when(stop, reinit(self.running, 0), reinit(self.since, time))
+        yield self.on.value == self.running
+
+
+class ParallelControl(HybridControl):
+    """Rules for an engine and a machine whose powers add up on their way to the wheels.
+
+    asked = accelerator F_max (v + v_0),  demand = asked + k_soc (soc_0 - soc),  power = demand, at least P_min
+    torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
+    tau = coupled (rest/w_machine - regenerated v/w_machine),  rest = asked pressed - torque w, within -charge_power..discharge_power
+    friction = brake - coupled regenerated/F_brake,  regenerated as in ``ElectricDriveControl``
+
+    While the engine stands the machine drives alone. While it runs, it gives what is asked and what the charge needs, and the machine the
+    difference: it assists where the engine has too little, and charges where the engine gives more. A machine at the engine's crank is
+    ``coupled`` to the wheels as far as the clutch is closed.
+    """
+
+    F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
+    v_0: Parameter = parameter("m/s", "Equivalent speed for the power demand at standstill", default=2.0, above=0)
+    w_low: Parameter = parameter("rad/s", "Speed of the machine below which power is torque", default=40.0, above=0)
+    F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
+    F_most: Parameter = parameter("N", "Maximum regenerative braking force", default=4000.0, min=0)
+    v_fade: Parameter = parameter("m/s", "Speed below which regenerative braking fades out", default=3.0, above=0)
+    accelerator: Input = signal_input("1", "Accelerator pedal")
+    brake: Input = signal_input("1", "Brake pedal")
+    w_machine: Input = signal_input("rad/s", "Speed of the machine")
+    limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
+    coupled: Input = signal_input("1", "Part of the machine's torque that reaches the wheels", default=1.0)
+    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
+    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
+    tau: Output = signal_output("N.m", "Torque of the machine")
+    friction: Output = signal_output("1", "Demand on the friction brakes")
+    asked: Variable = variable("W", "Power demand of the driver")
+
+    def equations(self) -> Equations:
+        """Pedals, engine, machine, brakes."""
+        b, w, w_machine, coupled = self.brake.value, self.w.value, self.w_machine.value, limited(self.coupled.value)
+        yield self.asked == self.accelerator.value * self.F_max * (ca.fmax(self.v.value, 0) + self.v_0)
+        yield self.demand == self.asked + self.k_soc * (self.soc_0 - self.soc.value)
+        yield from self._switch()
+        yield self.power.value == ca.fmax(self.demand, self.P_min)
+        pressed = limited(self.accelerator.value / PRESSED)
+        firing = self.running * limited(w / self.w_fire) * pressed
+        yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
+        yield self.throttle.value == firing * self.opening.value
+        rest = self.asked * pressed - self.torque.value * w
+        rest = limited(rest, -self.charge_power.value, self.discharge_power.value)
+        regenerated = regenerated_force(self, self.v.value, w_machine, b, self.limit.value, self.charge_power.value)
+        turning = ca.fmax(w_machine, SLOW)
+        braking = regenerated * ca.fmax(self.v.value, SLOW) / turning
+        yield self.tau.value == coupled * (rest / ca.fmax(w_machine, self.w_low) - braking)
+        yield self.friction.value == b - coupled * regenerated / self.F_brake
+
+
+class GensetControl(HybridControl):
+    """Rules for an engine that drives a generator, without a shaft to the wheels.
+
+    demand = load + k_soc (soc_0 - soc),  power = demand within P_min..P_most,  torque = power/w, at most tau_open
+    tau = held - torque,  held = k_w (w_best - w) within -tau_held..tau_held
+
+    ``load`` is the electric power that the vehicle draws. The generator holds the engine at its speed of least fuel for the power, and
+    starts it with the same speed control.
+    """
+
+    P_most: Parameter = parameter("W", "Maximum power of the engine", default=60e3, above=0)
+    k_w: Parameter = parameter("N.m.s/rad", "Torque of the generator for the engine's speed", default=1.0, above=0)
+    tau_held: Parameter = parameter("N.m", "Maximum torque of the generator for speed control", default=40.0, above=0)
+    load: Input = signal_input("W", "Electric power that the vehicle draws")
+    w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
+    tau: Output = signal_output("N.m", "Torque of the generator")
+
+    def equations(self) -> Equations:
+        """Engine and generator."""
+        w = self.w.value
+        yield self.demand == self.load.value + self.k_soc * (self.soc_0 - self.soc.value)
+        yield from self._switch()
+        yield self.power.value == limited(self.demand, self.P_min, self.P_most)
+        firing = self.running * limited(w / self.w_fire)
+        yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
+        yield self.throttle.value == firing * self.opening.value
+        held = limited(self.k_w * (self.w_best.value - w), -self.tau_held, self.tau_held)
+        yield self.tau.value == self.running * held - self.torque.value

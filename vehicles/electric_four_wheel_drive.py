@@ -1,0 +1,60 @@
+"""A battery-electric car with a machine at each axle."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain import Equations, Parameter, connect, parameter
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
+from powertrain.components.control import Driver, ElectricDriveControl, Pedals
+from powertrain.components.differentials import CrownGear
+from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
+from powertrain.vehicles.car import Car
+from powertrain.vehicles.electric_car import BATTERY
+
+
+class ElectricFourWheelDriveCar(Car):
+    """A battery-electric car of 2,000 kg with a machine of 90 kW at the front axle and one of 150 kW at the rear axle.
+
+    front torque = (1 - share) tau,  rear torque = share tau,  |tau| at most min(front limit/(1 - share), rear limit/share)
+
+    The control reckons with both machines as one: it suits final drives of one ratio. Both recover. ``front`` and ``rear`` take axles, see
+    ``Car``. The numbers are made up for a car of the middle class.
+    """
+
+    share: Parameter = parameter(
+        "1", "Share of the rear machine in the torque of both machines", default=0.6, above=0, max=0.99
+    )
+    driver: Pedals = Driver(k_a=2000 / 9000)
+    control: ElectricDriveControl = ElectricDriveControl(F_most=7000)
+    battery: PolarizedBattery = BATTERY
+    accessories: AccessoryLoad = AccessoryLoad(P=300)
+    front_machine: ElectricMachine = ElectricMachine(
+        J=0.03, tau_max=180, P_max=90e3, w_max=1500, P_0=60, copper=0.06, iron=0.7, windage=3e-4
+    )
+    rear_machine: ElectricMachine = ElectricMachine(
+        J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
+    )
+    front: Axle = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97))
+    rear: Axle = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97))
+    body: Body = VehicleBody(m=2000, A=2.35, Cd=0.25)
+
+    def equations(self) -> Equations:
+        """The bus, and each machine at its axle."""
+        yield connect(self.battery.bus, self.front_machine.bus, self.rear_machine.bus, self.accessories.bus)
+        yield from self._to_the_road(self.front_machine.shaft, self.control.friction, self.rear_machine.shaft)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        front, rear, share = self.front_machine, self.rear_machine, self.share
+        yield from self._on_the_cycle()
+        yield connect(self.body.v, self.control.v)
+        yield connect(self.driver.accelerator, self.control.accelerator)
+        yield connect(self.driver.brake, self.control.brake)
+        yield connect(front.speed, self.control.w)
+        yield connect(self.battery.charge_power, self.control.charge_power)
+        yield connect(self.battery.discharge_power, self.control.discharge_power)
+        ahead, behind = (machine.limit(machine.w, machine.bus.v) for machine in (front, rear))
+        yield self.control.limit.value == ca.fmin(ahead / (1 - share), behind / share)
+        yield front.torque_demand.value == (1 - share) * self.control.tau.value
+        yield rear.torque_demand.value == share * self.control.tau.value

@@ -1,0 +1,36 @@
+"""What hybrids have in common: engine and battery, and the rules that start and stop the engine."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from powertrain import Equations, connect
+from powertrain.components.control import HybridControl
+from powertrain.components.electric import AccessoryLoad, PolarizedBattery
+from powertrain.components.engines import Engine, WillansEngine, throttle_table
+from powertrain.vehicles.car import Car
+
+
+class HybridCar(Car):
+    """Partial: a car with an engine and a battery; the engine stands still at the start."""
+
+    stores: ClassVar[tuple[str, ...]] = ("battery",)
+    engine: Engine = WillansEngine()
+    battery: PolarizedBattery = PolarizedBattery(R=0.2)
+    accessories: AccessoryLoad = AccessoryLoad(P=300)
+
+    def _engine_by(self, control: HybridControl) -> Equations:
+        """The control knows vehicle, charge and engine, and moves the engine's throttle and switch."""
+        throttle = throttle_table(self.engine, speeds=21, torques=31)
+        firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for
+        yield connect(self.body.v, control.v)
+        yield connect(self.engine.speed, control.w)
+        yield connect(self.battery.state_of_charge, control.soc)
+        yield control.tau_open.value == self.engine.full_load(self.engine.w)
+        yield control.opening.value == throttle(firing, control.torque.value)
+        yield connect(control.on, self.engine.on)
+        yield connect(control.throttle, self.engine.throttle)
+
+    def initial(self) -> Equations:
+        """At rest, with the engine stopped."""
+        yield self.engine.w == 0

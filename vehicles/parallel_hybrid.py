@@ -1,0 +1,119 @@
+"""Parallel hybrids P0 to P4: an engine, a gearbox, and a machine at one of five places."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self, get_args
+
+from powertrain import Equations, ParameterError, Symbol, connect
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
+from powertrain.components.control import Driver, ParallelControl, Pedals, PowerShiftSchedule, Shifting
+from powertrain.components.differentials import CrownGear
+from powertrain.components.electric import ElectricMachine, PolarizedBattery, cells_in_series
+from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.limited import limited
+from powertrain.components.rotational import Clutch, IdealGear
+from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
+from powertrain.vehicles.hybrid import HybridCar
+
+Position = Literal["P0", "P1", "P2", "P3", "P4"]
+"""At the belt of the engine, at its crank, at the input of the gearbox, at its output, at the other axle."""
+SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
+"""Shifts of a six-speed gearbox in m/s, with the accelerator released."""
+RATIOS = {"P0": 2.7, "P1": 1.0, "P2": 1.0, "P3": 2.2, "P4": 1.0}
+"""Speed of the machine over that of the shaft at which it is; on its own axle the final drive reduces it."""
+SMALL = ElectricMachine(J=0.005, tau_max=55, P_max=12e3, w_max=1900, P_0=40, copper=0.5, iron=0.4, windage=2e-4)
+LARGE = ElectricMachine(J=0.03, tau_max=220, P_max=60e3, w_max=1500, P_0=70, copper=0.06, iron=0.8, windage=3e-4)
+CRANK = ElectricMachine(J=0.04, tau_max=160, P_max=20e3, w_max=800, P_0=50, copper=0.08, iron=0.8, windage=3e-4)
+MACHINES = {"P0": SMALL, "P1": CRANK, "P2": LARGE, "P3": LARGE, "P4": LARGE}
+ALWAYS = -1e9
+"""Power demand that is always exceeded: the engine runs."""
+PLUG_IN = PolarizedBattery(
+    ocv=cells_in_series(96), Q=37 * 3600, R=0.12, i_discharge=300, i_charge=150, soc_min=0.1, soc_max=0.98, band=0.03
+)
+"""96 cells of 37 A.h in a row: 13 kW.h."""
+
+
+class ParallelHybrid(HybridCar):
+    """A car of 1,500 kg whose engine drives through a clutch and a gearbox, with a machine at ``position``.
+
+    P0 at the crank over a belt, P1 at the crank, P2 at the input of the gearbox, P3 at its output, P4 at the rear axle. ``coupling`` is the
+    gear between the machine and that shaft. With P2 to P4 the car drives and recovers with the engine stopped and its clutch open; a
+    machine at the crank is coupled to the wheels only while the clutch is closed, and its engine runs. ``ParallelHybrid.at("P4")``
+    makes the car with a machine that fits the place, ``ParallelHybrid.plug_in()`` has a battery of 13 kWh, which it empties first. The
+    rules are those of ``ParallelControl``. ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a compact car.
+    """
+
+    position: Position = "P2"
+    driver: Pedals = Driver(k_a=1500 / 6000)
+    schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS)
+    control: ParallelControl = ParallelControl(v_on=36.0, v_off=33.0)
+    engine: Engine = WillansEngine()
+    clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
+    gearbox: Shiftable = PowerShiftGearbox(ratios=(3.8, 2.3, 1.5, 1.1, 0.87, 0.7))
+    coupling: IdealGear = IdealGear(ratio=RATIOS["P2"])
+    machine: ElectricMachine = MACHINES["P2"]
+    front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.1, eta_ab=0.97, eta_ba=0.97))
+    body: Body = VehicleBody(m=1500, A=2.2)
+
+    @classmethod
+    def at(cls, position: Position, **parts: Any) -> Self:
+        """The car with a machine and a coupling that fit the position. Errors: ParameterError for another position."""
+        if position not in RATIOS:
+            raise ParameterError(f"unknown position {position!r}; choose from {', '.join(RATIOS)}")
+        made: dict[str, Any] = {
+            "position": position,
+            "coupling": IdealGear(ratio=RATIOS[position]),
+            "machine": MACHINES[position],
+        }
+        if position in ("P0", "P1"):
+            made["control"] = ParallelControl(P_on=ALWAYS / 2, P_off=ALWAYS, P_min=0, k_soc=30e3, F_most=1500)
+        if position == "P4":
+            made["rear"] = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97))
+        return cls(**(made | parts))
+
+    @classmethod
+    def plug_in(cls, **parts: Any) -> Self:
+        """The P2 hybrid with a battery of 13 kWh, whose charge it sustains at 20 %: start it with ``{"battery.soc": 0.95}``."""
+        control = ParallelControl(v_on=36.0, v_off=33.0, soc_0=0.2, k_soc=150e3)
+        return cls(**({"battery": PLUG_IN, "control": control} | parts))
+
+    def equations(self) -> Equations:
+        """Engine to road, and the machine where it is."""
+        if self.position not in get_args(Position):
+            raise ParameterError(f"{self._path or 'ParallelHybrid'}.position = {self.position!r}; choose from P0 to P4")
+        yield connect(self.engine.crank, self.clutch.flange_a)
+        yield connect(self.clutch.flange_b, self.gearbox.flange_a)
+        yield connect(self.machine.shaft, self.coupling.flange_a)
+        places = {
+            "P0": self.engine.crank,
+            "P1": self.engine.crank,
+            "P2": self.gearbox.flange_a,
+            "P3": self.gearbox.flange_b,
+        }
+        own = self.coupling.flange_b if self.position == "P4" else None
+        if own is None:
+            yield connect(self.coupling.flange_b, places[self.position])
+        yield connect(self.battery.bus, self.machine.bus, self.accessories.bus)
+        yield from self._to_the_road(self.gearbox.flange_b, self.control.friction, own)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        yield from self._on_the_cycle()
+        yield from self._engine_by(self.control)
+        yield connect(self.body.v, self.schedule.v)
+        yield connect(self.engine.speed, self.schedule.w)
+        yield connect(self.driver.accelerator, self.schedule.accelerator)
+        yield connect(self.schedule.throttle, self.control.accelerator)
+        yield connect(self.driver.brake, self.control.brake)
+        yield connect(self.schedule.lever, self.gearbox.lever)
+        yield self.clutch.f_normalized.value == self._closed()
+        yield self.control.coupled.value == (self._closed() if self.position in ("P0", "P1") else 1.0)
+        yield connect(self.machine.speed, self.control.w_machine)
+        yield self.control.limit.value == self.machine.limit(self.machine.w, self.machine.bus.v)
+        yield connect(self.battery.charge_power, self.control.charge_power)
+        yield connect(self.battery.discharge_power, self.control.discharge_power)
+        yield connect(self.control.tau, self.machine.torque_demand)
+
+    def _closed(self) -> Symbol:
+        """The clutch follows the schedule while the engine runs."""
+        return self.control.on.value * limited(self.schedule.clutch.value)

@@ -1,0 +1,74 @@
+"""A series hybrid: an engine with a generator, a battery, and a machine that drives."""
+
+from __future__ import annotations
+
+from powertrain import Equations, connect
+from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
+from powertrain.components.control import Driver, ElectricDriveControl, GensetControl, Pedals
+from powertrain.components.differentials import CrownGear
+from powertrain.components.electric import ElectricMachine
+from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.rotational import IdealGear, SpringDamper
+from powertrain.components.transmissions import Shiftable, SingleGear
+from powertrain.vehicles.electric_car import OIL
+from powertrain.vehicles.hybrid import HybridCar
+
+SHARE = 0.9
+"""Of the full-load torque on the engine's line."""
+
+
+class SeriesHybrid(HybridCar):
+    """A car of 1,550 kg that a machine drives alone; an engine with a generator supplies the mean power, a battery the rest.
+
+    The engine runs on its line of least fuel, whatever the speed of the car, and stands at low power. The rules are those of
+    ``GensetControl`` for engine and generator, and of ``ElectricDriveControl`` for the machine, with blended regenerative braking.
+    ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a compact car.
+    """
+
+    driver: Pedals = Driver(k_a=1550 / 6500)
+    control: ElectricDriveControl = ElectricDriveControl()
+    genset: GensetControl = GensetControl(P_most=55e3, v_on=30.0, v_off=27.0)
+    engine: Engine = WillansEngine(tau_starter=0)
+    damper: SpringDamper = SpringDamper(c=800, d=20)
+    generator: ElectricMachine = ElectricMachine(J=0.02, tau_max=180, P_max=65e3, w_max=800, copper=0.05, iron=0.6)
+    machine: ElectricMachine = ElectricMachine(
+        J=0.03, tau_max=280, P_max=100e3, w_max=1500, P_0=70, copper=0.05, iron=0.8, windage=3e-4
+    )
+    gearbox: Shiftable = SingleGear(gear=IdealGear(ratio=2.3), churning=OIL)
+    front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.6, eta_ab=0.97, eta_ba=0.97))
+    body: Body = VehicleBody(m=1550, A=2.2, Cd=0.28)
+
+    def equations(self) -> Equations:
+        """Engine to generator, the bus, machine to road."""
+        yield connect(self.engine.crank, self.damper.flange_a)
+        yield connect(self.damper.flange_b, self.generator.shaft)
+        yield connect(self.battery.bus, self.generator.bus, self.machine.bus, self.accessories.bus)
+        yield connect(self.machine.shaft, self.gearbox.flange_a)
+        yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
+        yield from self._signals()
+
+    def _signals(self) -> Equations:
+        yield from self._on_the_cycle()
+        yield from self._engine_by(self.genset)
+        line = self.engine.operating_line(SHARE)
+        yield self.genset.w_best.value == line(self.genset.power.value)
+        yield self.genset.load.value == self.machine.power
+        yield connect(self.genset.tau, self.generator.torque_demand)
+        yield connect(self.body.v, self.control.v)
+        yield connect(self.driver.accelerator, self.control.accelerator)
+        yield connect(self.driver.brake, self.control.brake)
+        yield connect(self.machine.speed, self.control.w)
+        yield self.gearbox.lever.value == 1
+        yield self.control.limit.value == self.machine.limit(self.machine.w, self.machine.bus.v)
+        yield connect(self.battery.charge_power, self.control.charge_power)
+        yield (
+            self.control.discharge_power.value
+            == self.battery.discharge_power.value + self.genset.torque.value * self.engine.w
+        )
+        yield connect(self.control.tau, self.machine.torque_demand)
+
+    def initial(self) -> Equations:
+        """At rest, with the engine stopped."""
+        yield self.engine.w == 0
+        yield self.damper.phi_rel == 0
+        yield self.damper.w_rel == 0
