@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from itertools import product
+from itertools import islice, product
 from typing import NoReturn
 
 import casadi as ca
@@ -147,14 +147,15 @@ class Resolver:
         varied = laws | (against & places)
         rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
         touching = sorted(varied - set(rubbing))
-        options = [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * (len(touching) + len(pieces))
-        if math.prod(map(len, options)) > _MOST_COMBINATIONS:
-            raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
-        for modes in product(*options):
+        options = [(start[i], 1.0 - start[i]) for i in pieces]  # in the pieces before the event first
+        options += [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * len(touching)
+        for modes in islice(product(*options), _MOST_COMBINATIONS):
             m[:] = start
-            m[[*rubbing, *touching, *pieces]] = modes
+            m[[*pieces, *rubbing, *touching]] = modes
             if self._consistent(side):
                 return True
+        if math.prod(map(len, options)) > _MOST_COMBINATIONS:
+            raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
         return self._jam(side, laws, 2 ** len(pieces))
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
