@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from powertrain.trials.backward import BackwardRun, backward
-from powertrain.trials.charge import charge_corrected
+from powertrain.trials.charge import (
+    ChargeSustaining,
+    charge_corrected,
+    charge_depleting,
+    charge_sustaining,
+    electric_share,
+)
 from powertrain.trials.cycle import CycleRun, drive_cycle
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.gear_table import gear_table
@@ -13,11 +19,15 @@ from powertrain.trials.shifts import shift_quality, shifts
 
 __all__ = [
     "BackwardRun",
+    "ChargeSustaining",
     "CycleRun",
     "backward",
     "charge_corrected",
+    "charge_depleting",
+    "charge_sustaining",
     "drive_cycle",
     "driveline_map",
+    "electric_share",
     "full_accelerator",
     "gear_table",
     "gradeability",

@@ -1,10 +1,26 @@
-"""Consumption of vehicles that end a cycle with another charge than they began it with."""
+"""Consumption of vehicles that end a cycle with another charge than they began it with; charge-depleting and charge-sustaining tests."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
-from powertrain.trials.cycle import CycleRun
+import numpy as np
+import pandas as pd
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.trials.anatomy import anatomy, value_at
+from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
+
+NEC_TOLERANCE = 0.01
+"""Net energy change over the energy of the fuel up to which a test sustains the charge, SAE J1711."""
+BREAK_OFF = 0.04
+"""Change of the charge over the energy demand of the cycle below which a charge-depleting test ends, UN Regulation No. 154, Annex B8."""
+SPREAD = (-0.04, -0.02, 0.0, 0.02, 0.04)
+"""States of charge of the tests that give the correction, about the middle one; the regulation asks for five or more."""
 
 
 def stores_of(run: CycleRun) -> tuple[str, ...]:
@@ -13,16 +29,152 @@ def stores_of(run: CycleRun) -> tuple[str, ...]:
 
 
 def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
-    """Consumption [l/100 km] corrected to equal charge of the ``stores`` (charge-sustaining correction).
+    """Consumption [l/100 km] corrected to equal charge of the ``stores`` by one run (charge-sustaining correction).
 
     ``stores`` are components, such as "battery" or "flywheel"; by default those of ``stores_of``. The energy they gained counts as work of
     the engine, at its marginal efficiency over the cycle times ``path``, the efficiency from its crank into the store:
       fuel - gained/(path marginal efficiency heating value)
     Because the engine runs anyway, additional work does not increase its friction and costs less than the mean. nan if the engine did not
-    run or the vehicle did not move.
+    run or the vehicle did not move. ``charge_sustaining`` is the method of the regulation, with five runs.
     """
     table = run.audit.components["stored"]
     gained = sum(float(table.loc[store]) for store in stores or stores_of(run))
     if not run.fuel > 0:
         return math.nan
     return run.litres_per_100km * (1 - gained / (path * run.marginal_efficiency) / run.heat)
+
+
+@dataclass(frozen=True)
+class ChargeSustaining:
+    """Tests of a hybrid from several states of charge, and the consumption at equal charge by their regression.
+
+    ``tests``: a row per test with soc [1], charge [W.h/km] (positive where the battery gained), consumption [l/100 km], CO2 [g/km], and
+    net energy change over the energy of the fuel [1]. ``K_fuel`` [l/100 km per W.h/km] and ``K_co2`` [g/W.h] are their slopes.
+    """
+
+    tests: pd.DataFrame
+    K_fuel: float
+    K_co2: float
+
+    @property
+    def nearest(self) -> pd.Series[float]:
+        """The test whose charge changed least."""
+        return self.tests.loc[self.tests["charge"].abs().idxmin()]
+
+    @property
+    def litres_per_100km(self) -> float:
+        """Consumption of the nearest test less K_fuel times its charge [l/100 km]."""
+        return float(self.nearest["consumption"] - self.K_fuel * self.nearest["charge"])
+
+    @property
+    def co2_per_km(self) -> float:
+        """Carbon dioxide of the nearest test less K_co2 times its charge [g/km]."""
+        return float(self.nearest["carbon dioxide"] - self.K_co2 * self.nearest["charge"])
+
+    @property
+    def sustains(self) -> bool:
+        """Whether the nearest test is within the tolerance of SAE J1711: net energy change below 1 % of the fuel's energy."""
+        return bool(abs(self.nearest["net energy change"]) <= NEC_TOLERANCE)
+
+
+def charge_sustaining(
+    vehicle: pt.Component,
+    cycle: DriveCycle | str | None = None,
+    *,
+    soc: float | None = None,
+    spread: Sequence[float] = SPREAD,
+    **options: Any,
+) -> ChargeSustaining:
+    """Consumption at equal charge by the method of UN Regulation No. 154, Annex B8, Appendix 2, and SAE J1711.
+
+    The cycle is driven from several states of charge, ``soc`` (by default the one the vehicle starts with) plus each of ``spread``. The
+    consumption over the electric energy is a straight line by least squares; its slope K corrects the test that changed the charge least:
+      FC_CS = FC - K_fuel EC,  EC = energy gained by the battery/distance
+    ``options`` are those of ``drive_cycle``. Errors: ParameterError for a vehicle without one battery and an engine, for fewer than two
+    different states of charge, and for a run that ended early.
+    """
+    battery = _the_battery(vehicle, "charge_sustaining")
+    middle = _soc_at_start(vehicle, battery) if soc is None else soc
+    if len(set(spread)) < 2:
+        raise pt.ParameterError(f"charge_sustaining needs two or more different states of charge; spread is {spread!r}")
+    plant = pt.compile(on_cycle(vehicle, cycle))
+    runs = [_from_soc(plant, battery, middle + offset, **options) for offset in spread]
+    rows = [
+        {
+            "soc": middle + offset,
+            "charge": -run.wh_per_km,
+            "consumption": run.litres_per_100km,
+            "carbon dioxide": run.co2_per_km,
+            "net energy change": run.net_energy_change,
+        }
+        for offset, run in zip(spread, runs, strict=True)
+    ]
+    tests = pd.DataFrame(rows)
+    K_fuel, K_co2 = (
+        float(np.polyfit(tests["charge"], tests[name], 1)[0]) for name in ("consumption", "carbon dioxide")
+    )
+    return ChargeSustaining(tests, K_fuel, K_co2)
+
+
+def charge_depleting(
+    vehicle: pt.Component,
+    cycle: DriveCycle | str | None = None,
+    *,
+    soc: float = 0.95,
+    most: int = 20,
+    **options: Any,
+) -> pd.DataFrame:
+    """The charge-depleting test of a plug-in hybrid: the cycle again and again from a full battery, until the charge no longer changes.
+
+    A row per cycle, the last one included: soc at its end [1], distance [km] since the start, W.h/km from the battery, l/100 km, g/km
+    CO2, and the change of the charge over the energy demand of the cycle [1]. The test ends when that falls below 4 % (UN Regulation
+    No. 154, Annex B8, 3.2.4.5), or after ``most`` cycles. The distance before the last row is the charge-depleting cycle range.
+    Errors: ParameterError for a vehicle without one battery and an engine, and for a run that ended early.
+    """
+    battery = _the_battery(vehicle, "charge_depleting")
+    plant, rows, driven = pt.compile(on_cycle(vehicle, cycle)), [], 0.0
+    for _ in range(most):
+        run = _from_soc(plant, battery, soc, **options)
+        soc, driven = float(run.result[f"{battery}.soc"][-1]), driven + run.distance / 1e3
+        change = abs(run.electricity) / run.demand
+        rows.append(
+            {
+                "soc": soc,
+                "distance": driven,
+                "from the battery": run.wh_per_km,
+                "consumption": run.litres_per_100km,
+                "carbon dioxide": run.co2_per_km,
+                "relative change": change,
+            }
+        )
+        if change < BREAK_OFF:
+            break
+    return pd.DataFrame(rows, index=pd.RangeIndex(1, len(rows) + 1, name="cycle"))
+
+
+def electric_share(run: CycleRun) -> float:
+    """Part of the distance that a hybrid drove with its engines switched off [1]."""
+    t, v = run.result.time, run.speed
+    on = np.max([run.result[f"{engine}.on"] for engine in run.anatomy.engines], axis=0)
+    return float(np.trapezoid(np.where(on > 0.5, 0.0, v), t) / np.trapezoid(v, t))
+
+
+def _from_soc(plant: pt.Plant[Any], battery: str, soc: float, **options: Any) -> CycleRun:
+    run = drive_cycle(plant, starts={f"{battery}.soc": soc}, **options)
+    if run.message:
+        raise pt.ParameterError(f"from a state of charge of {soc:.3f}: {run.message}")
+    return run
+
+
+def _the_battery(vehicle: pt.Component, asked: str) -> str:
+    parts = anatomy(vehicle)
+    if len(parts.batteries) != 1 or not parts.engines:
+        raise pt.ParameterError(
+            f"{asked} needs a vehicle with one battery and an engine; {parts.vehicle} has {len(parts.batteries)} batteries and "
+            f"{len(parts.engines)} engines"
+        )
+    return parts.batteries[0]
+
+
+def _soc_at_start(vehicle: pt.Component, battery: str) -> float:
+    return float(type(value_at(vehicle, battery))._fields["soc"].start)

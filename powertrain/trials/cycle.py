@@ -93,6 +93,18 @@ class CycleRun:
         """Energy taken from the batteries' charge [W.h/km]; nan where the vehicle stood."""
         return self._per_metre(self.electricity / WH) * 1e3
 
+    @property
+    def net_energy_change(self) -> float:
+        """Energy the batteries gained over the energy of the fuel burnt [1] (NEC of SAE J1711); nan where none was burnt."""
+        return -self.electricity / self.heat if self.fuel > 0 else math.nan
+
+    @cached_property
+    def demand(self) -> float:
+        """Energy demand of the cycle [J]: the work of the axles on the body where they push it."""
+        body = self.anatomy.the("body")
+        force = self.result[f"{body}.front.f"] + self.result[f"{body}.rear.f"]
+        return float(np.trapezoid(np.maximum(force * self.speed, 0.0), self.result.time))
+
     def mpg(self, charging: float = 1.0) -> float:
         """Miles per US gallon; what the batteries gave counts as gasoline of 33.705 kW.h a gallon, through a charger of that efficiency.
 
@@ -187,6 +199,9 @@ class CycleRun:
             }
         if self.anatomy.batteries:
             rows["from the battery"] = (self.wh_per_km, "W.h/km")
+        if self.anatomy.batteries and self.fuel > 0:
+            rows["net energy change over the fuel's energy"] = (self.net_energy_change, "1")
+        rows["fuel economy"] = (self.mpg(), "mpge" if self.anatomy.batteries else "mpg")
         rows |= {
             "time outside the speed tolerance": (self.time_outside, "s"),
             "largest deviation beyond the tolerance": (float(deviation) * 3.6, "km/h"),
@@ -228,8 +243,6 @@ def drive_cycle(
     reports an engine that stalled for good and a vehicle that did not move. Errors: those of building the model, and ParameterError for
     wrong names.
     """
-    if isinstance(cycle, str):
-        cycle = DriveCycle.named(cycle)
     if isinstance(vehicle, pt.Plant):
         if cycle is not None:
             raise pt.ParameterError(
@@ -237,7 +250,7 @@ def drive_cycle(
             )
         plant = vehicle
     else:
-        plant = pt.compile(_on(vehicle, cycle))
+        plant = pt.compile(on_cycle(vehicle, cycle))
     driven: DriveCycle = value_at(plant.model, anatomy(plant.model).the("cycle")).cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
@@ -251,8 +264,9 @@ def drive_cycle(
     return CycleRun(driven, plant, result, given, message or _standing(driven, result, anatomy(plant.model)))
 
 
-def _on(vehicle: pt.Component, cycle: DriveCycle | None) -> pt.Component:
+def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Component:
     """The vehicle on a cycle, and on its road where the cycle has grades."""
+    cycle = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle
     parts = anatomy(vehicle)
     path = parts.the("cycle")
     if cycle is not None:
