@@ -14,7 +14,7 @@ from powertrain.components.body import RoadProfile
 from powertrain.components.control import SetPedals
 from powertrain.trials.anatomy import anatomy
 
-KM_H = 1 / 3.6
+KM_H, MPH = 1 / 3.6, 0.44704
 SETTLED = 1e-3
 """Acceleration [m/s2] below which a vehicle no longer gains speed."""
 
@@ -78,6 +78,7 @@ def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, pro
     result = run or full_accelerator(vehicle, progress=progress)
     rows = {
         "0 to 50 km/h": (time_between(result, 1e-3, 50 * KM_H), "s"),
+        "0 to 60 mph": (time_between(result, 1e-3, 60 * MPH), "s"),
         "0 to 100 km/h": (time_between(result, 1e-3, 100 * KM_H), "s"),
         "80 to 120 km/h": (time_between(result, 80 * KM_H, 120 * KM_H), "s"),
         "top speed": (float(_speed(result).max()) / KM_H, "km/h"),

@@ -1,0 +1,157 @@
+"""Parallel hybrids P0 to P4, series hybrid, plug-in, electric car with two machines: part of a cycle, energy closed, rules kept."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import powertrain as pt
+from powertrain.components.body import CentreDifferential, RollingAxle
+from powertrain.components.cycles import DriveCycle
+from powertrain.trials import (
+    ChargeSustaining,
+    CycleRun,
+    charge_corrected,
+    charge_depleting,
+    charge_sustaining,
+    drive_cycle,
+    electric_share,
+)
+from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.electric_four_wheel_drive import ElectricFourWheelDriveCar
+from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid
+from powertrain.vehicles.series_hybrid import SeriesHybrid
+
+TOWN = DriveCycle.named("wltc").part(0, 140)
+HYBRIDS: dict[str, Any] = {
+    **{position: ParallelHybrid.at(position) for position in ("P0", "P1", "P2", "P3", "P4")},
+    "series": SeriesHybrid(),
+}
+TWO = ElectricFourWheelDriveCar()
+
+
+@pytest.fixture(scope="module", params=HYBRIDS)
+def town(request: pytest.FixtureRequest) -> tuple[str, CycleRun]:
+    return request.param, drive_cycle(HYBRIDS[request.param], TOWN, rtol=1e-6)
+
+
+def test_town(town: tuple[str, CycleRun]) -> None:
+    """The tolerance is held, energy closes, the battery stays within its limits, and it recovers what the brakes would take."""
+    name, run = town
+    assert not run.message
+    assert run.time_outside == 0
+    assert run.audit.closure < 1e-6
+    assert run.audit.violations.empty
+    assert not any(count for key, count in run.result.statistics.items() if key.startswith("outside"))
+    soc = run.result["battery.soc"]
+    assert 0.55 < soc.min() < soc.max() < 0.65
+    tau = run.result[f"{'machine' if name != 'series' else 'generator'}.tau"]
+    assert tau.min() < -5  # it generates
+
+
+def test_who_drives(town: tuple[str, CycleRun]) -> None:
+    """Machines behind the clutch and in series drive alone with the engine stopped; those at the crank cannot."""
+    name, run = town
+    if name in ("P0", "P1"):
+        assert electric_share(run) < 0.02
+    else:
+        assert 0.2 < electric_share(run) < 1
+        off = (run.result["engine.on"] < 0.5) & (run.speed > 2) & (run.result["engine.w"] < 1)
+        assert off.any()
+    if name == "series":
+        drives = (run.result["genset.on"] > 0.5) & (run.result["engine.w"] > 100)
+        assert np.std(run.result["engine.w"][drives] - run.result["genset.w_best"][drives]) < 25
+
+
+def test_powers_add_up() -> None:
+    """P2: what the driver asks for is what engine and machine give together, while the engine runs and the clutch is closed."""
+    run = drive_cycle(HYBRIDS["P2"], TOWN)
+    signals = run.result
+    closed = (
+        (np.abs(signals["clutch.w_rel"]) < 1e-6)
+        & (signals["control.on"] > 0.5)
+        & (signals["control.accelerator"] > 0.1)
+    )
+    limits = signals["battery.discharge_power"] > 20e3
+    given = signals["control.torque"] * signals["engine.w"] + signals["control.tau"] * signals["machine.w"]
+    rows = closed & limits & (signals["machine.w"] > 60) & (signals["engine.w"] > 100)
+    assert rows.any()
+    np.testing.assert_allclose(given[rows], signals["control.asked"][rows], rtol=1e-6)
+
+
+def test_positions_that_cannot_be() -> None:
+    with pytest.raises(pt.ParameterError, match="unknown position 'P5'"):
+        ParallelHybrid.at("P5")  # type: ignore[arg-type]
+    with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
+        pt.compile(ParallelHybrid(position="P4"))
+    with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
+        pt.compile(pt.replace(TWO, rear=RollingAxle()))
+    with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
+        pt.compile(pt.replace(TWO, transfer=CentreDifferential()))
+
+
+def test_two_machines_share() -> None:
+    run = drive_cycle(TWO, TOWN, rtol=1e-6)
+    assert run.time_outside == 0
+    assert run.audit.closure < 1e-6
+    front, rear = (run.result[f"{end}_machine.tau"] for end in ("front", "rear"))
+    pulls = np.abs(front) > 1
+    np.testing.assert_allclose((rear / front)[pulls], 1.5, rtol=1e-9)
+    assert run.wh_per_km > 0
+
+
+@pytest.fixture(scope="module")
+def sustaining() -> ChargeSustaining:
+    return charge_sustaining(HYBRIDS["P2"], DriveCycle.named("wltc").part(0, 300), spread=(-0.03, 0.0, 0.03))
+
+
+def test_charge_sustaining_correction(sustaining: ChargeSustaining) -> None:
+    """The slope is that of the least squares by the regulation's sums; it agrees with the correction by marginal efficiency."""
+    tests = sustaining.tests
+    E, F, n = tests["charge"], tests["consumption"], len(tests)
+    K = (n * (E * F).sum() - E.sum() * F.sum()) / (n * (E**2).sum() - E.sum() ** 2)
+    assert sustaining.K_fuel == pytest.approx(K, rel=1e-9)
+    assert sustaining.K_fuel > 0
+    nearest = tests.loc[E.abs().idxmin()]
+    assert sustaining.litres_per_100km == pytest.approx(nearest["consumption"] - K * nearest["charge"])
+    run = drive_cycle(HYBRIDS["P2"], DriveCycle.named("wltc").part(0, 300))
+    assert tests["net energy change"][1] == pytest.approx(-run.electricity / run.heat, rel=1e-6)
+    assert charge_corrected(run) == pytest.approx(sustaining.litres_per_100km, rel=0.06)
+    assert sustaining.sustains == (nearest["net energy change"] ** 2 < 1e-4)
+
+
+@pytest.fixture(scope="module")
+def depleting() -> pd.DataFrame:
+    small = pt.replace(ParallelHybrid.plug_in(), {"battery.Q": 3600 * 2.0, "battery.R": 0.4})
+    return charge_depleting(small, DriveCycle.named("wltc").part(0, 300))
+
+
+def test_charge_depleting(depleting: pd.DataFrame) -> None:
+    """First on the battery alone, then less and less, at last with the charge sustained."""
+    assert depleting["consumption"].iloc[0] == 0
+    assert depleting["consumption"].iloc[-1] > 4
+    assert (depleting["soc"].diff().iloc[1:-1] < 0).all()
+    assert depleting["relative change"].iloc[-1] < 0.04 <= depleting["relative change"].iloc[-2]
+    assert 0.12 < depleting["soc"].iloc[-1] < 0.25
+    assert depleting["distance"].iloc[-1] == pytest.approx(len(depleting) * depleting["distance"].iloc[0], rel=1e-2)
+
+
+@pytest.mark.parametrize("vehicle", [ElectricCar(), ManualCar()])
+def test_tests_of_hybrids_need_hybrids(vehicle: pt.Component) -> None:
+    for trial in (charge_sustaining, charge_depleting):
+        with pytest.raises(pt.ParameterError, match="needs a vehicle with one battery and an engine"):
+            trial(vehicle)
+    with pytest.raises(pt.ParameterError, match="two or more different"):
+        charge_sustaining(HYBRIDS["P2"], spread=(0.0,))
+
+
+def test_the_table_tells_miles_per_gallon() -> None:
+    """40 CFR 600: a litre per 100 km is 235.2 mpg."""
+    run = drive_cycle(ManualCar(), DriveCycle.named("wltc").part(0, 60))
+    value, unit = run.table.loc["fuel economy"]
+    assert unit == "mpg"
+    assert value == pytest.approx(235.2145833 / run.litres_per_100km, rel=1e-9)
