@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, Self
 
 from powertrain import Equations, connect
@@ -19,7 +20,7 @@ from powertrain.vehicles.car import GearedCar
 
 SPEEDS = ((4.0, 2.5), (7.0, 4.5), (9.5, 6.5), (12.0, 9.0), (15.0, 11.5), (18.0, 14.0), (22.0, 17.0))
 """Shifts of an eight-speed gearbox in m/s, with the accelerator released."""
-DOWN = 0.7
+DOWN = 0.75
 """Speed of shifting down over that of shifting up."""
 
 
@@ -41,15 +42,20 @@ class AutomaticCar(GearedCar):
     body: Body = VehicleBody(m=1500, A=2.2)
 
     @classmethod
-    def with_gearset(cls, gearbox: Automatic, *, w_up: float = 130.0, ratio: float = 3.2, **parts: Any) -> Self:
+    def with_gearset(
+        cls, gearbox: Automatic, *, w_up: float = 150.0, w_full: float = 520.0, ratio: float = 3.2, **parts: Any
+    ) -> Self:
         """The car with an automatic gearset, a final drive of ``ratio``, and shift speeds for it.
 
-        With the accelerator released it shifts up where the next gear gives the input the speed ``w_up`` [rad/s].
+        With the accelerator released it shifts up where the next gear gives the input the speed ``w_up`` [rad/s], with the accelerator
+        fully pressed up to ``w_full``.
         """
         axle = LumpedAxle(final_drive=CrownGear(ratio=ratio, eta_ab=0.97, eta_ba=0.97))
         radius, gears = float(axle.wheels.radius), gearbox.scheme.forward
-        ups = [w_up * radius / (ratio * gearbox.scheme.ratio(gear.name)) for gear in gears[1:]]
-        schedule = PowerShiftSchedule(speeds=tuple((up, DOWN * up) for up in ups), t_shift=0.6)
+        ratios = [gearbox.scheme.ratio(gear.name) for gear in gears]
+        ups = [w_up * radius / (ratio * i) for i in ratios[1:]]
+        eager = max(w_full / (w_up * max(i / j for i, j in pairwise(ratios))) - 1, 0.0)
+        schedule = PowerShiftSchedule(speeds=tuple((up, DOWN * up) for up in ups), eager=eager, t_shift=0.6)
         made = {"gearbox": gearbox, "front": axle, "schedule": schedule}
         return cls(**(made | parts))
 

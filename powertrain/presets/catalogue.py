@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
+import typing
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -71,9 +72,8 @@ def is_vehicle(kind: type[pt.Component]) -> bool:
 
 def fitting(kind: object) -> list[Entry]:
     """The components that a slot of this kind takes."""
-    if not isinstance(kind, type):
-        return []
-    return [entry for entry in components() if issubclass(entry.kind, kind)]
+    kinds = tuple(each for each in (typing.get_args(kind) or (kind,)) if isinstance(each, type))
+    return [entry for entry in components() if issubclass(entry.kind, kinds)] if kinds else []
 
 
 def find(name: str, among: Iterable[Entry], what: str) -> Entry:

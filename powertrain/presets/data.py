@@ -6,10 +6,12 @@ curve = { name = "full load", unit = "N.m", axes = [{ name = "w", unit = "rad/s"
           values = [110.0, 150.0] }
 cycle = "udds"
 cycle = { name = "hill", table = [[0.0, 0.0], [10.0, 12.0]], grades = [0.0, 0.05] }
+scheme = { levers = [{ name = "1", a = "sun", b = "ring", carrier = "out", ratio = -2.0, eta = 0.985 }], elements = [...], gears = [...] }
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import typing
@@ -18,30 +20,40 @@ from typing import Any
 
 import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
+from powertrain.components.transmissions import GearScheme, Network
 from powertrain.presets.settings import Place
 
 NONE = "none"
 """In a file, for a place that may be empty."""
 
 
+RECORDS = (GearScheme, Network)
+"""Records whose fields are plain values and records; in a file they are tables."""
+
+
 def takes_data(found: Place) -> bool:
-    """Whether a place takes a map or a drive cycle."""
-    return pt.Map in _kinds(found) or DriveCycle in _kinds(found)
+    """Whether a place takes a map, a drive cycle or the record of a gearset."""
+    kinds = _kinds(found)
+    return any(kind in kinds for kind in (pt.Map, DriveCycle, *RECORDS))
 
 
 def _kinds(found: Place) -> tuple[Any, ...]:
     return (type(found.value), found.kind, *typing.get_args(found.kind))
 
 
-def decoded(value: Any, found: Place, folder: Path) -> pt.Map | DriveCycle | None:
-    """The map or the cycle that a value says, None for "none" where that is allowed. Errors: ParameterError, which names the place."""
-    is_map = pt.Map in _kinds(found)
+def decoded(value: Any, found: Place, folder: Path) -> Any:
+    """The map, cycle or record that a value says, None for "none" where that is allowed. Errors: ParameterError, which names the place."""
+    kinds = _kinds(found)
+    is_map = pt.Map in kinds
+    record = next((kind for kind in RECORDS if kind in kinds), None)
     if value == NONE and type(None) in _kinds(found):
         return None
     try:
+        if record is not None:
+            return _record(record, value)
         return _map(value, folder) if is_map else _cycle(value, folder)
     except (KeyError, TypeError) as error:
-        what = "a map" if is_map else "a drive cycle"
+        what = f"a {record.__name__}" if record is not None else "a map" if is_map else "a drive cycle"
         missing = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
         raise pt.ParameterError(f"{found.path} = {str(value)[:80]} is not {what}: {missing}") from None
 
@@ -64,6 +76,21 @@ def _cycle(value: Any, folder: Path) -> DriveCycle:
     return DriveCycle(value["name"], rows, value.get("source", ""), tuple(value.get("grades", ())))
 
 
+def _record(kind: Any, value: Any) -> Any:
+    """A record from the table of its fields."""
+    hints = typing.get_type_hints(kind)
+    return kind(**{name: _field(hints[name], content) for name, content in dict(value).items()})
+
+
+def _field(hint: Any, value: Any) -> Any:
+    if dataclasses.is_dataclass(hint):
+        return _record(hint, value)
+    inner = typing.get_args(hint)
+    if isinstance(value, list):
+        return tuple(_field(inner[0] if inner[-1:] == (Ellipsis,) else None, item) for item in value)
+    return value
+
+
 def encoded(found: Place) -> str:
     """A value that is not plain in TOML. Errors: ParameterError for what has no form there."""
     value = found.value
@@ -78,6 +105,8 @@ def encoded(found: Place) -> str:
         axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)
         values = _tuples(value.values.tolist())
         return _inline({"name": value.name, "unit": value.unit, "method": value.method, "axes": axes, "values": values})
+    if isinstance(value, RECORDS):
+        return _text(value)
     raise pt.ParameterError(f"{found.path}: a {type(value).__name__} cannot be written to a parameter file")
 
 
@@ -88,6 +117,8 @@ def _inline(fields: dict[str, Any]) -> str:
 def _text(value: Any) -> str:
     if isinstance(value, dict):
         return _inline(value)
+    if dataclasses.is_dataclass(value):
+        return _inline({field.name: getattr(value, field.name) for field in dataclasses.fields(value)})
     if isinstance(value, tuple):
         return f"[{', '.join(_text(item) for item in value)}]"
     return str(literal(value))

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import powertrain as pt
 from powertrain.language.component import Port
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
-from powertrain.presets.settings import Place, component_named, part, place, places, with_value
+from powertrain.presets.settings import Place, component_named, makers, part, place, places, with_value
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
@@ -56,6 +56,8 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
         if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
             model = _with_row(model, path, value, folder)
             continue
+        if isinstance(value, list):
+            _check_no_row(model, path)
         found = place(model, path)
         if isinstance(value, dict) and found.is_part:
             if CLASS in value:
@@ -69,6 +71,18 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
             model = with_value(model, found, value)
             paths.append(path)
     return model
+
+
+def _check_no_row(model: pt.Component, path: str) -> None:
+    """ParameterError for plain values where there are parts in a row."""
+    row = next((found for found in places(model) if found.path == f"{path}[0]"), None)
+    if row is not None:
+        whole = path.rpartition(".")[0]
+        kind = type(place(model, whole).value) if whole else type(model)
+        raise pt.ParameterError(
+            f"{path} is a row of {type(row.value).__name__}: write a table [[{path}]] for each of them"
+            + "".join(f', or in [{whole}]  class = "{kind.__name__}.{maker}(...)"' for maker in makers(kind))
+        )
 
 
 def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) -> M:

@@ -139,9 +139,8 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
     cls = component_named(name.id, kind, where)
     maker: Any = cls
     if isinstance(target, ast.Attribute):
-        makers = [n for n in vars(cls) if isinstance(vars(cls)[n], (classmethod, staticmethod)) and n[0] != "_"]
-        if target.attr not in makers:
-            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
+        if target.attr not in (known := makers(cls)):
+            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(known)}")
         maker = getattr(cls, target.attr)
     kinds = cls._slot_types()
     arguments = [_built(value, where) for value in node.args]
@@ -152,6 +151,11 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
         raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}") from None
     assert isinstance(made, pt.Component)
     return made
+
+
+def makers(cls: type[pt.Component]) -> list[str]:
+    """The names of the methods that make a component of a class."""
+    return [n for n in vars(cls) if isinstance(vars(cls)[n], (classmethod, staticmethod)) and n[0] != "_"]
 
 
 def _read(text: str, found: Place) -> Any:
