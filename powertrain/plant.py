@@ -14,8 +14,9 @@ from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import Schedule
-from powertrain.engine.engine import Engine, Method
+from powertrain.engine.engine import Engine
 from powertrain.engine.failure import OUTSIDE
+from powertrain.engine.prepared import Method
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.initialization.initial import Initializer, InitialReport
@@ -204,19 +205,16 @@ class Plant(Generic[M]):
         Use ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state`` and ``run.result()``. Arguments are those of ``simulate``;
         inputs keep their values until ``step`` gives others. ``record=False`` keeps only the present state.
         """
-        from powertrain.running import start
+        from powertrain.running import Running, State
 
         for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
             positive(name, value)
-        options = {
-            "rtol": rtol,
-            "atol": atol,
-            "max_step": max_step,
-            "method": method,
-            "compile": compile,
-            "record": record,
-        }
-        return start(self, number("t", t, "s"), parameters, starts, guesses, inputs, options)
+        given = by_name("inputs", inputs)
+        x, z, m, report = self.initialize(number("t", t, "s"), parameters, starts, guesses, given)
+        free = [s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs]
+        options = {"rtol": rtol, "atol": atol, "max_step": max_step, "record": record}
+        state, p = State(float(t), x, z, m), self.parameter_vector(parameters)
+        return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options, free)
 
     def _engine(self, method: Method, compiled: bool) -> Engine:
         one_of("method", method, get_args(Method))

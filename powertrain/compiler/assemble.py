@@ -21,7 +21,8 @@ from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import Torque, add_rates, declare_torques
 from powertrain.errors import ModelError
 from powertrain.language.component import Component
-from powertrain.language.laws import FrictionLaw, Law, UnilateralLaw, WhenLaw
+from powertrain.language.law import Law
+from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, reading
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 from powertrain.language.units import rate_unit

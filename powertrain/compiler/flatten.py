@@ -26,7 +26,8 @@ from powertrain.language.component import (
     children,
 )
 from powertrain.language.connectors import Connector, Input, Output, Signal, declared
-from powertrain.language.laws import Connection, Law
+from powertrain.language.law import Law
+from powertrain.language.laws import Connection
 from powertrain.language.recorder import Place, Recorder, reading
 from powertrain.language.symbols import Symbol, free_symbols, key, time
 

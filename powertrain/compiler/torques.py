@@ -26,7 +26,8 @@ from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.errors import ModelError
-from powertrain.language.laws import FrictionLaw, Law, UnilateralLaw
+from powertrain.language.law import Law
+from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
 

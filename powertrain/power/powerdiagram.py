@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
+from powertrain.power.circulation import Strand
 from powertrain.power.directedflow import FLOOR
-from powertrain.power.powerflow import Branch, PowerFlow
+from powertrain.power.paths import Branch
+from powertrain.power.powergraph import PowerGraph
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 Points = NDArray[np.float64]
@@ -45,7 +48,19 @@ class _Vertex:
         return self.column * (_BOX + _GAP) + (_BOX - self.width) / 2
 
 
-def plot_power_flow(flow: PowerFlow, ax: Axes | None = None, *, names: dict[str, str] | None = None) -> Axes:
+class _Drawn(Protocol):
+    """The power flow of one point, as the diagram reads it."""
+
+    @property
+    def branches(self) -> list[Branch]: ...
+    @property
+    def graph(self) -> PowerGraph: ...
+    @property
+    def data(self) -> xr.Dataset: ...
+    def strands(self) -> tuple[list[Strand], list[Strand]]: ...
+
+
+def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, str] | None = None) -> Axes:
     """Sankey diagram of one point: power from part to part, circulating power in orange, losses downwards.
 
     ``names``: other names for components and connections. Raises ParameterError for more than one point, or one without a solution.
@@ -83,7 +98,7 @@ def plot_power_flow(flow: PowerFlow, ax: Axes | None = None, *, names: dict[str,
     return ax
 
 
-def _circulating(flow: PowerFlow, branches: Sequence[Branch]) -> list[float]:
+def _circulating(flow: _Drawn, branches: Sequence[Branch]) -> list[float]:
     """What of each branch circulates."""
     by_port: dict[str, float] = {}
     for strand in flow.strands()[0]:
@@ -93,7 +108,7 @@ def _circulating(flow: PowerFlow, branches: Sequence[Branch]) -> list[float]:
     return [min(by_port.get(port, 0.0) for port in b.ports) for b in branches]
 
 
-def _layers(flow: PowerFlow, branches: Sequence[Branch]) -> dict[str, _Vertex]:
+def _layers(flow: _Drawn, branches: Sequence[Branch]) -> dict[str, _Vertex]:
     """Columns by the longest way from the sources, without the edges that close loops at the vertex nearest to the source."""
     components = set(flow.graph.components)
     vertices = {n: _Vertex(n, n in components) for b in branches for n in (b.source, b.target)}
@@ -280,7 +295,7 @@ def _draw_vertex(ax: Axes, v: _Vertex, name: str) -> None:
     ax.text(v.x + v.width / 2, v.y, text, ha="center", va="center", fontsize=9, zorder=6)
 
 
-def _draw_sinks(ax: Axes, flow: PowerFlow, v: _Vertex, largest: float, scale: float, unit: str) -> None:
+def _draw_sinks(ax: Axes, flow: _Drawn, v: _Vertex, largest: float, scale: float, unit: str) -> None:
     """Losses and storage of a component, as arrows downwards."""
     values = flow.data.sel(component=v.name)
     x = v.x + v.width * 0.35
