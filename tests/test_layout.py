@@ -55,7 +55,7 @@ ORDER = [
     "variational: record unknowns objectives partials",
     "variational: functional transitions mapping saltation begin sweeps gradients floquet",
     "optimal: dynamics experiment fitting phases planning",
-    "power: circulation powergraph variator directedflow powerterms powerflow",
+    "power: paths circulation powergraph variator directedflow powerterms powerflow",
     "figures.plot figures.schematic power.powerdiagram power.powerplot",
     "__init__",
     "__main__",
