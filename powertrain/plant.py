@@ -14,10 +14,10 @@ from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import Schedule
-from powertrain.engine.engine import Engine
 from powertrain.engine.failure import OUTSIDE
 from powertrain.engine.prepared import Method
 from powertrain.engine.schedules import Schedules
+from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.initialization.initial import Initializer, InitialReport
 from powertrain.language.arguments import (
@@ -216,11 +216,11 @@ class Plant(Generic[M]):
         state, p = State(float(t), x, z, m), self.parameter_vector(parameters)
         return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options, free)
 
-    def _engine(self, method: Method, compiled: bool) -> Engine:
+    def _engine(self, method: Method, compiled: bool) -> Simulator:
         one_of("method", method, get_args(Method))
-        engines: dict[tuple[str, bool], Engine] = self._local.__dict__.setdefault("engines", {})
+        engines: dict[tuple[str, bool], Simulator] = self._local.__dict__.setdefault("engines", {})
         if (method, compiled) not in engines:
-            engines[method, compiled] = Engine(self.compiled.dae, method, compiled)
+            engines[method, compiled] = Simulator(self.compiled.dae, method, compiled)
         return engines[method, compiled]
 
     def _initializer(self) -> Initializer:
@@ -229,7 +229,7 @@ class Plant(Generic[M]):
         initializer: Initializer = self._local.initializer
         return initializer
 
-    def _set_inputs(self, engine: Engine, inputs: Mapping[str, InputValue], t: float) -> Array:
+    def _set_inputs(self, engine: Simulator, inputs: Mapping[str, InputValue], t: float) -> Array:
         """Gives the engine the time signals of this run; returns the held values at the start."""
         held = self.compiled.dae.held_start.copy()
         schedules = self._schedules(inputs)

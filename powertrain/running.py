@@ -10,8 +10,8 @@ import numpy as np
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Schedule
-from powertrain.engine.engine import Engine
 from powertrain.engine.schedules import Schedules
+from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.language.arguments import number
@@ -48,7 +48,7 @@ class Running(Generic[M]):
     def __init__(
         self,
         compiled: Compiled,
-        engine: Callable[[], Engine],
+        engine: Callable[[], Simulator],
         state: State,
         p: Array,
         report: Any,

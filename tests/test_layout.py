@@ -43,7 +43,7 @@ ORDER = [
     "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resting resolve",
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
-    "engine: continuity zeno failure prepared loop engine",
+    "engine: continuity zeno failure prepared loop simulator",
     "signals nonfinite events export initialization.conditions initialization.initial result running plant",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",

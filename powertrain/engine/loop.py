@@ -11,7 +11,7 @@ from powertrain.compiler.hybrid import Guard
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.failure import guard_message, guard_violation, not_finite, underflow
 from powertrain.engine.prepared import Prepared
-from powertrain.engine.trajectory import Instant, Recorder, Trajectory
+from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
@@ -51,7 +51,7 @@ class Run:
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
         self.catalogue = engine.catalogue
-        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.catalogue.kinds, self.catalogue.rests)
+        self.recorder = TrajectoryRecorder(engine.memory, *engine.sizes[:2], self.catalogue.kinds, self.catalogue.rests)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.catalogue.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0

@@ -20,9 +20,9 @@ from powertrain.errors import InitializationError, ParameterError
 from powertrain.integration import fused as steps
 from powertrain.integration.specialized import Calls, SpecialSteps
 from powertrain.modes.admissible import Admissible
-from powertrain.modes.algebra import Algebra, NotConsistent
+from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.indicators import Indicator, indicators
-from powertrain.modes.resolve import Resolver
+from powertrain.modes.resolve import ModeResolver
 from powertrain.modes.rules import timed
 from powertrain.numerics.buffers import Array, Bound, Memory
 from powertrain.numerics.compiled import compile_functions
@@ -62,7 +62,7 @@ class Prepared:
         self.catalogue = catalogue(dae)
         self.schedules = Schedules(dae.schedules)
         self.memory = Memory(dae, len(self.indicators), len(self.timed))
-        self.algebra = Algebra(dae, self.memory) if dae.z.numel() else None
+        self.algebra = AlgebraicSolver(dae, self.memory) if dae.z.numel() else None
         self._model: steps.Common | None = None
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
@@ -241,7 +241,7 @@ class Prepared:
             ]
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"], memory)
-        self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
+        self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra)
         self.admissible = Admissible(self.dae, memory, self.resolver.notes)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
         self._untimed_whens = [

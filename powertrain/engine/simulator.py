@@ -18,7 +18,7 @@ from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
 
 
-class Engine(Prepared):
+class Simulator(Prepared):
     """Runs a :class:`HybridDae` any number of times. Functions are built at their first use; one instance serves one thread.
 
     ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto", which begins with the first
