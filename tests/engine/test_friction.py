@@ -41,7 +41,7 @@ def coupled_columns() -> list[str]:
 @pytest.mark.parametrize("method", ["dopri5", "rodas5p", "sparse"])
 def test_coupled_clutches_follow_the_reference(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if method == "sparse":
-        monkeypatch.setattr("powertrain.engine.engine._LARGE", 0)
+        monkeypatch.setattr("powertrain.engine.prepared._LARGE", 0)
         method = "rodas5p"
     reference = load("Rotational/CoupledClutches")
     trajectory = Simulator(coupled_clutches(), method).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)  # type: ignore[arg-type]

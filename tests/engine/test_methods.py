@@ -116,7 +116,7 @@ def test_explicit_method_refuses_algebraic_unknowns() -> None:
 def test_large_models_use_a_sparse_solver_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
     times = np.linspace(0, 2, 21)
     fused = Simulator(implicit()).run([1.0], [], stop=2.0).at(times)
-    monkeypatch.setattr("powertrain.engine.engine._LARGE", 0)
+    monkeypatch.setattr("powertrain.engine.prepared._LARGE", 0)
     sparse = Simulator(implicit()).run([1.0], [], stop=2.0).at(times)
     assert np.abs(fused[1] - sparse[1]).max() < 1e-9
     assert np.abs(fused[2] - sparse[2]).max() < 1e-9

@@ -44,7 +44,7 @@ def test_compiled_runs_switch_as_interpreted_ones(
     method: Any, long: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("POWERTRAIN_CACHE", str(tmp_path))
-    monkeypatch.setattr("powertrain.engine.engine._LONG", long)
+    monkeypatch.setattr("powertrain.engine.prepared._LONG", long)
     plain, compiled = (
         Simulator(coupled_clutches(), method, compile=c).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
         for c in (False, True)
