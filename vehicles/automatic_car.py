@@ -43,7 +43,7 @@ class AutomaticCar(GearedCar):
 
     @classmethod
     def with_gearset(
-        cls, gearbox: Automatic, *, w_up: float = 150.0, w_full: float = 520.0, ratio: float = 3.2, **parts: Any
+        cls, gearbox: Automatic, *, w_up: float = 150.0, w_full: float = 560.0, ratio: float = 3.2, **parts: Any
     ) -> Self:
         """The car with an automatic gearset, a final drive of ``ratio``, and shift speeds for it.
 

@@ -7,7 +7,7 @@ from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerSplitControl
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
 from powertrain.components.electric import ElectricMachine
-from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import SpringDamper
 from powertrain.vehicles.hybrid import HybridCar
 
@@ -56,7 +56,7 @@ class PowerSplitHybrid(HybridCar):
         yield connect(self.machine_2.speed, self.control.w_ring)
         yield connect(self.battery.charge_power, self.control.charge_power)
         yield connect(self.battery.discharge_power, self.control.discharge_power)
-        line = self.engine.operating_line(SHARE)
+        line = operating_line(self.engine, SHARE)
         yield self.control.w_best.value == line(self.control.power.value)
         yield connect(self.control.tau_1, self.machine_1.torque_demand)
         yield connect(self.control.tau_2, self.machine_2.torque_demand)

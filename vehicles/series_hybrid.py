@@ -7,7 +7,7 @@ from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, GensetControl, Pedals
 from powertrain.components.differentials import CrownGear
 from powertrain.components.electric import ElectricMachine
-from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import IdealGear, SpringDamper
 from powertrain.components.transmissions import Shiftable, SingleGear
 from powertrain.vehicles.electric_car import OIL
@@ -50,7 +50,7 @@ class SeriesHybrid(HybridCar):
     def _signals(self) -> Equations:
         yield from self._on_the_cycle()
         yield from self._engine_by(self.genset)
-        line = self.engine.operating_line(SHARE)
+        line = operating_line(self.engine, SHARE)
         yield self.genset.w_best.value == line(self.genset.power.value)
         yield self.genset.load.value == self.machine.power
         yield connect(self.genset.tau, self.generator.torque_demand)

@@ -21,7 +21,7 @@ from typing import Any
 import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
 from powertrain.components.transmissions import GearScheme, Network
-from powertrain.presets.settings import Place
+from powertrain.presets.settings import Adjustable
 
 NONE = "none"
 """In a file, for a place that may be empty."""
@@ -31,17 +31,17 @@ RECORDS = (GearScheme, Network)
 """Records whose fields are plain values and records; in a file they are tables."""
 
 
-def takes_data(found: Place) -> bool:
+def takes_data(found: Adjustable) -> bool:
     """Whether a place takes a map, a drive cycle or the record of a gearset."""
     kinds = _kinds(found)
     return any(kind in kinds for kind in (pt.Map, DriveCycle, *RECORDS))
 
 
-def _kinds(found: Place) -> tuple[Any, ...]:
+def _kinds(found: Adjustable) -> tuple[Any, ...]:
     return (type(found.value), found.kind, *typing.get_args(found.kind))
 
 
-def decoded(value: Any, found: Place, folder: Path) -> Any:
+def decoded(value: Any, found: Adjustable, folder: Path) -> Any:
     """The map, cycle or record that a value says, None for "none" where that is allowed. Errors: ParameterError, which names the place."""
     kinds = _kinds(found)
     is_map = pt.Map in kinds
@@ -91,7 +91,7 @@ def _field(hint: Any, value: Any) -> Any:
     return value
 
 
-def encoded(found: Place) -> str:
+def encoded(found: Adjustable) -> str:
     """A value that is not plain in TOML. Errors: ParameterError for what has no form there."""
     value = found.value
     if value is None:
