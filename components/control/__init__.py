@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain.components.control.driver import Driver, LaggingDriver, OpenPedals, SetPedals
-from powertrain.components.control.electric_drive import ElectricDriveControl
+from powertrain.components.control.electric_drive import BlendedBraking, ElectricDriveControl
 from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
 from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, PowerShiftSchedule, Shifting
 from powertrain.components.control.hybrid import GensetControl, HybridControl, ParallelControl
@@ -14,6 +14,7 @@ from powertrain.components.control.start_stop import AlwaysOn, EngineSwitch, Sta
 
 __all__ = [
     "AlwaysOn",
+    "BlendedBraking",
     "Driver",
     "ElectricDriveControl",
     "EngineSwitch",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import casadi as ca
 
 from powertrain import (
@@ -25,24 +23,33 @@ SLOW = 0.1
 """Speed [m/s] below which forces are told from power as at this speed."""
 
 
-class Blending(Protocol):
-    """What limits regenerative braking: the parameters of a control."""
+class BlendedBraking(Component):
+    """Partial: divides a demand on the brakes between a machine and the friction brakes; the machine brakes first.
 
-    F_brake: Parameter
-    F_most: Parameter
-    v_fade: Parameter
+    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1,  k = w/v (v at least 0.1 m/s)
+    """
+
+    F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
+    F_most: Parameter = parameter("N", "Maximum regenerative braking force", default=5000.0, min=0)
+    v_fade: Parameter = parameter("m/s", "Speed below which regenerative braking fades out", default=3.0, above=0)
+    accelerator: Input = signal_input("1", "Accelerator pedal")
+    brake: Input = signal_input("1", "Brake pedal")
+    limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
+    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
+    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
+    tau: Output = signal_output("N.m", "Torque of the machine")
+    friction: Output = signal_output("1", "Demand on the friction brakes")
+    regenerated: Variable = variable("N", "Regenerative braking force")
+
+    def _recover(self, v: Symbol, w: Symbol) -> Equations:
+        """The part of the demand that axle, machine and battery let a machine of speed ``w`` take at the vehicle's speed ``v``."""
+        speed, turning = ca.fmax(v, SLOW), ca.fmax(w, SLOW)
+        most = ca.fmin(ca.fmin(self.F_most, self.limit.value * turning / speed), self.charge_power.value / speed)
+        force = ca.fmin(self.brake.value * self.F_brake, ca.fmax(most, 0))
+        yield self.regenerated == limited(v / self.v_fade) * force
 
 
-def regenerated_force(
-    control: Blending, v: Symbol, w: Symbol, brake: Symbol, limit: Symbol, charge_power: Symbol
-) -> Symbol:
-    """The part of a demand on the brakes [N] that axle, machine and battery let the machine take."""
-    speed, turning = ca.fmax(v, SLOW), ca.fmax(w, SLOW)
-    most = ca.fmin(ca.fmin(control.F_most, limit * turning / speed), charge_power / speed)
-    return limited(v / control.v_fade) * ca.fmin(brake * control.F_brake, ca.fmax(most, 0))
-
-
-class ElectricDriveControl(Component):
+class ElectricDriveControl(BlendedBraking):
     """Divides pedals between a machine and the friction brakes (series blending: the machine brakes first).
 
     k = w/v (v at least 0.1 m/s), the speed of the machine over that of the car
@@ -56,24 +63,13 @@ class ElectricDriveControl(Component):
     Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
     """
 
-    F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
-    F_most: Parameter = parameter("N", "Maximum regenerative braking force", default=5000.0, min=0)
-    v_fade: Parameter = parameter("m/s", "Speed below which regenerative braking fades out", default=3.0, above=0)
-    accelerator: Input = signal_input("1", "Accelerator pedal")
-    brake: Input = signal_input("1", "Brake pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the machine")
-    limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
-    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
-    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
-    tau: Output = signal_output("N.m", "Torque of the machine")
-    friction: Output = signal_output("1", "Demand on the friction brakes")
-    regenerated: Variable = variable("N", "Regenerative braking force")
 
     def equations(self) -> Equations:
         """Pedals to torque."""
         v, w, b, limit = ca.fmax(self.v.value, SLOW), ca.fmax(self.w.value, SLOW), self.brake.value, self.limit.value
-        yield self.regenerated == regenerated_force(self, self.v.value, self.w.value, b, limit, self.charge_power.value)
+        yield from self._recover(self.v.value, self.w.value)
         drive = self.accelerator.value * ca.fmin(limit, self.discharge_power.value / w)
         yield self.tau.value == drive - self.regenerated * v / w
         yield self.friction.value == b - self.regenerated / self.F_brake

@@ -21,7 +21,7 @@ from powertrain import (
     variable,
     when,
 )
-from powertrain.components.control.electric_drive import SLOW, regenerated_force
+from powertrain.components.control.electric_drive import SLOW, BlendedBraking
 from powertrain.components.control.interfaces import SOON
 from powertrain.components.limited import limited
 
@@ -77,7 +77,7 @@ class HybridControl(Component):
         yield self.on.value == self.running
 
 
-class ParallelControl(HybridControl):
+class ParallelControl(HybridControl, BlendedBraking):
     """Rules for an engine and a machine whose powers add up on their way to the wheels.
 
     asked = accelerator F_max (v + v_0),  demand = asked + k_soc (soc_0 - soc),  power = demand, at least P_min
@@ -93,18 +93,8 @@ class ParallelControl(HybridControl):
     F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
     v_0: Parameter = parameter("m/s", "Equivalent speed for the power demand at standstill", default=2.0, above=0)
     w_low: Parameter = parameter("rad/s", "Speed of the machine below which power is torque", default=40.0, above=0)
-    F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
-    F_most: Parameter = parameter("N", "Maximum regenerative braking force", default=4000.0, min=0)
-    v_fade: Parameter = parameter("m/s", "Speed below which regenerative braking fades out", default=3.0, above=0)
-    accelerator: Input = signal_input("1", "Accelerator pedal")
-    brake: Input = signal_input("1", "Brake pedal")
     w_machine: Input = signal_input("rad/s", "Speed of the machine")
-    limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
     coupled: Input = signal_input("1", "Part of the machine's torque that reaches the wheels", default=1.0)
-    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
-    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
-    tau: Output = signal_output("N.m", "Torque of the machine")
-    friction: Output = signal_output("1", "Demand on the friction brakes")
     asked: Variable = variable("W", "Power demand of the driver")
 
     def equations(self) -> Equations:
@@ -120,11 +110,11 @@ class ParallelControl(HybridControl):
         yield self.throttle.value == firing * self.opening.value
         rest = self.asked * pressed - self.torque.value * w
         rest = limited(rest, -self.charge_power.value, self.discharge_power.value)
-        regenerated = regenerated_force(self, self.v.value, w_machine, b, self.limit.value, self.charge_power.value)
+        yield from self._recover(self.v.value, w_machine)
         turning = ca.fmax(w_machine, SLOW)
-        braking = regenerated * ca.fmax(self.v.value, SLOW) / turning
+        braking = self.regenerated * ca.fmax(self.v.value, SLOW) / turning
         yield self.tau.value == coupled * (rest / ca.fmax(w_machine, self.w_low) - braking)
-        yield self.friction.value == b - coupled * regenerated / self.F_brake
+        yield self.friction.value == b - coupled * self.regenerated / self.F_brake
 
 
 class GensetControl(HybridControl):

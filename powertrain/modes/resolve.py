@@ -152,7 +152,9 @@ class ModeResolver:
         varied = laws | (against & places)
         rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
         touching = sorted(varied - set(rubbing))
-        options = [(start[i], 1.0 - start[i]) for i in pieces]  # in the pieces before the event first
+        options: list[tuple[float, ...]] = [
+            (start[i], 1.0 - start[i]) for i in pieces
+        ]  # in the pieces before the event first
         options += [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * len(touching)
         for modes in islice(product(*options), _MOST_COMBINATIONS):
             m[:] = start

@@ -59,7 +59,7 @@ class ChargeSustaining:
     @property
     def nearest(self) -> pd.Series[float]:
         """The test whose charge changed least."""
-        return self.tests.loc[self.tests["charge"].abs().idxmin()]
+        return self.tests.iloc[int(np.argmin(np.abs(self.tests["charge"].to_numpy())))]
 
     @property
     def litres_per_100km(self) -> float:

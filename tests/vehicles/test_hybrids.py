@@ -116,7 +116,7 @@ def test_charge_sustaining_correction(sustaining: ChargeSustaining) -> None:
     K = (n * (E * F).sum() - E.sum() * F.sum()) / (n * (E**2).sum() - E.sum() ** 2)
     assert sustaining.K_fuel == pytest.approx(K, rel=1e-9)
     assert sustaining.K_fuel > 0
-    nearest = tests.loc[E.abs().idxmin()]
+    nearest = tests.iloc[int(np.argmin(np.abs(E.to_numpy())))]
     assert sustaining.litres_per_100km == pytest.approx(nearest["consumption"] - K * nearest["charge"])
     run = drive_cycle(HYBRIDS["P2"], DriveCycle.named("wltc").part(0, 300))
     assert tests["net energy change"][1] == pytest.approx(-run.electricity / run.heat, rel=1e-6)
