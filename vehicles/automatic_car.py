@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any, Self
 
 from powertrain import Equations, connect
@@ -20,8 +19,6 @@ from powertrain.vehicles.car import GearedCar
 
 SPEEDS = ((4.0, 2.5), (7.0, 4.5), (9.5, 6.5), (12.0, 9.0), (15.0, 11.5), (18.0, 14.0), (22.0, 17.0))
 """Shifts of an eight-speed gearbox in m/s, with the accelerator released."""
-DOWN = 0.75
-"""Speed of shifting down over that of shifting up."""
 
 
 class AutomaticCar(GearedCar):
@@ -51,11 +48,9 @@ class AutomaticCar(GearedCar):
         fully pressed up to ``w_full``.
         """
         axle = LumpedAxle(final_drive=CrownGear(ratio=ratio, eta_ab=0.97, eta_ba=0.97))
-        radius, gears = float(axle.wheels.radius), gearbox.scheme.forward
-        ratios = [gearbox.scheme.ratio(gear.name) for gear in gears]
-        ups = [w_up * radius / (ratio * i) for i in ratios[1:]]
-        eager = max(w_full / (w_up * max(i / j for i, j in pairwise(ratios))) - 1, 0.0)
-        schedule = PowerShiftSchedule(speeds=tuple((up, DOWN * up) for up in ups), eager=eager, t_shift=0.6)
+        ratios = [gearbox.scheme.ratio(gear.name) for gear in gearbox.scheme.forward]
+        radius = float(axle.wheels.radius)
+        schedule = PowerShiftSchedule.for_gears(ratios, ratio, radius=radius, w_up=w_up, w_full=w_full, t_shift=0.6)
         made = {"gearbox": gearbox, "front": axle, "schedule": schedule}
         return cls(**(made | parts))
 

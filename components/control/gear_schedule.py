@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any, Self
 
 import casadi as ca
 
@@ -80,6 +82,32 @@ class _Scheduled(Shifting):
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
     kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
+
+    @classmethod
+    def for_gears(
+        cls,
+        ratios: Sequence[float],
+        final_drive: float,
+        *,
+        radius: float = 0.3,
+        w_up: float = 180.0,
+        w_full: float = 560.0,
+        down: float = 0.75,
+        **options: Any,
+    ) -> Self:
+        """A schedule for gears of these ratios, a final drive and wheels of a radius [m].
+
+        With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
+        times that vehicle speed. With the accelerator fully pressed no gear turns the engine beyond ``w_full`` [rad/s].
+        Errors: ParameterError for fewer than two ratios, and for ratios that do not decrease.
+        """
+        if len(ratios) < 2 or any(one <= other for one, other in pairwise(ratios)) or ratios[-1] <= 0:
+            raise ParameterError(
+                f"{cls.__name__}.for_gears: {ratios} are not two or more ratios that decrease from gear to gear"
+            )
+        ups = [w_up * radius / (ratio * final_drive) for ratio in ratios[1:]]
+        eager = max(w_full / (w_up * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
+        return cls(**({"speeds": tuple((up, down * up) for up in ups), "eager": eager} | options))
 
     def _choose(self) -> Equations:
         self._check()

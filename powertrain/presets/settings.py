@@ -155,7 +155,9 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
 
 def makers(cls: type[pt.Component]) -> list[str]:
     """The names of the methods that make a component of a class."""
-    return [n for n in vars(cls) if isinstance(vars(cls)[n], (classmethod, staticmethod)) and n[0] != "_"]
+    own = [base for base in cls.__mro__ if base.__module__.startswith("powertrain.components")]
+    found = {n: None for base in own for n, made in vars(base).items() if isinstance(made, (classmethod, staticmethod))}
+    return [name for name in found if not name.startswith("_")]
 
 
 def _read(text: str, found: Adjustable) -> Any:

@@ -18,12 +18,16 @@ from powertrain.components.body import (
 from powertrain.components.control import OpenPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
+from powertrain.components.transmissions import Automatic
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.vehicles.automatic_car import AutomaticCar
+from powertrain.vehicles.dual_clutch_car import DualClutchCar
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+from powertrain.vehicles.series_hybrid import SeriesHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.variator_car import VariatorCar
 
@@ -35,6 +39,10 @@ CARS: dict[str, Any] = {
     "flywheel": FlywheelHybrid(),
     "power split": PowerSplitHybrid(),
     "split path": SplitPathCar(),
+    "dual clutch": DualClutchCar(),
+    "gearset": AutomaticCar.with_gearset(Automatic.simpson_three_speed()),
+    "parallel": ParallelHybrid(),
+    "series": SeriesHybrid(),
 }
 HALT = DriveCycle("halt", ((0.0, 0.0), (1.0, 0.0), (5.0, 5.0), (7.0, 5.0), (11.0, 0.0), (14.0, 0.0), (17.0, 3.0)))
 """From rest, to a halt, and on."""
