@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import add
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,8 +74,10 @@ def operating_map(
     parts = anatomy(vehicle)
     body, pedals = parts.the("body"), parts.the("pedals")
     plant = pt.compile(on_rolling_road(vehicle))
-    mover = _mover(parts)
-    taken = [f"{mover}.fuel_rate"] if parts.engines else [f"{mover}.power", f"{mover}.lossPower"]
+    mover = _first_mover(parts)
+    fuel = [f"{engine}.fuel_rate" for engine in parts.engines]
+    electric = [f"{machine}.{name}" for machine in parts.machines for name in ("power", "lossPower")]
+    taken = [*fuel, *electric]
     speed, pedal = np.asarray(speeds, float), np.asarray(accelerators, float)
     grid: dict[str, Any] = {f"{body}.speed": speed, f"{pedals}.accelerator_set": pedal}
     grid |= {f"{battery}.soc": _charge(vehicle, battery) for battery in parts.batteries}
@@ -87,11 +91,10 @@ def operating_map(
     else:
         data, extra = pt.steady(plant, grid, outputs=list(outputs), **options), {}
     found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
-    if parts.engines:
-        found["fuel_rate"] = data[taken[0]]
-        power = found["fuel_rate"] * plant.parameters[f"{mover}.heating_value"]
-    else:
-        power = data[taken[0]] + data[taken[1]]
+    heat = [data[name] * plant.parameters[name.replace("fuel_rate", "heating_value")] for name in fuel]
+    if fuel:
+        found["fuel_rate"] = reduce(add, (data[name] for name in fuel))
+    power = reduce(add, [*heat, *(data[name] for name in electric)])
     found["power"] = power.assign_attrs(units="W", long_name=f"Power from the {parts.tank}")
     found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
     found = found.assign_coords(
@@ -109,12 +112,11 @@ def with_efficiency(found: xr.Dataset) -> xr.Dataset:
     return found.assign(efficiency=efficiency.assign_attrs(units="1", long_name=f"{told} to the road"))
 
 
-def _mover(parts: Anatomy) -> str:
-    """The path of the only prime mover."""
-    if len(parts.prime_movers) != 1:
+def _first_mover(parts: Anatomy) -> str:
+    """The path of the prime mover whose speed and torque a map shows."""
+    if not parts.prime_movers:
         raise pt.ParameterError(
-            f"{parts.vehicle} has no map of operating points: speed and accelerator alone do not tell how its "
-            f"{len(parts.prime_movers)} engines and machines share the work"
+            f"{parts.vehicle} has no map of operating points: it has neither an engine nor a machine"
         )
     return parts.prime_movers[0]
 
