@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, connect
+from powertrain import Equations, ModelError, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerShiftSchedule, Shifting
 from powertrain.components.differentials import CrownGear
-from powertrain.components.transmissions import DualClutchGearbox, StartingGearbox
+from powertrain.components.transmissions import DualClutchGearbox, Shiftable, StartingGearbox
 from powertrain.vehicles.car import GearedCar
 
 SPEEDS = ((5.0, 3.0), (9.0, 6.5), (12.5, 10.0), (16.5, 13.5), (21.0, 17.5))
@@ -23,12 +23,17 @@ class DualClutchCar(GearedCar):
 
     driver: Pedals = Driver(k_a=1400 / 6000)
     schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS, t_shift=0.8)
-    gearbox: StartingGearbox = DualClutchGearbox()
+    gearbox: Shiftable = DualClutchGearbox()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.1, eta_ab=0.95, eta_ba=0.95))
     body: Body = VehicleBody(m=1400, A=2.15)
 
     def equations(self) -> Equations:
         """Engine to road."""
+        if not isinstance(self.gearbox, StartingGearbox):
+            raise ModelError(
+                f"DualClutchCar.gearbox is a {type(self.gearbox).__name__}, which has no clutch that starts the car; give it a "
+                "DualClutchGearbox, or take a ManualCar or an AutomaticCar"
+            )
         yield connect(self.engine.crank, self.accessories.flange, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.driver.brake)
         yield from self._by_schedule(self.gearbox.pressed)

@@ -10,7 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
-from powertrain.components.transmissions import Automatic
+from powertrain.components.transmissions import Automatic, ManualGearbox
 from powertrain.trials import CycleRun, drive_cycle, shift_quality, shifts
 from powertrain.trials.lever_figure import plot_lever_diagrams
 from powertrain.trials.shift_figure import plot_shift, plot_shift_quality
@@ -78,6 +78,11 @@ def test_what_has_no_such_shifts() -> None:
 def test_more_shift_speeds_than_gears() -> None:
     with pytest.raises(pt.ModelError, match=r"7 rows of shift speeds, for 8 gears, but gearbox \(Automatic\) has 3"):
         pt.compile(AutomaticCar(gearbox=Automatic.simpson_three_speed()))
+
+
+def test_a_gearbox_without_a_clutch_of_its_own() -> None:
+    with pytest.raises(pt.ModelError, match="ManualGearbox, which has no clutch that starts the car"):
+        pt.compile(DualClutchCar(gearbox=ManualGearbox()))
 
 
 @pytest.mark.slow
