@@ -107,7 +107,8 @@ class _Scheduled(Shifting):
             )
         ups = [w_up * radius / (ratio * final_drive) for ratio in ratios[1:]]
         eager = max(w_full / (w_up * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
-        return cls(**({"speeds": tuple((up, down * up) for up in ups), "eager": eager} | options))
+        made: dict[str, Any] = {"speeds": tuple((up, down * up) for up in ups), "eager": eager}
+        return cls(**(made | options))
 
     def _choose(self) -> Equations:
         self._check()
