@@ -51,6 +51,7 @@ ORDER = [
     "variational: functional transitions mapping saltation begin sweeps gradients floquet",
     "optimal: dynamics experiment fitting phases planning",
     "power: circulation powergraph variator directedflow powerterms powerflow",
+    "layout",
     "plot power.powerdiagram power.powerplot drawing",
     "__init__",
     "__main__",
