@@ -51,11 +51,14 @@ if TYPE_CHECKING:
     from powertrain.steadystate.steady import steady
     from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
+    from powertrain.viewer.comparison import Comparison, compare
+    from powertrain.viewer.operating_map import OperatingMap
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
 
 __version__ = "0.1.0"
 __all__ = [
     "Axis",
+    "Comparison",
     "Component",
     "Connector",
     "Discrete",
@@ -70,6 +73,7 @@ __all__ = [
     "Map",
     "ModelError",
     "Objective",
+    "OperatingMap",
     "Output",
     "Parameter",
     "ParameterError",
@@ -86,6 +90,7 @@ __all__ = [
     "Variable",
     "__version__",
     "at",
+    "compare",
     "compile",
     "connect",
     "der",
@@ -144,6 +149,9 @@ _ANALYSES = {
     "squares": "powertrain.variational.objectives",
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
+    "Comparison": "powertrain.viewer.comparison",
+    "OperatingMap": "powertrain.viewer.operating_map",
+    "compare": "powertrain.viewer.comparison",
     "Sweep": "powertrain.analysis.sweep",
     "Experiment": "powertrain.optimal.experiment",
     "Fit": "powertrain.optimal.fitting",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast, overload
 
 import casadi as ca
@@ -130,6 +131,12 @@ class Result(Generic[M]):
     @cached_property
     def _samples(self) -> Samples:
         return self._signals.corrected(self._dense, self._p)
+
+    @property
+    def samples(self) -> Samples:
+        """Times, states, algebraic unknowns and held values at ``time``, for analyses of this run."""
+        self.trajectory  # noqa: B018  (says what is missing where only samples were kept)
+        return self._samples
 
     @cached_property
     def events(self) -> EventTable:
@@ -339,6 +346,40 @@ class Result(Generic[M]):
         from powertrain.plot import plot_signals
 
         return plot_signals(self, *what, ax=ax, events=events)
+
+    def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:
+        """An interactive page of the run: one HTML file that any browser opens, without a server or a network.
+
+        It shows the schematic with the power flowing through it, signals to pick, operating points in their maps, energies, events and
+        parameters, with a slider for the time. Requires ``powertrain[viewer]``.
+
+        Parameters
+        ----------
+        file : path, optional
+            Name of the file, ending in .html. Without it the page is written to a temporary file and opened in the browser.
+        *signals : str
+            Names of the signals that are plotted first.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+
+        Raises
+        ------
+        ParameterError
+            For another file name extension, an unknown signal, and a result of ``simulate(record=...)``.
+        PowertrainError
+            If plotly is not installed.
+
+        Examples
+        --------
+        >>> result.explore("clutch.html", "J1.w", "J2.w")  # doctest: +SKIP
+        """
+        from powertrain.viewer.document import write
+        from powertrain.viewer.recording import recorded
+
+        return write([recorded(self)], file, signals)
 
     def __repr__(self) -> str:
         said = "" if self.ok else f", ended early: {self.message.splitlines()[0]}"

@@ -53,11 +53,18 @@ ORDER = [
     "power: circulation powergraph variator directedflow powerterms powerflow",
     "layout",
     "plot power.powerdiagram power.powerplot drawing",
+    "viewer: operating_map decimation recording document comparison",
     "__init__",
     "__main__",
 ]
 # (module, what it imports from a row below, in the function that needs it)
-LATER = {("result", "plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
+LATER = {
+    ("result", "plot"),
+    ("result", "viewer.document"),
+    ("result", "viewer.recording"),
+    ("plant", "optimal.dynamics"),
+    ("power.powerflow", "power.powerdiagram"),
+}
 
 
 def row_names(row: str) -> list[str]:
