@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from powertrain.arguments import names as argument_names
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import names as argument_names
 from powertrain.result import Result
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ class Comparison:
 
         Raises ParameterError for unknown signals and for signals of different units.
         """
-        from powertrain.plot import plot_overlaid
+        from powertrain.figures.plot import plot_overlaid
 
         return plot_overlaid(self.results, self.names, signals or (self._most(),), ax=ax)
 

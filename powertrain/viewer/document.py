@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import path as argument_path
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.events import MODES
-from powertrain.layout import BOX, HIGH, LINES, Layout, curve, signal_ends
+from powertrain.figures.layout import BOX, HIGH, LINES, Layout, curve, signal_ends
+from powertrain.language.arguments import path as argument_path
 from powertrain.viewer.operating_map import OperatingMap
 from powertrain.viewer.recording import ERROR, Curve, Recording
 
@@ -100,8 +100,8 @@ def page(
         "differences": dict(differences or {}),
     }
     footer = (
-        f"powertrain {__version__}. Between the samples drawn, curves are straight lines that stay within {ERROR:.1%} of the signal's range of "
-        "all samples of the run. Powers in the schematic and operating points are read from these curves."
+        f"powertrain {__version__}. Curves are straight lines between the samples drawn; they stay within {ERROR:.1%} of the signal's range "
+        "of all samples of the run. Powers in the schematic and operating points are read from these curves."
     )
     parts = {
         "title": html.escape(title or " and ".join(recording.name for recording in recordings)),

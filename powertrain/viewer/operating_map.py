@@ -12,7 +12,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class OperatingMap:
-    """A map over two signals of a component. A component with a method ``operating_map()`` that returns one has a map in ``result.explore()``.
+    """A map over two signals of a component.
+
+    ``result.explore()`` shows the maps of all components that have a method ``operating_map()`` which returns one.
 
     Parameters
     ----------

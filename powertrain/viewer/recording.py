@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.audit import EnergyAudit, energy_audit
 from powertrain.analysis.energy_terms import EnergyTerms
-from powertrain.component import Component, Parameter, children
-from powertrain.connectors import Connector
 from powertrain.errors import ParameterError
 from powertrain.events import MODES
-from powertrain.layout import Layout, layout
-from powertrain.replacing import replace
+from powertrain.figures.layout import Layout, layout
+from powertrain.language.component import Component, Parameter, children
+from powertrain.language.connectors import Connector
+from powertrain.language.replacing import replace
 from powertrain.result import Result
 from powertrain.viewer.decimation import Array, Places, kept_samples
 from powertrain.viewer.operating_map import OperatingMap
@@ -46,7 +46,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class Recording:
-    """One run as a page shows it. ``energy``: component, class, energy supplied, lost and stored [J]; ``results``: quantity, value, unit."""
+    """One run as a page shows it.
+
+    ``energy``: component, class, energy supplied, lost and stored [J]; ``results``: quantity, value, unit.
+    """
 
     name: str
     message: str

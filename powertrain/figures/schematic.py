@@ -1,0 +1,68 @@
+"""The structure of a model as a picture: its components, the lines between their ports, and the signals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from powertrain.figures.layout import BOX, HIGH, LINES, Layout, curve, layout, signal_ends
+from powertrain.language.component import Component
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SIGNAL = "0.62"
+_INCHES = 0.55
+
+
+def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None) -> Axes:
+    """Draw the components of a model and their connections.
+
+    Blue lines are rotational, green lines translational, orange lines electrical connections; grey arrows are signals.
+
+    Errors: ParameterError for a model without connected components, ModelError if the model is wrong.
+    """
+    import matplotlib.pyplot as plt
+
+    found = layout(model, signals=signals)
+    left, right, low, high = found.limits
+    if ax is None:
+        size = _INCHES * (right - left), _INCHES * (high - low) + 0.2
+        ax = plt.subplots(figsize=size, layout="constrained")[1]
+    _draw(ax, found)
+    ax.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+    ax.set_axis_off()
+    return ax
+
+
+def _draw(ax: Axes, found: Layout) -> None:
+    from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
+
+    arrow: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 8, "lw": 0.8, "color": SIGNAL, "zorder": 1}
+    for a, b in found.signals:
+        start, end, bend = signal_ends(found.vertices[a], found.vertices[b])
+        ax.add_patch(FancyArrowPatch(start, end, connectionstyle=f"arc3,rad={bend}", **arrow))
+    for line in found.lines:
+        xs, ys = zip(*curve(found.vertices[line.a], found.vertices[line.b]), strict=True)
+        ax.plot(xs, ys, color=LINES[line.unit][1], lw=2.4, solid_capstyle="round", zorder=2)
+    for vertex in found.shown:
+        if not vertex.title:
+            ax.plot(vertex.x, vertex.y, "o", ms=5, color="0.25", zorder=3)
+            continue
+        corner = (vertex.x - BOX / 2, vertex.y - HIGH / 2)
+        style = "round,pad=0,rounding_size=0.08"
+        ax.add_patch(FancyBboxPatch(corner, BOX, HIGH, boxstyle=style, fc="white", ec="0.25", lw=1, zorder=3))
+        text: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 4}
+        ax.text(vertex.x, vertex.y + 0.14, vertex.title, fontsize=8, **text)
+        ax.text(vertex.x, vertex.y - 0.17, vertex.kind, fontsize=5.5, color="0.4", **text)
+    for name, color in _legend(found):
+        ax.plot([], [], color=color, lw=2, label=name)
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="lower center", ncols=4, fontsize=7, frameon=False)
+
+
+def _legend(found: Layout) -> Iterator[tuple[str, str]]:
+    units = {line.unit for line in found.lines}
+    yield from (line for unit, line in LINES.items() if unit in units)
+    if found.signals:
+        yield "signal", SIGNAL
