@@ -100,8 +100,8 @@ def page(
         "differences": dict(differences or {}),
     }
     footer = (
-        f"powertrain {__version__}. Curves are straight lines between the samples drawn; they stay within {ERROR:.1%} of the signal's range "
-        "of all samples of the run. Powers in the schematic and operating points are read from these curves."
+        f"powertrain {__version__}. Curves are straight lines between the samples drawn; they stay within {ERROR:.1%} of the signal's "
+        "range of all samples of the run. Powers in the schematic and operating points are read from these curves."
     )
     parts = {
         "title": html.escape(title or " and ".join(recording.name for recording in recordings)),
@@ -160,7 +160,7 @@ def _layout(path: str, found: Layout, recording: Recording) -> dict[str, Any]:
             continue
         name = f"{prefix}{vertex.title}"
         powers = [f"power({port})" for port in recording.ports.get(name, ()) if f"power({port})" in recording.curves]
-        detail = {"path": name, "powers": powers, "loss": f"loss({name})" if name in recording.ports else None}
+        detail: dict[str, Any] = {"path": name, "powers": powers, "loss": f"loss({name})" if name in recording.ports else None}
         detail |= {"source": vertex.source, "inside": name in recording.layouts}
         boxes.append([vertex.title, vertex.kind, vertex.x - left, high - vertex.y, detail])
     lines = []

@@ -459,6 +459,7 @@ try {
   const library = document.createElement("script");
   library.textContent = new TextDecoder().decode(await unpacked("#library"));
   document.head.append(library);
+  library.remove();
   for (const run of page.runs) unfold(run);
   for (const name of page.show) selected.set(name, COLOURS[selected.size % COLOURS.length]);
   $("main").hidden = $("#player").hidden = false;

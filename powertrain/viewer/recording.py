@@ -104,7 +104,7 @@ def recorded(
         ],
         [(n, v, result.unit(n), result.description(n)) for n, v in result.parameters.items()],
         results,
-        [(str(path), str(kind), *map(float, amounts)) for path, kind, *amounts in rows],
+        [(str(path), str(kind), float(given), float(lost), float(kept)) for path, kind, given, lost, kept in rows],
         audit.closure,
         dict(_layouts(result.model)),
         {part.path: tuple(terms.ports[k] for k in part.ports) for part in terms.parts},
