@@ -54,7 +54,7 @@ ORDER = [
     "power: circulation powergraph variator directedflow powerterms powerflow",
     "figures.layout",
     "figures.plot figures.schematic power.powerdiagram power.powerplot",
-    "viewer: operating_map decimation recording document comparison",
+    "viewer: operating_map decimation saved recording document comparison",
     "__init__",
     "__main__",
 ]

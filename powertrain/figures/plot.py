@@ -101,9 +101,9 @@ def _name_modes(result: Result[M], ax: Axes, labels: Sequence[str]) -> None:
 
 
 def plot_overlaid(
-    results: Sequence[Result[Any]], names: Sequence[str], signals: Sequence[str], *, ax: Axes | None = None
+    results: Sequence[Any], names: Sequence[str], signals: Sequence[str], *, ax: Axes | None = None
 ) -> Axes:
-    """Signals of several runs over time in one Axes: a colour for each signal, a line style for each run.
+    """Signals of several runs (results, or saved runs) over time in one Axes: a colour for each signal, a line style for each run.
 
     Errors: ParameterError for unknown signals and for signals of different units.
     """

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -192,6 +194,16 @@ class CycleRun:
             "largest deviation beyond the tolerance": (float(deviation) * 3.6, "km/h"),
         }
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
+
+    def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:
+        """The interactive page of the run with its main results, see ``Result.explore``; by default it plots speed and prime movers."""
+        from powertrain.viewer.document import write
+        from powertrain.viewer.recording import recorded
+
+        parts = self.anatomy
+        movers = [f"{path}.{name}" for name in ("w", "tau") for path in parts.prime_movers]
+        shown = signals or (f"{parts.the('body')}.v", *movers)
+        return write([recorded(self, f"{parts.vehicle} over {self.cycle.name}")], file, shown)
 
     def _burnt(self, engine: str) -> float:
         return float(self.result[f"{engine}.fuel"][-1])

@@ -7,43 +7,37 @@ from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.result import Result
+from powertrain.signals import fits_pattern
+from powertrain.viewer.recording import Run
+from powertrain.viewer.saved import Array, Saved
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
     from matplotlib.axes import Axes
 
 SAMPLES = 2001
 """Instants in the common span at which signals are compared."""
 
 
-@runtime_checkable
-class Run(Protocol):
-    """A run with a table of its main results, such as that of a vehicle over a cycle."""
-
-    @property
-    def result(self) -> Result[Any]:
-        """The simulation."""
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """Quantities with value and unit."""
-
-
 def compare(
-    a: Result[Any] | Run, b: Result[Any] | Run, *signals: str, names: tuple[str, str] = ("a", "b")
+    a: Result[Any] | Run | xr.Dataset,
+    b: Result[Any] | Run | xr.Dataset,
+    *signals: str,
+    names: tuple[str, str] = ("a", "b"),
 ) -> Comparison:
     """Compare two runs: their main results, signals, energies and parameters.
 
     Parameters
     ----------
-    a, b : Result, or a run such as that of ``drive_cycle``
+    a, b : Result, run of ``drive_cycle``, or dataset of ``load``
         The runs. They may have different models, parameters and time steps.
     *signals : str
         Names and patterns of the signals to compare; by default all that both runs have.
@@ -64,32 +58,38 @@ def compare(
     --------
     >>> pt.compare(light, heavy, "body.v", names=("light", "heavy")).plot("body.v")  # doctest: +SKIP
     """
-    runs = _result(a), _result(b)
+    runs = _run(a), _run(b)
     called = tuple(argument_names("names", names))
     if len(called) != 2 or called[0] == called[1]:
         raise ParameterError(f"names = {names!r}: give two different names")
-    first, last = max(r.time[0] for r in runs), min(r.time[-1] for r in runs)
+    results = _result(runs[0]), _result(runs[1])
+    first, last = max(r.time[0] for r in results), min(r.time[-1] for r in results)
     if not first < last:
-        spans = " and ".join(f"[{r.time[0]:g}, {r.time[-1]:g}] s" for r in runs)
+        spans = " and ".join(f"[{r.time[0]:g}, {r.time[-1]:g}] s" for r in results)
         raise ParameterError(f"compare: the runs have no common time: {spans}")
-    common = [name for name in runs[0] if name in runs[1]]
+    common = [name for name in results[0] if name in results[1]]
     chosen = _chosen(signals, common) if signals else common
-    tables = tuple(one.table if isinstance(one, Run) else None for one in (a, b))
-    return Comparison(
-        runs, (called[0], called[1]), tuple(chosen), np.linspace(first, last, SAMPLES), (tables[0], tables[1])
-    )
+    return Comparison(runs, (called[0], called[1]), tuple(chosen), np.linspace(first, last, SAMPLES))
 
 
-def _result(run: Any) -> Result[Any]:
-    found = run if isinstance(run, Result) else getattr(run, "result", None)
-    if not isinstance(found, Result):
-        raise ParameterError(f"compare takes results of simulate and runs over cycles, not a {type(run).__name__}")
+def _run(run: Any) -> Result[Any] | Run | Saved:
+    if hasattr(run, "data_vars"):
+        return Saved(run)
+    if not isinstance(_result(run), Result):
+        raise ParameterError(
+            f"compare takes results of simulate, runs over cycles and datasets of load, not a {type(run).__name__}"
+        )
+    found: Result[Any] | Run = run
     return found
 
 
-def _chosen(patterns: tuple[str, ...], common: list[str]) -> list[str]:
-    from powertrain.signals import fits_pattern
+def _result(run: Any) -> Result[Any] | Saved:
+    """The signals of a run."""
+    found: Any = run if isinstance(run, Result | Saved) else getattr(run, "result", None)
+    return cast("Result[Any] | Saved", found)
 
+
+def _chosen(patterns: tuple[str, ...], common: list[str]) -> list[str]:
     found: dict[str, None] = {}
     for pattern in patterns:
         fitting = [name for name in common if fits_pattern(name, pattern)]
@@ -106,20 +106,24 @@ class Comparison:
     ``table`` has the main results if the runs have some, else the signals.
     """
 
-    results: tuple[Result[Any], Result[Any]]
+    runs: tuple[Result[Any] | Run | Saved, Result[Any] | Run | Saved]
     names: tuple[str, str]
     compared: tuple[str, ...]
-    time: np.ndarray[Any, np.dtype[np.float64]]
-    tables: tuple[Any, Any] = (None, None)
+    time: Array
+
+    @property
+    def results(self) -> tuple[Result[Any] | Saved, Result[Any] | Saved]:
+        """The signals of both runs."""
+        return _result(self.runs[0]), _result(self.runs[1])
 
     @cached_property
     def table(self) -> pd.DataFrame:
         """Main results of both runs with their difference, or ``signals`` for runs without such a table."""
         import pandas as pd
 
-        if any(table is None for table in self.tables):
+        one, other = (getattr(run, "table", None) for run in self.runs)
+        if one is None or other is None:
             return self.signals
-        one, other = self.tables
         rows = {
             what: (one.value[what], other.value[what], other.value[what] - one.value[what], one.unit[what])
             for what in one.index
@@ -162,7 +166,12 @@ class Comparison:
 
         from powertrain.analysis.audit import energy_audit
 
-        lost = [energy_audit(result).components["lost"] for result in self.results]
+        lost = []
+        for run in self.runs:
+            if isinstance(run, Saved):
+                raise ParameterError("energy: a saved run has no energy balance; compare results of simulate")
+            audit = energy_audit(run) if isinstance(run, Result) else run.audit
+            lost.append(audit.components["lost"])
         table = pd.DataFrame(dict(zip(self.names, lost, strict=True)))
         table["difference"] = table[self.names[1]] - table[self.names[0]]
         table.attrs["units"] = dict.fromkeys(table.columns, "J")
@@ -187,10 +196,7 @@ class Comparison:
             (str(n), row.unit, row[self.names[0]], row[self.names[1]], row["largest difference"])
             for n, row in shown.iterrows()
         ]
-        recordings = [
-            recorded(result, name, [] if table is None else [(str(w), float(v), u) for w, v, u in table.itertuples()])
-            for result, name, table in zip(self.results, self.names, self.tables, strict=True)
-        ]
+        recordings = [recorded(run, name) for run, name in zip(self.runs, self.names, strict=True)]
         return write(recordings, file, signals, " and ".join(self.names), {"signals": rows})
 
     def _most(self) -> str:

@@ -160,7 +160,11 @@ def _layout(path: str, found: Layout, recording: Recording) -> dict[str, Any]:
             continue
         name = f"{prefix}{vertex.title}"
         powers = [f"power({port})" for port in recording.ports.get(name, ()) if f"power({port})" in recording.curves]
-        detail: dict[str, Any] = {"path": name, "powers": powers, "loss": f"loss({name})" if name in recording.ports else None}
+        detail: dict[str, Any] = {
+            "path": name,
+            "powers": powers,
+            "loss": f"loss({name})" if name in recording.ports else None,
+        }
         detail |= {"source": vertex.source, "inside": name in recording.layouts}
         boxes.append([vertex.title, vertex.kind, vertex.x - left, high - vertex.y, detail])
     lines = []

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace as replaced
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from powertrain.analysis.audit import EnergyAudit, energy_audit
 from powertrain.analysis.energy_terms import EnergyTerms
 from powertrain.errors import ParameterError
-from powertrain.events import MODES
+from powertrain.events import change
 from powertrain.figures.layout import Layout, layout
 from powertrain.language.component import Component, Parameter, children
 from powertrain.language.connectors import Connector
@@ -21,9 +21,10 @@ from powertrain.language.replacing import replace
 from powertrain.result import Result
 from powertrain.viewer.decimation import Array, Places, kept_samples
 from powertrain.viewer.operating_map import OperatingMap
+from powertrain.viewer.saved import Saved
 
 if TYPE_CHECKING:
-    import xarray as xr
+    import pandas as pd
 
 ERROR = 2e-3
 """Largest distance of a drawn curve from the samples, relative to the range of the signal."""
@@ -31,6 +32,23 @@ STRETCHED = 1.17
 """Distance of the columns relative to that of a drawn schematic: powers are written at the lines."""
 ROUNDING = 1e-9
 """A signal that varies by less than this of its size is drawn as a constant."""
+INTO, LOST = "Power into the component", "Dissipated power"
+
+
+class Run(Protocol):
+    """A run with a table of its main results, such as that of a vehicle over a cycle."""
+
+    @property
+    def result(self) -> Result[Any]:
+        """The simulation."""
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Quantities with value and unit."""
+
+    @property
+    def audit(self) -> EnergyAudit:
+        """The energy audit of the simulation."""
 
 
 @dataclass(frozen=True)
@@ -66,71 +84,55 @@ class Recording:
     states: Sequence[str] = ()
 
 
-def recorded(
-    result: Result[Any],
-    name: str = "",
-    results: Sequence[tuple[str, float, str]] = (),
-    audit: EnergyAudit | None = None,
-) -> Recording:
-    """A run with its powers, losses and energies; ``audit``: its energy audit, if there is one already.
+def recorded(run: Result[Any] | Run | Saved, name: str = "") -> Recording:
+    """A run with its powers, losses and energies, as far as they are known: a saved run has signals, events and parameters.
 
     Errors: ParameterError for a result that kept only samples; ModelError where a loss or an energy cannot be computed.
     """
-    audit = audit or energy_audit(result)
+    if isinstance(run, Saved):
+        return _of_signals(run, name or run.name)
+    if isinstance(run, Result):
+        return _of_result(run, energy_audit(run), name)
+    rows = [(str(what), float(value), str(unit)) for what, value, unit in run.table.itertuples()]
+    return replaced(_of_result(run.result, run.audit, name), results=rows)
+
+
+def _of_signals(run: Result[Any] | Saved, name: str) -> Recording:
+    events = run.events if isinstance(run, Saved) else [(e.time, e.name, change(e)) for e in run.events]
+    parameters = [(n, v, run.unit(n), run.description(n)) for n, v in run.parameters.items()]
+    return Recording(name, run.message, run.time, _curves(run), events, parameters)
+
+
+def _of_result(result: Result[Any], audit: EnergyAudit, name: str) -> Recording:
     terms = EnergyTerms(result.compiled)
-    p = np.array(list(result.parameters.values()), float)
-    values = terms.values(result.samples, p)
+    values = terms.values(result.samples, np.array(list(result.parameters.values()), float))
     losses = values.loss.copy()
     for i in reversed(range(len(terms.parts))):  # of a component with its parts, which come after it
         losses[:, i] += losses[:, list(terms.parts[i].parts)].sum(axis=1)
-    curves = _curves(result)
-    for term, kind, names in (
-        (values.power, "power", terms.ports),
-        (losses, "loss", [part.path for part in terms.parts]),
-    ):
-        meaning = "Power into the component" if kind == "power" else "Dissipated power"
-        columns = {f"{kind}({n})": term[:, k] for k, n in enumerate(names) if n}
-        curves |= {n: _curve(result.time, y, "W", meaning) for n, y in columns.items()}
+    paths = [part.path for part in terms.parts]
+    curves = {
+        f"power({n})": _curve(result.time, y, "W", INTO) for n, y in zip(terms.ports, values.power.T, strict=True)
+    }
+    curves |= {f"loss({n})": _curve(result.time, y, "W", LOST) for n, y in zip(paths, losses.T, strict=True) if n}
     table = audit.components
     rows = zip(table.index, table["type"], table["sources"], table["lost"], table["stored"], strict=True)
-    return Recording(
-        name or type(result.model).__name__,
-        result.message,
-        result.time,
-        curves,
-        [
-            (float(event.time), event.name, row[2])
-            for event, row in zip(result.events, result.events.rows(), strict=True)
-        ],
-        [(n, v, result.unit(n), result.description(n)) for n, v in result.parameters.items()],
-        results,
-        [(str(path), str(kind), float(given), float(lost), float(kept)) for path, kind, given, lost, kept in rows],
-        audit.closure,
-        dict(_layouts(result.model)),
-        {part.path: tuple(terms.ports[k] for k in part.ports) for part in terms.parts},
-        list(_maps(result)),
-        list(result.compiled.states),
+    plain = _of_signals(result, name or type(result.model).__name__)
+    return replaced(
+        plain,
+        curves={**plain.curves, **curves},
+        energy=[(str(path), str(kind), float(a), float(b), float(c)) for path, kind, a, b, c in rows],
+        closure=audit.closure,
+        layouts=dict(_layouts(result.model)),
+        ports={part.path: tuple(terms.ports[k] for k in part.ports) for part in terms.parts},
+        maps=list(_maps(result)),
+        states=list(result.compiled.states),
     )
 
 
-def read(data: xr.Dataset, name: str) -> Recording:
-    """A run that ``Result.save`` wrote: signals, events and parameters. Without the model there are no energies and no schematic."""
-    time = np.asarray(data["time"].values, float)
-    curves = {}
-    for column, values in data.data_vars.items():
-        attributes = values.attrs
-        mode = next((k for k, v in MODES.items() if " ".join(v.values()) == attributes.get("flag_meanings")), "")
-        unit, meaning = str(attributes.get("units", "")), str(attributes.get("long_name", ""))
-        curves[str(column)] = _curve(time, np.asarray(values.values, float), unit, meaning, mode)
-    events = [(float(t), str(law), str(said)) for t, law, said in json.loads(data.attrs.get("events", "[]"))]
-    parameters = [(n, float(v), "", "") for n, v in json.loads(data.attrs.get("parameters", "{}")).items()]
-    return Recording(name, str(data.attrs.get("message", "")), time, curves, events, parameters)
-
-
-def _curves(result: Result[Any]) -> dict[str, Curve]:
+def _curves(run: Result[Any] | Saved) -> dict[str, Curve]:
+    modes = run.modes
     return {
-        name: _curve(result.time, result[name], result.unit(name), result.description(name), result.modes.get(name, ""))
-        for name in result
+        name: _curve(run.time, run[name], run.unit(name), run.description(name), modes.get(name, "")) for name in run
     }
 
 

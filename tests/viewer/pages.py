@@ -59,8 +59,8 @@ def in_browser(path: Path, actions: str, fragment: str = "") -> Any:
     command = [browser, "--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={path.parent / 'profile'}"]
     command += ["--window-size=1280,2000", "--virtual-time-budget=20000", "--dump-dom", f"{probed.as_uri()}{fragment}"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
-    assert found, f"the page did not answer: {done.stderr[-2000:]}"
-    answer = json.loads(found[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
+    answered = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
+    assert answered, f"the page did not answer: {done.stderr[-2000:]}"
+    answer = json.loads(answered[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
     assert not (isinstance(answer, dict) and "error" in answer), answer
     return answer
