@@ -345,9 +345,7 @@ def _progress(progress: bool | Callable[[float], None], start: float, stop: floa
         raise ParameterError(f"progress = {progress!r} must be True or False, or a function of the time reached")
     if not progress:
         return None
-    from tqdm.auto import tqdm
-
-    bar = tqdm(total=stop - start, unit="s", desc="simulated")
+    bar = time_bar(start, stop)
 
     def watch(t: float) -> None:
         bar.update(t - start - bar.n)
@@ -355,6 +353,14 @@ def _progress(progress: bool | Callable[[float], None], start: float, stop: floa
             bar.close()
 
     return watch
+
+
+def time_bar(start: float, stop: float) -> Any:
+    """A progress bar over the time of a simulation (s), in four digits."""
+    from tqdm.auto import tqdm
+
+    shown = "{desc}: {percentage:3.0f} %|{bar}| {n:.4g} of {total:.4g} s [{elapsed}<{remaining}]"
+    return tqdm(total=stop - start, desc="simulated", bar_format=shown)
 
 
 __all__ = ["InputValue", "Plant", "PowertrainError", "compile", "simulate"]

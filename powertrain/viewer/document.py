@@ -6,6 +6,7 @@ import base64
 import gzip
 import html
 import json
+import re
 import tempfile
 import webbrowser
 from collections.abc import Iterable, Mapping, Sequence
@@ -71,10 +72,15 @@ def write(
     if path is not None:
         path.write_text(text, encoding="utf-8")
         return path
-    path = Path(tempfile.mkdtemp(prefix="powertrain-")) / f"{recordings[0].name}.html"
+    path = temporary(recordings[0].name)
     path.write_text(text, encoding="utf-8")
     webbrowser.open(path.as_uri())
     return path
+
+
+def temporary(name: str) -> Path:
+    """A file for a page among the temporary files."""
+    return Path(tempfile.mkdtemp(prefix="powertrain-")) / f"{re.sub(r'[^A-Za-z0-9_-]+', '-', name)}.html"
 
 
 def page(

@@ -37,7 +37,7 @@ def test_numbers_of_straight_lines() -> None:
         [2.0, 3.0, 1.0, 2.0], rel=1e-9
     )
     assert row["unit"] == "m/s"
-    assert both.parameters.loc["g"].tolist() == [2.0, 3.0, "m/s2"]
+    assert list(both.parameters.loc["g"]) == [2.0, 3.0, "m/s2"]
     assert both.table is both.signals
 
 
