@@ -193,7 +193,7 @@ class Comparison:
 
         shown = self.signals if len(self.compared) <= 20 else self.signals.iloc[:0]
         rows = [
-            (str(n), row.unit, row[self.names[0]], row[self.names[1]], row["largest difference"])
+            (f"mean of {n}", row.unit, row[self.names[0]], row[self.names[1]], row["largest difference"])
             for n, row in shown.iterrows()
         ]
         recordings = [recorded(run, name) for run, name in zip(self.runs, self.names, strict=True)]

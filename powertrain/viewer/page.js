@@ -445,8 +445,12 @@ function introduce() {
   const problems = page.runs.filter(run => run.message);
   $("#problem").hidden = !problems.length;
   $("#problem").textContent = problems.map(run => `${run.name} ended early: ${run.message}`).join("\n");
-  for (const [, name, hue] of page.kinds) { const key = element("i"); key.style.background = hue; $(".keys").append(key, name); }
-  $(".keys").append(".");
+  for (const [, name, hue] of page.kinds) {
+    const key = element("span"), line = element("i");
+    line.style.background = hue;
+    key.append(line, name);
+    $(".keys").append(key, " ");
+  }
   $("#which").hidden = page.runs.length < 2;
   page.runs.forEach((run, k) => $("#which select").append(element("option", run.name, { value: k })));
   const slider = $("#slider");

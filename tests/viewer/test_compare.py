@@ -108,6 +108,6 @@ def test_a_browser_shows_both_runs(tmp_path: Path) -> None:
     seen = in_browser(BOTH.explore(tmp_path / "a.html", "car.w"), actions)
     assert seen["traces"] == [["car.w, soft", "solid"], ["car.w, stiff", "dash"]]
     assert seen["differs"][:4] == ["differs", "driveline.shaft.c", "4000", "16000"]
-    assert seen["results"][0] == "car.w"
+    assert seen["results"][0] == "mean of car.w"
     assert float(seen["results"][1]) == pytest.approx(BOTH.signals.soft["car.w"], rel=1e-3)
     assert seen["drawn"] == 7
