@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
     from powertrain.viewer.comparison import Comparison, compare
+    from powertrain.viewer.exploring import explore
     from powertrain.viewer.operating_map import OperatingMap
 
 __version__ = "0.1.0"
@@ -97,6 +98,7 @@ __all__ = [
     "discrete",
     "eigenmodes",
     "energy_audit",
+    "explore",
     "final",
     "fit",
     "floquet",
@@ -152,6 +154,7 @@ _ANALYSES = {
     "Comparison": "powertrain.viewer.comparison",
     "OperatingMap": "powertrain.viewer.operating_map",
     "compare": "powertrain.viewer.comparison",
+    "explore": "powertrain.viewer.exploring",
     "Sweep": "powertrain.analysis.sweep",
     "Experiment": "powertrain.optimal.experiment",
     "Fit": "powertrain.optimal.fitting",

@@ -348,38 +348,10 @@ class Result(Generic[M]):
         return plot_signals(self, *what, ax=ax, events=events)
 
     def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:
-        """An interactive page of the run: one HTML file that any browser opens, without a server or a network.
+        """The interactive page of the run as an HTML file, opened in the browser unless ``file`` is given; see ``pt.explore``."""
+        from powertrain import explore
 
-        It shows the schematic with the power flowing through it, signals to pick, operating points in their maps, energies, events and
-        parameters, with a slider for the time. Requires ``powertrain[viewer]``.
-
-        Parameters
-        ----------
-        file : path, optional
-            Name of the file, ending in .html. Without it the page is written to a temporary file and opened in the browser.
-        *signals : str
-            Names of the signals that are plotted first.
-
-        Returns
-        -------
-        pathlib.Path
-            The file.
-
-        Raises
-        ------
-        ParameterError
-            For another file name extension, an unknown signal, and a result of ``simulate(record=...)``.
-        PowertrainError
-            If plotly is not installed.
-
-        Examples
-        --------
-        >>> result.explore("clutch.html", "J1.w", "J2.w")  # doctest: +SKIP
-        """
-        from powertrain.viewer.document import write
-        from powertrain.viewer.recording import recorded
-
-        return write([recorded(self)], file, signals)
+        return explore(self, file, *signals)
 
     def __repr__(self) -> str:
         said = "" if self.ok else f", ended early: {self.message.splitlines()[0]}"

@@ -58,15 +58,14 @@ ORDER = [
     "power: paths circulation powergraph variator directedflow powerterms powerflow",
     "figures.layout",
     "figures.plot figures.schematic power.powerdiagram power.powerplot",
-    "viewer: operating_map decimation saved recording document comparison",
+    "viewer: operating_map decimation saved recording document exploring comparison",
     "__init__",
     "__main__",
 ]
-# (module, what it imports from a row below, in the function that needs it)
+# (module, what it imports from a row below, or of what `import powertrain` shows, in the function that needs it)
 LATER = {
     ("result", "figures.plot"),
-    ("result", "viewer.document"),
-    ("result", "viewer.recording"),
+    ("result", "explore"),
     ("plant", "optimal.dynamics"),
     ("power.powerflow", "power.powerdiagram"),
 }
@@ -142,6 +141,8 @@ def test_core_imports_go_up_the_order(path: Path) -> None:
         assert not within(module, "powertrain.components", "powertrain.vehicles"), f"{place} is not known to the core"
         if name != "__init__" and within(module, "powertrain") and module != "powertrain.__version__":
             target = module.removeprefix("powertrain.")
+            if (name, target) in LATER and target in pt.__all__:
+                continue  # by what `import powertrain` shows
             assert target in RANK, f"{place} is no module in ORDER (import the module, not the package)"
             assert RANK[target] <= RANK[name] or (name, target) in LATER, f"{place} comes after {name} in ORDER"
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.cli.options import PAGE, PICTURE, Command, Cycle, Span, settings
+from powertrain.cli.options import PAGE, PICTURE, Command, CycleName, Span, settings
 from powertrain.cli.sources import Source, driven, model_of, saved
 from powertrain.cli.text import columns, number, title
 
@@ -33,7 +33,7 @@ MOST = 25
     ),
 )
 @click.argument("runs", metavar="VEHICLE|FILE [VEHICLE|FILE]", type=Source(), nargs=-1)
-@click.option("--cycle", type=Cycle(), help="The cycle of vehicles; see run --help. Default: that of each vehicle.")
+@click.option("--cycle", type=CycleName(), help="The cycle of vehicles; see run --help. Default: that of each vehicle.")
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
 @settings
 @click.option(

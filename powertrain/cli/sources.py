@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.cli.options import ArgumentType, Interruption, Vehicle, of_the_command_line
+from powertrain.cli.options import ArgumentType, Interruption, VehicleName, of_the_command_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,7 @@ class Source(ArgumentType):
         """Files by their ending, everything else by the class's name."""
         path = Path(str(value))
         if path.suffix.lower() not in (".nc", ".toml"):
-            return Vehicle().convert(value, param, ctx)
+            return VehicleName().convert(value, param, ctx)
         if not path.is_file():
             self.fail(f"there is no file {str(value)!r}", param, ctx)
         return path

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from powertrain.cli.options import PAGE, Command, Cycle, Span, settings
+from powertrain.cli.options import PAGE, Command, CycleName, Span, settings
 from powertrain.cli.sources import Source, driven, model_of, saved
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     ),
 )
 @click.argument("run", metavar="VEHICLE|FILE", type=Source())
-@click.option("--cycle", type=Cycle(), help="The cycle of a vehicle; see run --help. Default: that of the vehicle.")
+@click.option("--cycle", type=CycleName(), help="The cycle of a vehicle; see run --help. Default: that of the vehicle.")
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
 @settings
 @click.option("--out", type=PAGE, help="Write the page to this .html file and do not open the browser.")

@@ -196,14 +196,11 @@ class CycleRun:
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
 
     def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:
-        """The interactive page of the run with its main results, see ``Result.explore``; by default it plots speed and prime movers."""
-        from powertrain.viewer.document import write
-        from powertrain.viewer.recording import recorded
-
+        """The interactive page of the run with its main results, see ``pt.explore``; by default it plots speed and prime movers."""
         parts = self.anatomy
         movers = [f"{path}.{name}" for name in ("w", "tau") for path in parts.prime_movers]
         shown = signals or (f"{parts.the('body')}.v", *movers)
-        return write([recorded(self, f"{parts.vehicle} over {self.cycle.name}")], file, shown)
+        return pt.explore(self, file, *shown, name=f"{parts.vehicle} over {self.cycle.name}")
 
     def _burnt(self, engine: str) -> float:
         return float(self.result[f"{engine}.fuel"][-1])

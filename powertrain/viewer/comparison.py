@@ -15,7 +15,7 @@ from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.result import Result
 from powertrain.signals import fits_pattern
-from powertrain.viewer.recording import Run
+from powertrain.viewer.recording import Run, a_run
 from powertrain.viewer.saved import Array, Saved
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def compare(
     --------
     >>> pt.compare(light, heavy, "body.v", names=("light", "heavy")).plot("body.v")  # doctest: +SKIP
     """
-    runs = _run(a), _run(b)
+    runs = a_run(a, "compare"), a_run(b, "compare")
     called = tuple(argument_names("names", names))
     if len(called) != 2 or called[0] == called[1]:
         raise ParameterError(f"names = {names!r}: give two different names")
@@ -70,17 +70,6 @@ def compare(
     common = [name for name in results[0] if name in results[1]]
     chosen = _chosen(signals, common) if signals else common
     return Comparison(runs, (called[0], called[1]), tuple(chosen), np.linspace(first, last, SAMPLES))
-
-
-def _run(run: Any) -> Result[Any] | Run | Saved:
-    if hasattr(run, "data_vars"):
-        return Saved(run)
-    if not isinstance(_result(run), Result):
-        raise ParameterError(
-            f"compare takes results of simulate, runs over cycles and datasets of load, not a {type(run).__name__}"
-        )
-    found: Result[Any] | Run = run
-    return found
 
 
 def _result(run: Any) -> Result[Any] | Saved:

@@ -84,6 +84,18 @@ class Recording:
     states: Sequence[str] = ()
 
 
+def a_run(run: Any, what: str) -> Result[Any] | Run | Saved:
+    """The run that a user passes to ``what``: a dataset is a saved run. Errors: ParameterError for anything else."""
+    if hasattr(run, "data_vars"):
+        return Saved(run)
+    if not isinstance(run if isinstance(run, Result) else getattr(run, "result", None), Result):
+        raise ParameterError(
+            f"{what} takes results of simulate, runs over cycles and datasets of load, not a {type(run).__name__}"
+        )
+    found: Result[Any] | Run = run
+    return found
+
+
 def recorded(run: Result[Any] | Run | Saved, name: str = "") -> Recording:
     """A run with its powers, losses and energies, as far as they are known: a saved run has signals, events and parameters.
 
