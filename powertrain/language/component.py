@@ -189,10 +189,28 @@ def support(kind: type[P], *, init: Literal[False] = False) -> Any:
     return Port(kind, grounded=True)
 
 
+class _Kind(type):
+    """The class of component classes: a name that a class does not have is answered with the variants that it makes."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(cls, name):
+            makers = variants(cls) if not name.startswith("_") else []
+            said = f"; its variants are {', '.join(makers)}" if makers else ""
+            raise AttributeError(f"{cls.__name__} has no attribute {name!r}{said}", name=name, obj=cls)
+
+
+def variants(kind: type[Component]) -> list[str]:
+    """The class methods that make components of a class: MappedEngine.gasoline, ..."""
+    owners = [base for base in kind.__mro__ if base is not Component and issubclass(base, Component)]
+    made = [n for base in owners for n, value in vars(base).items() if isinstance(value, classmethod | staticmethod)]
+    return [name for name in dict.fromkeys(made) if not name.startswith("_")]
+
+
 @dataclass_transform(
     kw_only_default=True, frozen_default=False, field_specifiers=(parameter, variable, flow, discrete, port, support)
 )
-class Component:
+class Component(metaclass=_Kind):
     """A part of a model: declared fields and the equations between them. Values are frozen; a class is either partial or final."""
 
     boundary: ClassVar[bool] = False

@@ -44,12 +44,11 @@ def _check_moving(result: pt.Result[Any]) -> None:
     parts = anatomy(result.model)
     path = result[f"{parts.the('body')}.s"]
     if abs(path[-1] - path[0]) < MOVES:
-        error = pt.SimulationError(
+        raise pt.SimulationError(
             f"{parts.vehicle} does not move: with the accelerator fully pressed it covers {abs(path[-1] - path[0]):.2g} m in "
-            f"{result.time[-1]:.0f} s. Look at what its wheels are given and what holds them"
+            f"{result.time[-1]:.0f} s. Look at what its wheels are given and what holds them",
+            result,
         )
-        error.result = result
-        raise error
 
 
 def time_between(result: pt.Result[Any], low: float, high: float) -> float:
