@@ -20,6 +20,7 @@ from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.initialization.initial import Initializer, InitialReport
+from powertrain.language import htmltext
 from powertrain.language.arguments import (
     by_name,
     count,
@@ -64,6 +65,19 @@ class Plant(Generic[M]):
     def __repr__(self) -> str:
         c = self.compiled
         return f"Plant({type(self.model).__name__}: {len(c.states)} states, {len(c.parameters)} parameters, {len(c.inputs)} inputs)"
+
+    def _repr_html_(self) -> str:
+        c, units = self.compiled, self.compiled.signals
+        states = [(name, units[name].unit, units[name].doc) for name in c.states if name in units]
+        inputs = [(name, given.unit, given.doc) for name, given in c.inputs.items()]
+        values = [(name, f"{p.value:g}", p.unit, p.doc) for name, p in c.parameters.items()]
+        counts = f"{type(self.model).__name__}: {len(c.states)} states, {len(values)} parameters, {len(inputs)} inputs"
+        return (
+            htmltext.heading("Plant", counts)
+            + htmltext.folded("states", htmltext.table(("state", "unit", "meaning"), states))
+            + htmltext.folded("inputs", htmltext.table(("input", "unit", "meaning"), inputs))
+            + htmltext.folded("parameters", htmltext.table(("parameter", "value", "unit", "meaning"), values))
+        )
 
     @property
     def parameters(self) -> dict[str, float]:
