@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -368,10 +369,12 @@ def _progress(progress: bool | Callable[[float], None], start: float, stop: floa
 
 
 def time_bar(start: float, stop: float) -> Any:
-    """A progress bar over the time of a simulation (s), in four digits."""
+    """A progress bar over the time of a simulation (s), in thousandths of its duration or coarser."""
     from tqdm.auto import tqdm
 
-    shown = "{desc}: {percentage:3.0f} %|{bar}| {n:.4g} of {total:.4g} s [{elapsed}<{remaining}]"
+    decimals = max(0, 3 - math.ceil(math.log10(stop - start))) if stop > start else 0
+    number = f":.{decimals}f"
+    shown = f"{{desc}}: {{percentage:3.0f}} %|{{bar}}| {{n{number}}} of {{total{number}}} s [{{elapsed}}<{{remaining}}]"
     return tqdm(total=stop - start, desc="simulated", bar_format=shown)
 
 
