@@ -12,7 +12,6 @@ if not (_package / "components" / "__init__.py").is_file():
     __path__.append(str(_package.parent))
 
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
-from powertrain.export import load
 from powertrain.language.component import (
     Component,
     Discrete,
@@ -31,8 +30,6 @@ from powertrain.language.laws import connect, der, friction, reinit, schedule, s
 from powertrain.language.map import Axis, Map
 from powertrain.language.replacing import replace
 from powertrain.language.symbols import Symbol, time
-from powertrain.plant import Plant, compile, simulate  # noqa: A004
-from powertrain.result import Result
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
@@ -40,12 +37,15 @@ if TYPE_CHECKING:
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
+    from powertrain.export import load
     from powertrain.figures.schematic import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.planning import Plan, optimal_control
+    from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
+    from powertrain.result import Result
     from powertrain.running import Running
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
@@ -137,8 +137,13 @@ __all__ = [
     "within",
 ]
 
-# The analyses are imported when they are first asked for.
+# The simulator and the analyses are imported when they are first asked for: a model's source needs neither.
 _ANALYSES = {
+    "Plant": "powertrain.plant",
+    "Result": "powertrain.result",
+    "compile": "powertrain.plant",
+    "load": "powertrain.export",
+    "simulate": "powertrain.plant",
     "Gradient": "powertrain.variational.gradients",
     "Objective": "powertrain.variational.objectives",
     "at": "powertrain.variational.objectives",
