@@ -21,7 +21,7 @@ LINES = {
     "A": ("electric", "#d9822b"),
 }
 """What the unit of a connector's flow says about a line: its name and colour. Heat is not drawn."""
-BOX, HIGH, GAP, ROW = 2.0, 0.72, 0.75, 1.25
+BOX, HIGH, GAP, ROW = 2.0, 0.72, 0.45, 1.25
 """Width and height of a component's box, free space between columns, distance of rows."""
 _SWEEPS = 24
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SIGNAL = "0.62"
-_INCHES = 0.55
+_INCHES = 0.5
 
 
 def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None) -> Axes:

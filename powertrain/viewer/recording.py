@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 ERROR = 2e-3
 """Largest distance of a drawn curve from the samples, relative to the range of the signal."""
-STRETCHED = 1.17
+STRETCHED = 1.31
 """Distance of the columns relative to that of a drawn schematic: powers are written at the lines."""
 ROUNDING = 1e-9
 """A signal that varies by less than this of its size is drawn as a constant."""
