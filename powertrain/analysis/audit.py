@@ -297,7 +297,7 @@ class EnergyAudit:
         ]
         about = f"{self.model}: residual {self.residual:.3g} J, {self.closure:.2g} of the energy exchanged"
         wrong = self.violations
-        said = htmltext.table(wrong.columns, wrong.head(8).astype(str).to_numpy().tolist()) if len(wrong) else ""
+        said = htmltext.table(list(wrong.columns), wrong.head(8).astype(str).to_numpy().tolist()) if len(wrong) else ""
         head = ("component", "class", "supplied [kJ]", "lost [kJ]", "stored [kJ]")
         return htmltext.heading("EnergyAudit", about) + said + htmltext.table(head, rows)
 

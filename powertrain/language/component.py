@@ -194,10 +194,12 @@ def support(kind: type[P], *, init: Literal[False] = False) -> Any:
     return Port(kind, grounded=True)
 
 
-class _Kind(type):
-    """The class of component classes: a name that a class does not have is answered with the variants that it makes."""
+if TYPE_CHECKING:
+    _Kind = type
+else:
 
-    if not TYPE_CHECKING:
+    class _Kind(type):
+        """The class of component classes: a name that a class does not have is answered with the variants that it makes."""
 
         def __getattr__(cls, name):
             makers = variants(cls) if not name.startswith("_") else []

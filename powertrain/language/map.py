@@ -279,7 +279,9 @@ class Map:
 
     def _repr_html_(self) -> str:
         low, high = float(self.values.min()), float(self.values.max())
-        rows = [(a.name, a.unit, f"{a.low:g} to {a.high:g}", str(len(a.points)), a.outside) for a in self.axes]
+        rows: list[tuple[str, ...]] = [
+            (a.name, a.unit, f"{a.low:g} to {a.high:g}", str(len(a.points)), a.outside) for a in self.axes
+        ]
         rows.append((f"values of {self.name}", self.unit, f"{low:g} to {high:g}", str(self.values.size), self.method))
         head = ("axis", "unit", "range", "points", "outside, method")
         picture = self._curve() if len(self.axes) == 1 and self.values.size > 1 else ""

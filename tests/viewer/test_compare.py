@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -84,11 +85,12 @@ def test_plots_are_overlaid() -> None:
 
 
 def test_what_is_refused() -> None:
-    for arguments, said in (
-        ((SOFT, 3), "not a int"),
-        ((SOFT, PLANT), "not a Plant"),
-        ((SOFT, STIFF, "car.v"), r"no common signal car\.v.*car\.w"),
-    ):
+    refused: list[tuple[list[Any], str]] = [
+        ([SOFT, 3], "not a int"),
+        ([SOFT, PLANT], "not a Plant"),
+        ([SOFT, STIFF, "car.v"], r"no common signal car\.v.*car\.w"),
+    ]
+    for arguments, said in refused:
         with pytest.raises(pt.ParameterError, match=said):
             pt.compare(*arguments)
     with pytest.raises(pt.ParameterError, match="two different names"):

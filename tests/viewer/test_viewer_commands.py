@@ -43,7 +43,12 @@ def test_report_of_a_run_has_results_power_flow_and_the_engines_map(saved: Path)
 
 def test_a_saved_run_is_viewed(saved: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
-    monkeypatch.setattr(webbrowser, "open", lambda address: opened.append(address) or True)
+
+    def opening(address: str) -> bool:
+        opened.append(address)
+        return True
+
+    monkeypatch.setattr(webbrowser, "open", opening)
     assert "wrote" in called("view", str(saved), "--out", str(tmp_path / "a.html"))
     assert not opened
     called("view", str(saved))
