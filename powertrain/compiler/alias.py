@@ -46,7 +46,7 @@ class Affine:
         )
 
 
-@dataclass
+@dataclass(frozen=True)
 class Reduced:
     """The model after the aliases are out: ``equations`` contain only roots and their derivatives.
 

@@ -18,11 +18,11 @@ from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.structure import check_structure
-from powertrain.compiler.torques import LawTorque, add_rates, declare_torques
+from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.errors import ModelError
 from powertrain.language.component import Component
 from powertrain.language.law import Law
-from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
+from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw, schedule
 from powertrain.language.recorder import GuardEntry, Place, reading
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 from powertrain.language.units import rate_unit
@@ -38,7 +38,7 @@ class SignalEntry:
     expression: Symbol
 
 
-@dataclass
+@dataclass(frozen=True)
 class Compiled:
     """The reduced model and everything that names its parts.
 
@@ -62,31 +62,30 @@ def compile_model(model: Component) -> Compiled:
 
 def compile_flat(flat: Flat) -> Compiled:
     """The passes after flattening, in their order."""
-    flat = refuse_jumps(bind_parameters(flat))
-    inputs = _schedule_inputs(flat)
+    flat = schedule_inputs(refuse_jumps(bind_parameters(flat)))
     values = {key(c.symbol): c.value for c in flat.parameters}
     reduced = eliminate_aliases(flat, values)
     with reading(flat.recorder):
-        torques, others = declare_torques(reduced)
+        reduced, torques, others = declare_torques(reduced)
         known = {key(t.symbol) for t in torques}
         check_structure(reduced, torques)
         system = differentiate(reduced, known)
-        tops = dict(system.top)
-        add_rates(system, torques)
+        tops = system.top
+        system, torques = with_rates(system, torques)
         states = select_states(system, _preferences(reduced, torques, others), values)
     solved = solve_blocks(system, states, values)
-    return _assemble(reduced, states, solved, torques, others, inputs, values, tops)
+    return _assemble(system.reduced, states, solved, torques, others, values, tops)
 
 
-def _schedule_inputs(flat: Flat) -> list[ModelVariable]:
+def schedule_inputs(flat: Flat) -> Flat:
     """Inputs of the model become schedules: piecewise linear in time, held constant by default."""
-    from powertrain.language.laws import schedule
-
-    with reading(flat.recorder):
+    recorder = replace(flat.recorder, schedules=list(flat.recorder.schedules), text=None)
+    equations = []
+    with reading(recorder):
         for unknown in flat.inputs:
-            flat.recorder.path, flat.recorder.text = unknown.name, None
-            flat.equations.append(Equation(unknown.symbol - schedule([0.0], [unknown.guess]), Place(unknown.name)))
-    return flat.inputs
+            recorder.path = unknown.name
+            equations.append(Equation(unknown.symbol - schedule([0.0], [unknown.guess]), Place(unknown.name)))
+    return replace(flat, recorder=recorder, equations=[*flat.equations, *equations])
 
 
 def _preferences(reduced: Reduced, torques: list[LawTorque], others: list[tuple[Place, Law]]) -> dict[int, int]:
@@ -118,7 +117,6 @@ def _assemble(
     solved: Solved,
     torques: list[LawTorque],
     others: list[tuple[Place, Law]],
-    inputs: list[ModelVariable],
     values: dict[int, float],
     tops: dict[int, int],
 ) -> Compiled:
@@ -185,7 +183,7 @@ def _assemble(
         states=list(dae.state_names),
         signals=_signals(flat, resolver, torques, rests) | _nameless(reduced, dae, states),
         parameters={c.name: c for c in flat.parameters},
-        inputs={u.name: u for u in inputs},
+        inputs={u.name: u for u in flat.inputs},
         resolve=resolver.model,
         open=resolver.model_opened,
     )

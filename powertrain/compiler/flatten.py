@@ -78,7 +78,7 @@ Face = tuple[str, bool]
 """A port seen from outside its component, or (True) from inside it, where its component's own parts are connected to it."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Flat:
     """A model without hierarchy. ``given``: unknowns that stand alone on the left of an equation, and whose text that is."""
 

@@ -63,9 +63,7 @@ class Evaluated:
             given[:size] = value
         self._bound.call()
         found = self._found.copy()
-        return [
-            found[part].reshape(shape, order="F") for part, shape in zip(self._parts, self._shapes, strict=True)
-        ]
+        return [found[part].reshape(shape, order="F") for part, shape in zip(self._parts, self._shapes, strict=True)]
 
 
 def _buffer(function: ca.Function) -> tuple[Any, Callable[[], None]]:
