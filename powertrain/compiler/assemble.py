@@ -42,6 +42,7 @@ class SignalEntry:
 class Compiled:
     """The reduced model and everything that names its parts.
 
+    Analyses read these fields. ``flat`` is for those that read texts: selectors, ``energy()`` and ``loss()``, connections.
     ``resolve`` gives expressions of the model's variables in (t, x, z, m, p), ``open`` the same for given torques of the laws.
     """
 
@@ -51,6 +52,7 @@ class Compiled:
     signals: dict[str, SignalEntry]
     parameters: dict[str, ModelConstant]
     inputs: dict[str, ModelVariable]
+    variables: dict[str, ModelVariable]
     resolve: Any = field(repr=False)
     open: Any = field(repr=False)
 
@@ -184,6 +186,7 @@ def _assemble(
         signals=_signals(flat, resolver, torques, rests) | _nameless(reduced, dae, states),
         parameters={c.name: c for c in flat.parameters},
         inputs={u.name: u for u in flat.inputs},
+        variables={u.name: u for u in flat.unknowns.values()},
         resolve=resolver.model,
         open=resolver.model_opened,
     )
