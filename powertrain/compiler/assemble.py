@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
+from powertrain.compiler.alias import Affine, Base, Reduced, eliminate_aliases
 from powertrain.compiler.binding import bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
@@ -177,6 +177,7 @@ def _assemble(
         guards=tuple(_guard(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
         smooth=smooth_variables(reduced, tops, states, resolver, set(layout)),
+        nominal=_nominal(reduced, [*states, *((key(s), 0) for s in ca.vertsplit(column(resolver.z)))], values),
     )
     dae = _with_impacts(dae, resolver, torques)
     return Compiled(
@@ -327,6 +328,21 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
         if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
             named[base] = unknown.name
     return [named.get(b) or _derivative_name(named.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
+
+
+def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> tuple[float, ...]:
+    """The usual sizes of variables, from those that the text gives to them and to their multiples."""
+    found: dict[Base, float] = {}
+    for k, unknown in reduced.flat.unknowns.items():
+        alias = reduced.aliases.get(k, Affine(1.0, k, 0, 0.0))
+        if unknown.nominal is None or alias.root is None:
+            continue
+        inside = free_symbols(Symbol(alias.factor))
+        numbers = column([Symbol(values[key(s)]) for s in inside])
+        factor = abs(float(ca.substitute(Symbol(alias.factor), column(inside), numbers)))
+        base = alias.root, alias.order
+        found[base] = max(found.get(base, 0.0), unknown.nominal / factor)
+    return tuple(found.get(base, 1.0) for base in bases)
 
 
 def _derivative_name(name: str, order: int) -> str:

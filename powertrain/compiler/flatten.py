@@ -44,6 +44,7 @@ class ModelVariable:
     guess: float = 0.0
     prefer: bool = False
     flow: bool = False
+    nominal: float | None = None
 
 
 @dataclass(frozen=True)
@@ -197,7 +198,9 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
         symbol = Symbol.sym(name)
         q = quantity
         flat.recorder.units[key(symbol)] = unit
-        flat.unknowns[key(symbol)] = ModelVariable(name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow)
+        flat.unknowns[key(symbol)] = ModelVariable(
+            name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow, q.nominal
+        )
         return symbol
     symbol = flat.recorder.hold(name)
     flat.recorder.units[key(symbol)] = unit
