@@ -39,7 +39,7 @@ ORDER = [
     "numerics: batch",
     "numerics: replay",
     "compiler: matching linear calls cancellation",
-    "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
+    "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity records assemble",
     "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resting resolve",
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
