@@ -47,7 +47,7 @@ ORDER = [
     "signals nonfinite events export initialization.conditions initialization.initial result running plant",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",
-    "equilibrium: fraction points balance system choices search",
+    "equilibrium: fraction points balance placed turning blocks system choices search",
     "equilibrium: laws corrector beginnings continuation solutions operating",
     "steadystate: axes neighbours rowwise results",
     "steadystate: progress dataset steady_map",
