@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from dataclasses import replace as replaced
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,6 @@ from powertrain.viewer.decimation import Array, Places, kept_samples
 from powertrain.viewer.operating_map import OperatingMap
 from powertrain.viewer.saved import Saved
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 ERROR = 2e-3
 """Largest distance of a drawn curve from the samples, relative to the range of the signal."""
 STRETCHED = 1.31
@@ -41,14 +38,17 @@ class Run(Protocol):
     @property
     def result(self) -> Result[Any]:
         """The simulation."""
+        ...
 
     @property
-    def table(self) -> pd.DataFrame:
-        """Quantities with value and unit."""
+    def table(self) -> Any:
+        """Quantities with value and unit, a DataFrame. (For pyright a cached property only fits Any.)"""
+        ...
 
     @property
-    def audit(self) -> EnergyAudit:
-        """The energy audit of the simulation."""
+    def audit(self) -> Any:
+        """The energy audit of the simulation, an EnergyAudit."""
+        ...
 
 
 @dataclass(frozen=True)

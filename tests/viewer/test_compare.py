@@ -37,8 +37,8 @@ def test_numbers_of_straight_lines() -> None:
     assert [row["a"], row["b"], row["difference"], row["largest difference"]] == pytest.approx(
         [2.0, 3.0, 1.0, 2.0], rel=1e-9
     )
-    assert row["unit"] == "m/s"
-    assert list(both.parameters.loc["g"]) == [2.0, 3.0, "m/s2"]
+    assert str(row["unit"]) == "m/s"
+    assert both.parameters.to_numpy().tolist() == [[2.0, 3.0, "m/s2"]]
     assert both.table is both.signals
 
 
