@@ -42,7 +42,7 @@ class Run(Protocol):
 
     @property
     def table(self) -> Any:
-        """Quantities with value and unit, a DataFrame. (For pyright a cached property only fits Any.)"""
+        """Quantities with value and unit, a DataFrame; Any, because pyright takes a cached property for nothing else."""
         ...
 
     @property
