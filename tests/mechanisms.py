@@ -142,33 +142,43 @@ SENSORS = {"R": (rot.SpeedSensor, "w"), "T": (tr.SpeedSensor, "v")}
 
 @dataclass
 class Mechanism:
-    """Parts and joints, as of ``Joined``; ``nodes`` are joints with what they join: shafts (R) or rods (T)."""
+    """Parts and joints, as of ``Joined``; ``nodes`` are joints with what they join: shafts (R) or rods (T).
+
+    ``bodies`` number the nodes; rigid parts give all their nodes one number, so that what lies between two nodes of a body cannot move.
+    """
 
     pick: Pick
     parts: list[pt.Component] = field(default_factory=list)
     nodes: list[tuple[str, list[str]]] = field(default_factory=list)
+    bodies: list[int] = field(default_factory=list)
     wires: list[tuple[str, ...]] = field(default_factory=list)
 
     def add(self, part: pt.Component) -> int:
         self.parts.append(part)
         return len(self.parts) - 1
 
-    def join(self, kind: Kind, loops: bool) -> None:
-        """Joins one port of a new part to a node that is there, and every other one to a new node, or closes a loop with it."""
+    def join(self, kind: Kind, careless: bool) -> None:
+        """Joins one port of a new part to a node that is there, and every other one to a new node.
+
+        Soft parts may close a loop between two bodies, ``careless`` ones between any nodes.
+        """
         index = self.add(kind.make(self.pick))
         ports = [("R", name) for name in kind.shafts] + [("T", name) for name in kind.rods]
         there = {domain for domain, _ in self.nodes}
-
-        def own(name: str) -> bool:
-            return name.startswith(f"{index}.")
-
         on = self.pick([port for port in ports if port[0] in there] or [None])
-        for port in ports:
-            others = [joined for domain, joined in self.nodes if domain == port[0] and not any(map(own, joined))]
-            if others and (port == on or (loops and self.pick((0, 0, 0, 1)))):
-                self.pick(others).append(f"{index}.{port[1]}")
+        taken: set[int] = set()
+        for port in sorted(ports, key=lambda port: port != on):
+            fitting = [
+                k for k, (domain, _) in enumerate(self.nodes) if domain == port[0] and self.bodies[k] not in taken
+            ]
+            if fitting and (port == on or ((careless or not kind.rigid) and self.pick((0, 0, 0, 1)))):
+                node = self.pick(fitting)
             else:
-                self.nodes.append((port[0], [f"{index}.{port[1]}"]))
+                node = len(self.nodes)
+                self.nodes.append((port[0], []))
+                self.bodies.append(min(taken) if kind.rigid and len(ports) == 2 and taken else node)
+            self.nodes[node][1].append(f"{index}.{port[1]}")
+            taken.add(-1 if careless else self.bodies[node])
         if type(self.parts[index]) in INPUTS:
             name, heights, positive = INPUTS[type(self.parts[index])]
             self.wires.append((f"{index}.{name}", self.signal(self.pick(heights), positive)))
@@ -189,7 +199,7 @@ class Mechanism:
         )
 
     def source(self, height: float, positive: bool) -> pt.Component:
-        shift = height if positive else 0.0
+        shift = 0.9 * height if positive else 0.0
         table = ((0.0, 0.0), (0.2, height), (0.5, 0.3 * height), (0.5, height), (0.9, 0.0))
         sources = (
             blocks.Constant(k=height),
@@ -216,7 +226,7 @@ class Mechanism:
 
     def relay(self, speed: str, height: float) -> str:
         """A switch with hysteresis."""
-        index, gain = self.add(blocks.Hysteresis(uLow=0.5, uHigh=1.0, y_start=1.0)), self.add(blocks.Gain(k=height))
+        index, gain = self.add(blocks.Hysteresis(uLow=0.37, uHigh=0.83, y_start=1.0)), self.add(blocks.Gain(k=height))
         self.wires += [(f"{index}.u", speed), (f"{gain}.u", f"{index}.y")]
         return f"{gain}.y"
 
@@ -255,7 +265,7 @@ def mechanism(seed: int, careless: bool = False) -> Joined:
     """
     draws = random.Random(seed)
     made = Mechanism(lambda options: draws.choice(list(options)))
-    made.join(KINDS[draws.choice(("inertia", "inertia", "mass"))], loops=False)
+    made.join(KINDS[draws.choice(("inertia", "inertia", "mass"))], careless=False)
     forced = 0
     for _ in range(draws.randint(2, 9)):
         domains = {domain for domain, _ in made.nodes}
@@ -266,7 +276,7 @@ def mechanism(seed: int, careless: bool = False) -> Joined:
         if kind.forced and not careless:
             forced += 1
             kind = kind if forced == 1 else KINDS["torque" if kind.shafts else "force"]
-        made.join(kind, loops=careless or not kind.rigid)
+        made.join(kind, careless)
     made.weigh(always=not careless)
     made.heat()
     return made.model()
