@@ -29,26 +29,31 @@ NEAR = 1e-5
 
 
 class Laws:
-    """Speeds and torques of the friction laws of a plant."""
+    """Speeds, rates and torques of the friction laws of a plant."""
 
     def __init__(self, plant: pt.Plant[Any], result: pt.Result[Any]) -> None:
         dae = plant.compiled.dae
         self.names = [law.name for law in dae.frictions]
+        self.shared = np.array([law.rests is not None for law in dae.frictions])
         self.p = np.array(list(result.parameters.values()))
         self.sizes = dae.x.numel(), dae.z.numel(), dae.m.numel()
-        values = [ca.horzcat(law.w, law.torque) for law in dae.frictions]
+        values = [ca.horzcat(law.w, law.rate, law.torque) for law in dae.frictions]
         self.function = ca.Function("laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*values))])
 
     def silent(self, instant: Instant) -> set[str]:
-        """The laws that are at rest before and after an instant, with the same torque: what their mode is cannot be observed."""
+        """The laws at rest before and after an instant whose mode cannot be observed.
+
+        Their torque stays the same; or other laws hold the same motion, and how these share the torque does not move anything.
+        """
         n, nz, nm = self.sizes
         left, right = (
-            np.array(self.function(instant.time, y[:n], y[n : n + nz], held[:nm], self.p)).reshape(-1, 2)
+            np.array(self.function(instant.time, y[:n], y[n : n + nz], held[:nm], self.p)).reshape(-1, 3)
             for y, held in ((instant.left, instant.held_left), (instant.right, instant.held_right))
         )
         rest = np.abs(left[:, 0]) + np.abs(right[:, 0]) < NOISE
-        same = np.abs(left[:, 1] - right[:, 1]) < NOISE * (1.0 + np.abs(left[:, 1]))
-        return {name for name, still in zip(self.names, rest & same, strict=True) if still}
+        same = np.abs(left[:, 2] - right[:, 2]) < NOISE * (1.0 + np.abs(left[:, 2]))
+        held = self.shared & (np.abs(left[:, 1]) + np.abs(right[:, 1]) < NOISE)
+        return {name for name, still in zip(self.names, rest & (same | held), strict=True) if still}
 
 
 def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> list[tuple[float, str, float]]:
@@ -69,7 +74,7 @@ def examined(seed: int, careless: bool = False) -> bool:
     plant, coarse, fine = found
     audit = pt.energy_audit(fine)
     assert audit.residual < 1e-5 * audit.turnover + NOTHING, (seed, audit)
-    assert audit.violations.empty, (seed, audit)
+    assert not (audit.violations.amount.abs() > NOISE * (1.0 + audit.turnover)).any(), (seed, audit)
     for result in (coarse, fine):
         assert np.isfinite(result.to_dataframe().to_numpy()).all(), seed
     assert [e[1:] for e in happened(plant, coarse)] == [e[1:] for e in happened(plant, fine)], seed

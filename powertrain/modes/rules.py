@@ -115,11 +115,18 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
 
 
 def _prescribed(dae: HybridDae, friction: Friction) -> ca.SX:
-    """The next mode of a law that moves as it is told: where its speed is not known the rate tells."""
-    w, rate = friction.w, friction.rate
+    """The next mode of a law that moves as it is told: near rest its rate tells.
+
+    Where the speed has the error of the integration, as behind a filter, a low rate tells nothing, and the law keeps its mode.
+    """
+    mode, w, rate = dae.m[friction.index], friction.w, friction.rate
     known = speed_tolerance(dae, friction)
-    here = ca.if_else(ca.fabs(rate) > (SWIFT if known > EPS else EPS), ca.sign(rate), 0.0)
-    return ca.if_else(ca.fabs(w) > 2 * known, ca.sign(w), here)
+    if known > EPS:
+        slow = ca.if_else(rate == 0, 0.0, ca.if_else(mode * w <= -known, ca.sign(w), mode))
+        near = ca.if_else(ca.fabs(rate) > SWIFT, ca.sign(rate), slow)
+    else:
+        near = ca.if_else(ca.fabs(rate) > EPS, ca.sign(rate), 0.0)
+    return ca.if_else(ca.fabs(w) > 2 * known, ca.sign(w), near)
 
 
 def _error(friction: Friction, mode: ca.SX, jumped: ca.SX) -> ca.SX:
