@@ -21,27 +21,29 @@ Pick = Callable[[Sequence[Any]], Any]
 
 
 class Knocked(pt.Component):
-    """An inertia that loses a part of its speed whenever it has turned by another ``every``."""
+    """A wheel dragged by the shaft around it, which loses a part of its speed whenever it has turned by another ``every``."""
 
-    J: pt.Parameter = pt.parameter("kg.m2", "Moment of inertia", default=1.0)
-    every: pt.Parameter = pt.parameter("rad", "Angle from knock to knock", default=0.7)
+    J: pt.Parameter = pt.parameter("kg.m2", "Moment of inertia", default=0.1)
+    d: pt.Parameter = pt.parameter("N.m.s/rad", "Drag", default=1.0)
+    every: pt.Parameter = pt.parameter("rad", "Angle from knock to knock", default=0.3)
     kept: pt.Parameter = pt.parameter("1", "Part of the speed that is left", default=0.6)
-    flange_a: rot.Flange = pt.port(rot.Flange)
-    flange_b: rot.Flange = pt.port(rot.Flange)
-    phi: pt.Variable = pt.variable("rad", "Angle", start=0.0, prefer=True)
-    w: pt.Variable = pt.variable("rad/s", "Speed", start=0.0, prefer=True)
+    flange: rot.Flange = pt.port(rot.Flange)
+    phi: pt.Variable = pt.variable("rad", "Angle of the wheel", start=0.0, prefer=True)
+    w: pt.Variable = pt.variable("rad/s", "Speed of the wheel", start=0.0, prefer=True)
     knocks: pt.Discrete = pt.discrete("1", "Number of knocks", start=0.0)
 
     def equations(self) -> pt.Equations:
-        yield self.phi == self.flange_a.phi
-        yield self.phi == self.flange_b.phi
         yield self.w == pt.der(self.phi)
-        yield self.J * pt.der(self.w) == self.flange_a.tau + self.flange_b.tau
+        yield self.J * pt.der(self.w) == self.flange.tau
+        yield self.flange.tau == self.d * (pt.der(self.flange.phi) - self.w)
         knock = pt.reinit(self.w, self.kept * self.w), pt.reinit(self.knocks, self.knocks + 1)
         yield pt.when(self.phi > (self.knocks + 1) * self.every, *knock)
 
     def energy(self) -> pt.Symbol:
         return self.J * self.w**2 / 2
+
+    def loss(self) -> pt.Symbol:
+        return self.d * (pt.der(self.flange.phi) - self.w) ** 2
 
 
 @dataclass
@@ -64,7 +66,7 @@ AXLE = ("crown", "left", "right")
 KINDS: dict[str, Kind] = {
     # shafts
     "inertia": Kind(lambda pick: rot.Inertia(J=pick((1.0, 0.1, 3.0))), TWO),
-    "knocked": Kind(lambda pick: Knocked(J=1.0, kept=pick((0.6, 0.0, -0.5))), TWO),
+    "knocked": Kind(lambda pick: Knocked(kept=pick((0.6, 0.0, -0.5))), ONE),
     "spring": Kind(lambda pick: rot.Spring(c=pick((100.0, 3e3))), TWO, rigid=False),
     "damper": Kind(lambda pick: rot.Damper(d=pick((1.0, 30.0))), TWO, rigid=False),
     "spring and damper": Kind(lambda pick: rot.SpringDamper(c=pick((100.0, 3e3)), d=pick((0.3, 10.0))), TWO, rigid=False),
@@ -112,7 +114,7 @@ KINDS: dict[str, Kind] = {
     "slideway": Kind(lambda pick: tr.SupportFriction(f_pos=pick(BEARINGS), peak=pick((1.0, 1.3))), (), TWO),
     "stop": Kind(
         lambda pick: tr.MassWithStopAndFriction(
-            m=1.0, F_prop=1.0, F_Coulomb=pick((1.0, 0.0)), F_Stribeck=pick((2.0, 0.0)), fexp=2.0, smin=-0.1, smax=pick((0.2, 0.02)),
+            m=1.0, F_prop=1.0, F_Coulomb=pick((1.0, 0.0)), F_Stribeck=pick((2.0, 0.0)), fexp=2.0, smin=-0.1, smax=pick((0.2, 0.1, 0.05, 0.02, 0.013)),
             restitution=pick((0.0, 0.5)),
         ),
         (), TWO,

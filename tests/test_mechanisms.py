@@ -23,45 +23,46 @@ FINE: dict[str, Any] = {"rtol": 1e-7, "atol": 1e-9}
 NOTHING = 1e-9
 """Energy in J that is round-off."""
 NOISE = 1e-6
-"""Speeds (rad/s, m/s) and steps of torques (N.m, N) that are nothing: a hundred times what the integration may leave."""
+"""Speeds (rad/s, m/s), rates and energies that are nothing: a hundred times what the integration may leave of a speed."""
 NEAR = 1e-5
 """Events that lie closer (s) are one instant."""
 
 
 class Laws:
-    """Speeds, rates and torques of the friction laws of a plant."""
+    """What the friction laws of a plant are seen to do."""
 
     def __init__(self, plant: pt.Plant[Any], result: pt.Result[Any]) -> None:
         dae = plant.compiled.dae
-        self.names = [law.name for law in dae.frictions]
-        self.shared = np.array([law.rests is not None for law in dae.frictions])
-        self.p = np.array(list(result.parameters.values()))
+        self.laws, self.p = dae.frictions, np.array(list(result.parameters.values()))
         self.sizes = dae.x.numel(), dae.z.numel(), dae.m.numel()
-        values = [ca.horzcat(law.w, law.rate, law.torque) for law in dae.frictions]
-        self.function = ca.Function("laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*values))])
+        values = ca.vertcat(*[ca.horzcat(law.w, law.rate) for law in dae.frictions])
+        self.function = ca.Function("laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
 
-    def silent(self, instant: Instant) -> set[str]:
-        """The laws at rest before and after an instant whose mode cannot be observed.
+    def changes(self, instant: Instant) -> dict[str, str]:
+        """The laws that are seen to change at an instant, and what they do after it."""
+        before, after = (self._seen(instant, right) for right in (False, True))
+        return {law.name: now for law, old, now in zip(self.laws, before, after, strict=True) if old != now}
 
-        Their torque stays the same; or other laws hold the same motion, and how these share the torque does not move anything.
-        """
+    def _seen(self, instant: Instant, right: bool) -> list[str]:
+        """Free; or the direction of motion: what is about to rest comes from where its rate does not point."""
+        y, held = (instant.right, instant.held_right) if right else (instant.left, instant.held_left)
         n, nz, nm = self.sizes
-        left, right = (
-            np.array(self.function(instant.time, y[:n], y[n : n + nz], held[:nm], self.p)).reshape(-1, 3)
-            for y, held in ((instant.left, instant.held_left), (instant.right, instant.held_right))
-        )
-        rest = np.abs(left[:, 0]) + np.abs(right[:, 0]) < NOISE
-        same = np.abs(left[:, 2] - right[:, 2]) < NOISE * (1.0 + np.abs(left[:, 2]))
-        held = self.shared & (np.abs(left[:, 1]) + np.abs(right[:, 1]) < NOISE)
-        return {name for name, still in zip(self.names, rest & (same | held), strict=True) if still}
+        values = np.array(self.function(instant.time, y[:n], y[n : n + nz], held[:nm], self.p)).reshape(-1, 2)
+        found = []
+        for law, (w, rate) in zip(self.laws, values, strict=True):
+            turns = 0.0 if law.prescribed or abs(rate) < NOISE else rate if right else -rate
+            mode = 2.0 if held[law.index] == 2 else np.sign(turns if abs(w) < NOISE else w)
+            found.append({2.0: "free", 1.0: "forward", 0.0: "at rest", -1.0: "backward"}[float(mode)])
+        return found
 
 
-def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> list[tuple[float, str, float]]:
-    """When what became what, in order; events of one instant by their names."""
-    silent = {instant.time: Laws(plant, result).silent(instant) for instant in result.trajectory.instants}
-    events = [
-        (e.time, e.name, float(np.nan_to_num(e.new, nan=-9.0))) for e in result.events if e.name not in silent[e.time]
-    ]
+def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> list[tuple[float, str, str]]:
+    """When what is seen to have become what, in order; events of one instant by their names."""
+    laws = Laws(plant, result)
+    names = {law.name for law in laws.laws}
+    events = [(e.time, e.name, f"{e.new:g}") for e in result.events if e.name not in names]
+    for instant in result.trajectory.instants:
+        events += [(instant.time, name, now) for name, now in laws.changes(instant).items()]
     return sorted(events, key=lambda event: (round(event[0] / NEAR), *event[1:]))
 
 
