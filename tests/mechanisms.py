@@ -61,6 +61,7 @@ TWO, HELD, ONE = ("flange_a", "flange_b"), ("flange_a", "flange_b", "support"), 
 RATIOS = (1.0, 2.0, -1.5, 0.4)
 LOSSES = (((0.0, 0.9, 0.8, 0.5, 1.0),), ((0.0, 0.9, 0.9, 0.1, 0.2), (20.0, 0.8, 0.7, 0.5, 1.0)))
 BEARINGS = (((0.0, 1.0),), ((0.0, 0.5), (10.0, 2.0)))
+STOPS = (0.2, 0.1, 0.05, 0.02, 0.013)
 AXLE = ("crown", "left", "right")
 
 KINDS: dict[str, Kind] = {
@@ -114,7 +115,7 @@ KINDS: dict[str, Kind] = {
     "slideway": Kind(lambda pick: tr.SupportFriction(f_pos=pick(BEARINGS), peak=pick((1.0, 1.3))), (), TWO),
     "stop": Kind(
         lambda pick: tr.MassWithStopAndFriction(
-            m=1.0, F_prop=1.0, F_Coulomb=pick((1.0, 0.0)), F_Stribeck=pick((2.0, 0.0)), fexp=2.0, smin=-0.1, smax=pick((0.2, 0.1, 0.05, 0.02, 0.013)),
+            m=1.0, F_prop=1.0, F_Coulomb=pick((1.0, 0.0)), F_Stribeck=pick((2.0, 0.0)), fexp=2.0, smin=-0.1, smax=pick(STOPS),
             restitution=pick((0.0, 0.5)),
         ),
         (), TWO,
