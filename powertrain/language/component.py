@@ -27,7 +27,7 @@ from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
 
 if TYPE_CHECKING:
-    from powertrain.language.laws import Law
+    from powertrain.language.law import Law
 
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 _MISSING: Any = object()
