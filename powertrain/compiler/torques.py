@@ -15,7 +15,7 @@ R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
 import casadi as ca
@@ -159,7 +159,8 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
-    rows, parts = _affine(rows, list(tau))
+    short, parts = _affine([*rows, *(t.rate for t in laws)], list(tau))
+    rows, laws = short[: len(laws)], [replace(t, rate=rate) for t, rate in zip(laws, short[len(laws) :], strict=True)]
     curved = _curved(rows, list(tau))
     explicit = [i for i in range(len(laws)) if i not in curved]
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
