@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -91,3 +94,140 @@ def test_a_point_is_the_same_in_any_grid(seed: int) -> None:
         assert alone.status.item() == together.status.values[k]
         for name in names:
             np.testing.assert_allclose(alone[name].item(), together[name].values[k], rtol=1e-9, atol=1e-9)
+
+
+def random_chain_without_inertias(rng: np.random.Generator) -> Chain:
+    """As before, but most of the inertias between the parts are missing, and there is more than one thing that holds a shaft."""
+    whole = random_chain(rng)
+    kept = [
+        k
+        for k, part in enumerate(whole.parts)
+        if not isinstance(part, rot.Inertia)
+        or k == 0
+        or isinstance(whole.parts[k - 1], rot.Clutch)
+        or rng.random() < 0.2
+    ]
+    return Chain(parts=tuple(whole.parts[k] for k in kept), grips=tuple(whole.grips[k] for k in kept))
+
+
+@dataclass(frozen=True)
+class Section:
+    """Parts between two slipping clutches, which turn as one: what the shaft at their left end needs to turn at a speed.
+
+    ``out`` is the torque that the clutch at their right end takes.
+    """
+
+    parts: tuple[tuple[pt.Component, float], ...]
+    out: float
+
+    def needed(self, w: float) -> tuple[float, float]:
+        """The least and the greatest torque at speed ``w``; infinite where a clutch that holds cannot carry what is needed."""
+        speeds, low, high = [w], self.out, self.out
+        for part, _ in self.parts:
+            speeds.append(speeds[-1] / float(part.ratio) if isinstance(part, rot.Gear) else speeds[-1])
+        for (part, grip), here in zip(reversed(self.parts), reversed(speeds[:-1]), strict=True):
+            low, high = _through(part, grip, here, low, high)
+        return low, high
+
+    def speed(self, torque: float) -> float | None:
+        """The speed at which this torque is what is needed, which grows with the speed; None where there is none."""
+        low, high = self.needed(0.0)
+        if low - 1e-12 <= torque <= high + 1e-12:
+            return 0.0
+        sign = 1.0 if torque > high else -1.0
+        slow, fast = 0.0, 1.0
+        while sign * (torque - self.needed(sign * fast)[0]) > 0.0:
+            slow, fast = fast, 2.0 * fast
+            if fast > 1e9:
+                return None
+        for _ in range(200):
+            middle = (slow + fast) / 2
+            above = sign * (torque - self.needed(sign * middle)[0]) > 0.0
+            slow, fast = (middle, fast) if above else (slow, middle)
+        balanced = abs(self.needed(sign * fast)[0] - torque) < 1e-6 * (1.0 + abs(torque))
+        return sign * fast if balanced else None
+
+
+def _through(part: pt.Component, grip: float, w: float, low: float, high: float) -> tuple[float, float]:
+    """What is needed on the left of a part, from what is needed on its right, at the speed ``w`` of its left shaft."""
+    if isinstance(part, rot.Brake | rot.BearingFriction):
+        bearing = isinstance(part, rot.BearingFriction)
+        u = float(part.tau_pos[0][1]) if isinstance(part, rot.BearingFriction) else float(part.fn_max) * grip
+        size = u + (8.0 - u) * abs(w) / 100 if bearing else u
+        return (low - size, high + size) if w == 0.0 else (low + np.sign(w) * size, high + np.sign(w) * size)
+    if isinstance(part, rot.Damper):
+        return low + float(part.d) * w, high + float(part.d) * w
+    if isinstance(part, rot.Gear):
+        ratio, eta = float(part.ratio), float(part.efficiency)
+        ends = sorted((low / ratio, high / ratio))
+        more, less = (max(x / eta, x * eta) for x in ends), (min(x / eta, x * eta) for x in ends)
+        upper, lower = list(more), list(less)
+        return (lower[0], upper[1]) if w == 0.0 else (upper[0], upper[1]) if w > 0.0 else (lower[0], lower[1])
+    if isinstance(part, rot.Clutch):  # it holds
+        size = float(part.fn_max) * grip
+        if low > size + 1e-12 or high < -size - 1e-12:
+            return (np.inf, np.inf) if low > size else (-np.inf, -np.inf)
+        return max(low, -size), min(high, size)
+    return low, high
+
+
+def all_points(model: Chain, torque: float) -> list[list[float]]:
+    """The speeds of the shafts on the left of all parts, for every consistent combination of clutches that hold or slip."""
+    clutches = [k for k, part in enumerate(model.parts) if isinstance(part, rot.Clutch)]
+    pairs, found = list(zip(model.parts, model.grips, strict=True)), []
+    for modes in product((0.0, 1.0, -1.0), repeat=len(clutches)):
+        cuts = [
+            (k, m * float(model.parts[k].fn_max) * model.grips[k]) for k, m in zip(clutches, modes, strict=True) if m
+        ]  # type: ignore[attr-defined]
+        speeds = _speeds(pairs, cuts, torque)
+        slips = speeds is not None and all(
+            m == 0.0 or m * (speeds[k] - speeds[k + 1]) >= -1e-9 for k, m in zip(clutches, modes, strict=True)
+        )
+        if speeds is not None and slips and not any(np.allclose(speeds, other, atol=1e-6) for other in found):
+            found.append(speeds)
+    return found
+
+
+def _speeds(
+    pairs: list[tuple[pt.Component, float]], cuts: list[tuple[int, float]], torque: float
+) -> list[float] | None:
+    speeds: list[float] = []
+    first, into = 0, torque
+    for k, out in [*cuts, (len(pairs), 0.0)]:
+        section = Section(tuple(pairs[first:k]), out)
+        w = section.speed(into)
+        if w is None:
+            return None
+        speeds.append(w)
+        for part, _ in section.parts:
+            speeds.append(speeds[-1] / float(part.ratio) if isinstance(part, rot.Gear) else speeds[-1])
+        first, into = k + 1, out
+    return speeds
+
+
+@pytest.mark.parametrize("seed", [*range(20), *(pytest.param(k, marks=pytest.mark.slow) for k in range(20, 1000))])
+def test_steady_is_what_all_modes_say(seed: int) -> None:
+    """Against all combinations of slipping clutches, what each section needs being a growing function of its speed."""
+    rng = np.random.default_rng(seed)
+    model = random_chain_without_inertias(rng)
+    torques = [0.0, *(rng.choice([-1, 1], 3) * rng.uniform(0.5, 30, 3)).tolist()]
+    plant = pt.compile(model)
+    seen = [k for k, part in enumerate(model.parts) if isinstance(part, rot.Inertia | rot.Brake | rot.BearingFriction)]
+    found = pt.steady(plant, {"tau": torques}, outputs=[f"parts[{k}].w" for k in seen])
+    for i, torque in enumerate(torques):
+        points, status = all_points(model, torque), int(found.status[i])
+        if status == OK:
+            assert len(points) == 1, (torque, points)
+            speeds = [float(found[f"parts[{k}].w"][i]) for k in seen]
+            np.testing.assert_allclose(speeds, [points[0][k] for k in seen], rtol=1e-6, atol=1e-6)
+        elif status == SEVERAL:
+            assert len(points) != 1 or coasts(model, points[0]), (torque, points)
+        else:
+            assert points == [], (torque, status, points)
+
+
+def coasts(model: Chain, speeds: list[float]) -> bool:
+    """Whether a shaft at rest could turn at any speed: there is a clutch that carries nothing."""
+    return any(
+        isinstance(part, rot.Clutch) and grip == 0.0 for part, grip in zip(model.parts, model.grips, strict=True)
+    )
