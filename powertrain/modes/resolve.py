@@ -313,7 +313,16 @@ class _Events:
         rebound = np.where(-restitution[struck] * speed[struck] < REST_SPEED, 0.0, restitution[struck])
         effect = on_a[np.ix_(struck, struck)]
         impulse = np.linalg.lstsq(effect, -(1.0 + rebound) * speed[struck], rcond=None)[0]
-        leaves = speed[struck] + effect @ impulse > ZONE + _ROUNDING * np.abs(speed[struck])  # others throw it back
+        after, nothing = speed[struck] + effect @ impulse, ZONE + _ROUNDING * np.abs(speed[struck])
+        self._refuse_unstoppable([contacts[k] for k, v in zip(struck, after < -nothing, strict=True) if v])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, struck] @ impulse
-        for k, e, away in zip(struck, rebound, leaves, strict=True):
-            m[contacts[k].index] = 1.0 if e == 0.0 and not away else 0.0
+        for k, e, away in zip(struck, rebound, after > nothing, strict=True):
+            m[contacts[k].index] = 1.0 if e == 0.0 and not away else 0.0  # others may throw it back
+
+    def _refuse_unstoppable(self, contacts: Sequence[Contact]) -> None:
+        if contacts:
+            named = ", ".join(f"{contact.name} ({contact.where})" for contact in contacts)
+            raise SimulationError(
+                f"at t = {self.memory.time[0]:.9g} s a motion that no force can stop closes {named}: it is prescribed, or held against the "
+                "contact by others. Put a compliance between the prescribed motion and the contact, or an elastic contact in its place"
+            )

@@ -60,3 +60,13 @@ def test_a_rebound_below_a_tenth_of_a_millimetre_per_second_stays_closed(v: floa
     result = pt.simulate(joined(stop, load, joints="0.flange_b=1.flange"), 0.08, starts={"parts[0].v": v})
     assert (result["parts[0].stop_min"][-1] == 1) == closed
     assert (abs(result["parts[0].v"][-1]) < 1e-12) == closed
+
+
+def test_a_prescribed_motion_runs_into_a_stop() -> None:
+    """No impulse stops it: refused at the stop, with its name."""
+    stop = tr.MassWithStopAndFriction(m=1.0, F_prop=0, F_Coulomb=0, F_Stribeck=0, fexp=1, smin=-0.1, smax=9.0)
+    model = joined(stop, tr.ConstantSpeed(v_fixed=-0.4), joints="0.flange_b=1.flange")
+    with pytest.raises(
+        pt.SimulationError, match=r"(?s)at t = 0\.25.* s a motion that no force can stop closes parts\[0\]\.stop_min"
+    ):
+        pt.simulate(model, 1.0)
