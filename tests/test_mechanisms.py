@@ -23,7 +23,9 @@ FINE: dict[str, Any] = {"rtol": 1e-7, "atol": 1e-9}
 NOTHING = 1e-9
 """Energy in J that is round-off."""
 NOISE = 1e-6
-"""Speeds (rad/s, m/s), rates and energies that are nothing: a hundred times what the integration may leave of a speed."""
+"""Speeds (rad/s, m/s) and shares of energies that are nothing: a hundred times what the integration may leave of a speed."""
+SLOW = 1e-2
+"""Rates (rad/s2, m/s2) that are nothing: what a speed that is nothing makes of stiff couplings."""
 NEAR = 1e-3
 """By how much (s) an event may be moved by the error of the coarse run: with speeds near zero it grows."""
 
@@ -50,7 +52,7 @@ class Laws:
         values = np.array(self.function(instant.time, y[:n], y[n : n + nz], held[:nm], self.p)).reshape(-1, 2)
         found = []
         for law, (w, rate) in zip(self.laws, values, strict=True):
-            turns = 0.0 if law.prescribed or abs(rate) < NOISE else rate if right else -rate
+            turns = 0.0 if law.prescribed or abs(rate) < SLOW else rate if right else -rate
             mode = 2.0 if held[law.index] == 2 else np.sign(turns if abs(w) < NOISE else w)
             found.append({2.0: "free", 1.0: "forward", 0.0: "at rest", -1.0: "backward"}[float(mode)])
         return found
@@ -65,7 +67,9 @@ def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> dict[str, list[tup
             found.setdefault(event.name, []).append((event.time, f"{event.new:g}"))
     for instant in result.trajectory.instants:
         for name, now in laws.changes(instant).items():
-            found.setdefault(name, []).append((instant.time, now))
+            seen = found.setdefault(name, [])
+            if not seen or seen[-1][1] != now:  # between two of the same it did what cannot be told from noise
+                seen.append((instant.time, now))
     return found
 
 
