@@ -46,15 +46,15 @@ class Laws:
         return {law.name: now for law, old, now in zip(self.laws, before, after, strict=True) if old != now}
 
     def _seen(self, instant: Instant, right: bool) -> list[str]:
-        """Free; or the direction of motion: what is about to rest comes from where its rate does not point."""
+        """The direction of motion: what is about to rest comes from where its rate does not point."""
         y, held = (instant.right, instant.held_right) if right else (instant.left, instant.held_left)
         n, nz, nm = self.sizes
         values = np.array(self.function(instant.time, y[:n], y[n : n + nz], held[:nm], self.p)).reshape(-1, 2)
         found = []
         for law, (w, rate) in zip(self.laws, values, strict=True):
             turns = 0.0 if law.prescribed or abs(rate) < SLOW else rate if right else -rate
-            mode = 2.0 if held[law.index] == 2 else np.sign(turns if abs(w) < NOISE else w)
-            found.append({2.0: "free", 1.0: "forward", 0.0: "at rest", -1.0: "backward"}[float(mode)])
+            way = float(np.sign(turns if abs(w) < NOISE else w))
+            found.append({1.0: "forward", 0.0: "at rest", -1.0: "backward"}[way])
         return found
 
 
