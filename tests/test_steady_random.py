@@ -10,8 +10,9 @@ import pytest
 
 import powertrain as pt
 from powertrain.components import rotational as rot
+from powertrain.components.cvu import CVU
 
-OK, SEVERAL, NOT_FOUND = 0, 2, 6
+OK, STUCK, SEVERAL, NOT_FOUND = 0, 1, 2, 6
 CONSTANT = ((0.0, 1.0),)
 
 
@@ -81,19 +82,42 @@ def test_steady_is_where_simulations_end(seed: int) -> None:
             assert point[name].item() == pytest.approx(result[name][-1], rel=1e-5, abs=1e-5)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_point_is_the_same_in_any_grid(seed: int) -> None:
-    """Status and values of a point alone, and among others in another order."""
-    rng = np.random.default_rng(seed)
-    plant = pt.compile(random_chain(rng))
-    torques = np.concatenate([[0.0], rng.uniform(-30, 30, 12)])
-    names = [n for n in plant.compiled.signals if n.endswith(".w") and "flange" not in n]
-    together = pt.steady(plant, {"tau": torques}, outputs=names)
-    for k in rng.permutation(torques.size)[:6].tolist():
-        alone = pt.steady(plant, {"tau": float(torques[k])}, outputs=names)
-        assert alone.status.item() == together.status.values[k]
-        for name in names:
-            np.testing.assert_allclose(alone[name].item(), together[name].values[k], rtol=1e-9, atol=1e-9)
+class Geared(pt.Component):
+    """A variable unit between two damped shafts, one of which a bearing holds: at the ratio 0 nothing of the other can move it."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+    V: pt.Input = pt.signal_input("1", "Ratio of the unit")
+    drive: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=0.1)
+    unit: CVU = CVU(eta_ab=0.9, eta_ba=0.85)
+    wheel: rot.Inertia = rot.Inertia(J=0.3)
+    bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=CONSTANT)
+    first: rot.Damper = rot.Damper(d=0.1)
+    second: rot.Damper = rot.Damper(d=0.2)
+    wall: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.drive.tau)
+        yield pt.connect(self.V, self.unit.ratio)
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.unit.flange_a, self.first.flange_a)
+        yield pt.connect(self.unit.flange_b, self.wheel.flange_a)
+        yield pt.connect(self.wheel.flange_b, self.bearing.flange_a, self.second.flange_a)
+        yield pt.connect(self.wall.flange, self.first.flange_b, self.second.flange_b)
+
+
+@pytest.mark.parametrize("ratios", [(0.0, 0.5, -0.7, 2.0), (0.5, 0.0, -0.7, 2.0), (2.0, -0.7, 0.5, 0.0)])
+def test_a_point_is_the_same_in_any_grid(ratios: tuple[float, ...]) -> None:
+    """Status and values of a point alone, and among others whose first has the ratio 0, where the wheel is held, or another ratio."""
+    plant = pt.compile(Geared())
+    names, torques = ["shaft.w", "wheel.w", "bearing.tau"], [10.0, -3.0, 0.3]
+    together = pt.steady(plant, {"V": list(ratios), "tau": torques}, outputs=names)
+    for i, V in enumerate(ratios):
+        for k, torque in enumerate(torques):
+            alone = pt.steady(plant, {"V": V, "tau": torque}, outputs=names)
+            assert alone.status.item() == together.status.values[i, k] == (STUCK if V == 0.0 else OK)
+            for name in names:
+                np.testing.assert_allclose(alone[name].item(), together[name].values[i, k], rtol=1e-9, atol=1e-9)
 
 
 def random_chain_without_inertias(rng: np.random.Generator) -> Chain:
