@@ -61,10 +61,15 @@ class Laws:
 def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> dict[str, list[tuple[float, str]]]:
     """Of all laws by their names: when they are seen to have become what."""
     laws, found = Laws(plant, result), dict[str, list[tuple[float, str]]]()
-    names = {law.name for law in laws.laws}
+    names, touching = {law.name for law in laws.laws}, {c.name for c in plant.compiled.dae.contacts}
     for event in result.events:
-        if event.name not in names:
-            found.setdefault(event.name, []).append((event.time, f"{event.new:g}"))
+        shared = event.name in touching and not np.isnan(event.new)  # friction may hold what presses on a stop
+        if event.name not in names and not shared:
+            seen = found.setdefault(event.name, [])
+            if (
+                not seen or event.time - seen[-1][0] > NEAR
+            ):  # of bounces that accumulate the last ones cannot be counted
+                seen.append((event.time, f"{event.new:g}"))
     for instant in result.trajectory.instants:
         for name, now in laws.changes(instant).items():
             seen = found.setdefault(name, [])

@@ -241,9 +241,10 @@ def test_steady_is_what_all_modes_say(seed: int) -> None:
     for i, torque in enumerate(torques):
         points, status = all_points(model, torque), int(found.status[i])
         if status == OK:
-            assert len(points) == 1, (torque, points)
             speeds = [float(found[f"parts[{k}].w"][i]) for k in seen]
-            np.testing.assert_allclose(speeds, [points[0][k] for k in seen], rtol=1e-6, atol=1e-6)
+            same = [np.allclose(speeds, [point[k] for k in seen], rtol=1e-6, atol=1e-6) for point in points]
+            assert any(same), (torque, speeds, points)
+            assert len(points) == 1 or floats(model, points[0]), (torque, points)
         elif status == SEVERAL:
             assert len(points) != 1 or floats(model, points[0]), (torque, points)
         else:
