@@ -214,7 +214,8 @@ class Mechanism:
             blocks.Exponentials(outMax=height, riseTime=0.3, riseTimeConst=0.1, fallTimeConst=0.2),
             blocks.TimeTable(table=table),
         )
-        return self.pick(sources)
+        source: pt.Component = self.pick(sources)
+        return source
 
     def controlled(self, speed: str, height: float, positive: bool) -> str:
         """A controller of a speed, whose output lies within +-height."""

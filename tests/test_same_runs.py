@@ -104,7 +104,10 @@ def test_vehicles(name: str) -> None:
     first = same(plant, 2, stop=150.0, rtol=1e-4)
     assert np.abs(first.at([130.0, 136.0], "body.v")).max() < 0.02  # the halt
     mass = float(plant.parameters["body.m"])
-    for other in ({"stop": 20.0}, {"stop": 10.0, "rtol": 1e-6}, {"stop": 15.0, "parameters": {"body.m": 1.2 * mass}}):
+    others: list[dict[str, Any]] = [
+        {"stop": 20.0}, {"stop": 10.0, "rtol": 1e-6}, {"stop": 15.0, "parameters": {"body.m": 1.2 * mass}},
+    ]  # fmt: skip
+    for other in others:
         plant.simulate(**{"rtol": 1e-4, **other})
         again = plant.simulate(150.0, rtol=1e-4)
         np.testing.assert_array_equal(again.to_dataframe().to_numpy(), first.to_dataframe().to_numpy())

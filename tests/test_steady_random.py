@@ -197,17 +197,14 @@ def _through(part: pt.Component, grip: float, w: float, low: float, high: float)
 
 def all_points(model: Chain, torque: float) -> list[list[float]]:
     """The speeds of the shafts on the left of all parts, for every consistent combination of clutches that hold or slip."""
-    clutches = [k for k, part in enumerate(model.parts) if isinstance(part, rot.Clutch)]
-    pairs, found = list(zip(model.parts, model.grips, strict=True)), []
+    pairs, found = list(zip(model.parts, model.grips, strict=True)), list[list[float]]()
+    clutches = {k: float(part.fn_max) * grip for k, (part, grip) in enumerate(pairs) if isinstance(part, rot.Clutch)}
     for modes in product((0.0, 1.0, -1.0), repeat=len(clutches)):
-        cuts = [
-            (k, m * float(model.parts[k].fn_max) * model.grips[k]) for k, m in zip(clutches, modes, strict=True) if m
-        ]  # type: ignore[attr-defined]
-        speeds = _speeds(pairs, cuts, torque)
-        slips = speeds is not None and all(
-            m == 0.0 or m * (speeds[k] - speeds[k + 1]) >= -1e-9 for k, m in zip(clutches, modes, strict=True)
-        )
-        if speeds is not None and slips and not any(np.allclose(speeds, other, atol=1e-6) for other in found):
+        slipping = [(k, m) for k, m in zip(clutches, modes, strict=True) if m]
+        speeds = _speeds(pairs, [(k, m * clutches[k]) for k, m in slipping], torque)
+        if speeds is None or any(m * (speeds[k] - speeds[k + 1]) < -1e-9 for k, m in slipping):
+            continue
+        if not any(np.allclose(speeds, other, atol=1e-6) for other in found):
             found.append(speeds)
     return found
 

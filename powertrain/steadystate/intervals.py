@@ -11,7 +11,7 @@ from itertools import combinations, product
 import numpy as np
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK, ONE, Mask, Points
+from powertrain.equilibrium.points import OK, ONE, Index, Mask, Points
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 
@@ -32,7 +32,7 @@ POLE = 1e4
 """Growth of a value towards a place by which a pole is known there."""
 
 
-def ranges(solver: Solver, grid: Rows, laws: Array) -> tuple[Rows, Rows, Mask]:
+def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
     """Least and greatest values at the points of ``grid``, where ``laws`` rest; and where all ends can be.
 
     With several laws at rest the lines between all ends are looked at.
@@ -59,12 +59,12 @@ def ranges(solver: Solver, grid: Rows, laws: Array) -> tuple[Rows, Rows, Mask]:
 class Line:
     """Points with torques between those of two ends, by the part of the way from the first to the second."""
 
-    def __init__(self, solver: Solver, grid: Rows, first: Points, last: Points, where: Array) -> None:
+    def __init__(self, solver: Solver, grid: Rows, first: Points, last: Points, where: Index) -> None:
         self.solver, self.grid, self.count = solver, grid, grid.shape[1]
         self.first, self.last = first.modes[:, where], last.modes[:, where]
         self.resting = np.asarray(first.rest[:, where] & last.rest[:, where])
 
-    def values(self, part: Array, points: Array) -> Rows:
+    def values(self, part: Array, points: Index) -> Rows:
         """All outputs at some points; nan where neither end's modes of the other laws hold there."""
         found = np.full((self.solver.wanted, part.size), np.nan)
         between = (1 - part) * self.first[:, points] + part * self.last[:, points]
