@@ -17,7 +17,7 @@ from test_fuzz import bounded
 import powertrain as pt
 from powertrain.engine.trajectory import Instant
 
-FIRST, _, LAST = os.environ.get("POWERTRAIN_FUZZ", "60:660").partition(":")
+FIRST, _, LAST = os.environ.get("POWERTRAIN_FUZZ", "60:500").partition(":")
 STOP = 1.0
 FINE: dict[str, Any] = {"rtol": 1e-7, "atol": 1e-9}
 NOTHING = 1e-9
