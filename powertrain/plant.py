@@ -118,9 +118,9 @@ class Plant(Generic[M]):
 
         ``parameters``: values by name that replace those of the model; ``starts``: initial values of variables; ``guesses``: starting
         values for solving the initial conditions; ``inputs``: the inputs of the model; ``times`` or ``points`` (intervals): output
-        times besides events; ``rtol``, ``atol``: tolerances of the states; ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use
-        the C compiler of the machine; ``record``: names or patterns of the signals to keep; ``progress``: a progress bar, or a function
-        of the time reached.
+        times besides events; ``rtol``, ``atol``: tolerances of the states, ``atol`` in their nominal sizes; ``method``: "auto",
+        "dopri5" or "rodas5p"; ``compile``: use the C compiler of the machine; ``record``: names or patterns of the signals to keep;
+        ``progress``: a progress bar, or a function of the time reached.
 
         Raises ParameterError, InitializationError, or SimulationError with the run so far as ``result``.
         """

@@ -41,7 +41,7 @@ _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class LawTorque:
     """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset."""
 
@@ -54,9 +54,13 @@ class LawTorque:
     rate: Symbol = field(default_factory=Symbol)
 
 
-def declare_torques(reduced: Reduced) -> tuple[list[LawTorque], list[tuple[Place, Law]]]:
-    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root."""
+def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tuple[Place, Law]]]:
+    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root.
+
+    The model with the equations of the new symbols, the laws with their torques, and the other laws.
+    """
     flat, torques, others = reduced.flat, [], []
+    symbols, equations = dict(reduced.symbols), list(reduced.equations)
     taken: dict[int, Place] = {}
     for place, law in flat.laws:
         if not isinstance(law, FrictionLaw | UnilateralLaw):
@@ -80,11 +84,11 @@ def declare_torques(reduced: Reduced) -> tuple[list[LawTorque], list[tuple[Place
             _refuse_given(reduced, place, plain)
         else:
             symbol = Symbol.sym(f"{place.path}.{law.name}.torque")
-            reduced.symbols[key(symbol)] = symbol
-            reduced.equations.append(Equation(value - symbol, place))
+            symbols[key(symbol)] = symbol
+            equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
         torques.append(LawTorque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
-    return torques, others
+    return replace(reduced, symbols=symbols, equations=equations), torques, others
 
 
 def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
@@ -96,29 +100,36 @@ def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
     )
 
 
-def add_rates(system: Differentiated, torques: list[LawTorque]) -> None:
-    """The rate of each law: the derivative of its relative speed, or the speed itself where it depends on the torque at once."""
-    recorder = system.reduced.flat.recorder
+def with_rates(system: Differentiated, torques: Sequence[LawTorque]) -> tuple[Differentiated, list[LawTorque]]:
+    """The system with the speeds and rates of the laws, and the laws with them.
+
+    A law's rate is the derivative of its relative speed, or the speed itself where it depends on the torque at once.
+    """
+    system, symbols = system.copied(), dict(system.reduced.symbols)
+    rate_of = system.reduced.flat.recorder.derivative
 
     def defined(name: str, expression: Symbol, place: Place) -> Symbol:
         symbol = Symbol.sym(name)
-        system.reduced.symbols[key(symbol)] = symbol
+        symbols[key(symbol)] = symbol
         system.add(Equation(symbol - expression, place))
         return symbol
 
-    for torque in torques:
+    def rated(torque: LawTorque) -> LawTorque:
         law, place, path = torque.law, torque.place, torque.mode.name()
         if isinstance(law, FrictionLaw):
-            torque.speed = law.w
-            if any(order > system.top.get(b, 0) for b, order in system.bases(law.w)):
-                defined(f"{path}.speed", law.w, place)
-            torque.algebraic = _follows_at_once(system, law.w, torque.symbol)
+            speed = law.w
+            if any(order > system.top.get(b, 0) for b, order in system.bases(speed)):
+                defined(f"{path}.speed", speed, place)
+            if _follows_at_once(system, speed, torque.symbol):
+                return replace(torque, algebraic=True, speed=speed, rate=speed)
         else:
-            torque.speed = defined(f"{path}.speed", total_derivative(law.gap, recorder.derivative), place)
-        if torque.algebraic:
-            torque.rate = torque.speed
-        else:
-            torque.rate = defined(f"{path}.rate", total_derivative(torque.speed, recorder.derivative), place)
+            speed = defined(f"{path}.speed", total_derivative(law.gap, rate_of), place)
+        rate = defined(f"{path}.rate", total_derivative(speed, rate_of), place)
+        return replace(torque, speed=speed, rate=rate)
+
+    rates = [rated(torque) for torque in torques]
+    system.reduced = replace(system.reduced, symbols=symbols)
+    return system, rates
 
 
 def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from powertrain.equilibrium.placed import Request, state_of
 from powertrain.equilibrium.points import Look
-from powertrain.equilibrium.system import Request, formulate, state_of
+from powertrain.equilibrium.system import formulate
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
