@@ -219,7 +219,7 @@ class Mechanism:
 
     def controlled(self, speed: str, height: float, positive: bool) -> str:
         """A controller of a speed, whose output lies within +-height."""
-        limits = {"yMax": 3 * abs(height), "yMin": 0.0 if positive else -3 * abs(height)}
+        limits: dict[str, Any] = {"yMax": 3 * abs(height), "yMin": 0.0 if positive else -3 * abs(height)}
         kinds = (
             blocks.LimPID(controllerType=self.pick(("P", "PI", "PID")), k=self.pick((1.0, 20.0)), **limits),
             blocks.SampledPI(k=1.0, period=self.pick((0.05, 0.013)), **limits),
