@@ -130,10 +130,17 @@ def _prescribed(dae: HybridDae, friction: Friction) -> ca.SX:
 
 
 def _error(friction: Friction, mode: ca.SX, jumped: ca.SX) -> ca.SX:
-    """Whether a law moves where its torque has no limit by the error of the integration alone: without a jump, or hardly at all."""
-    w = friction.w
-    against = sum((ca.logic_and(mode == -way, way * w > 0) for way in friction.limitless), ca.SX(0))
-    return ca.logic_and(against, ca.logic_or(ca.logic_not(jumped), ca.fabs(w) <= INTEGRATED))
+    """Whether a law moves against its mode, or where its torque has no limit, by the error of the integration alone.
+
+    Without a jump nothing else brings it there, but for the little by which its event is found late.
+    """
+    w, smooth = friction.w, ca.logic_not(jumped)
+    little = ca.fabs(w) <= INTEGRATED
+    against = ca.logic_and(ca.fabs(mode) == 1, mode * w < 0)
+    blocked = sum((ca.logic_and(mode == -way, way * w > 0) for way in friction.limitless), ca.SX(0))
+    return ca.logic_or(
+        ca.logic_and(against, ca.logic_and(smooth, little)), ca.logic_and(blocked, ca.logic_or(smooth, little))
+    )
 
 
 def snapped(dae: HybridDae) -> tuple[ca.SX, ca.SX]:

@@ -145,3 +145,16 @@ def test_a_bearing_behind_a_filter_keeps_its_direction_while_the_speed_ends(rtol
     result = pt.simulate(model, 2.0, rtol=rtol)
     assert [e.name for e in result.events] == ["parts[3].switch0"]
     assert result["parts[2].tau"][-1] == 1.0
+
+
+@pytest.mark.parametrize(("c", "d"), [(1e4, 300.0), (1e3, 300.0), (3e3, 1e3)])
+def test_a_shaft_that_ends_at_the_limit_of_its_bearing(c: float, d: float) -> None:
+    """An overdamped spring and the bearing balance the torque as the speed ends; the error of that speed does not reverse the bearing."""
+    parts = rot.BearingFriction(tau_pos=((0.0, 1.0),)), rot.SpringDamper(c=c, d=d), rot.Fixed()
+    joints = "0.flange_a=1.flange_a=2.flange_b=4.flange 2.flange_a=3.flange"
+    model = joined(rot.Inertia(J=1.0), *parts, rot.ConstantTorque(tau_constant=3.0), joints=joints)
+    for rtol in (1e-4, 1e-6):
+        result = pt.simulate(model, 30.0, rtol=rtol, starts={"parts[0].w": 1.0})
+        assert len(result.events) <= 1
+        assert 2.0 - 1e-5 < result["parts[2].tau"][-1] < 4.0 + 1e-5
+        assert abs(result["parts[0].w"][-1]) < 1e-9
