@@ -122,7 +122,9 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
     mode = at.modes[:, laws.law_modes]
     slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
     right[:, laws.rates] = 0.0
-    right[:, n:] = slides
+    right[:, n:] = slides * np.linspace(
+        1.0, 2.0, laws.count
+    )  # alike, they would hide torques that grow against each other
     torque = np.where(slides, solved(matrix, right)[:, n:], 0.0)
     return np.asarray((np.abs(drift) > NEUTRAL).any(axis=1) | (np.abs(torque) > LOCKED).any(axis=1))
 
