@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Mask, Points, SteadyLaws, Values
 from powertrain.numerics.buffers import Array
@@ -15,6 +16,8 @@ STILL = 1e-10
 """Unknowns that change by less, relative to one and to their size, are found."""
 CORRECTIONS, PROXIMAL = 20, 3
 """Newton's steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
+DAMPED, HALVINGS = 40, 16
+"""Shortened steps of Newton's method, and how often each is halved."""
 NEUTRAL = 1e6
 """Seconds: a motion that takes longer to come to rest is not held by anything."""
 LOCKED = 1e9
@@ -30,6 +33,10 @@ class Near:
     given: Mask
     yields: Array
 
+    def some(self, which: NDArray[np.intp]) -> Near:
+        """That of some of the points."""
+        return Near(self.given[which], self.yields[which])
+
 
 def corrected(
     laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool = False, changes: int = 1, firm: bool = False
@@ -43,7 +50,12 @@ def corrected(
     for _ in range(changes):
         here = Points(at.grid[active], y[active], modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
-        here, fine = _newton(laws, here, there, side[active], lossless, CORRECTIONS)
+        begun = here
+        here, fine = _newton(laws, begun, there, side[active], lossless, CORRECTIONS)
+        if not fine.all():
+            some = np.flatnonzero(~fine)
+            end, found = _damped(laws, begun.some(some), there.some(some), side[active][some], lossless)
+            here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
         here, drive = _shared(laws, here, there, side[active], lossless)
         value = laws.values(here, lossless)
         y[active], tau[active] = here.y, here.tau
@@ -102,6 +114,44 @@ def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: boo
         if not active.size:
             break
     return Points(at.grid, y, at.modes, tau), fine
+
+
+def _damped(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool) -> tuple[Points, Mask]:
+    """Newton's steps, each shortened until the next one with the same matrix is shorter, and where they became small.
+
+    The natural monotonicity test of P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, 3.3: it does not depend on units.
+    Full steps go astray where a torque saturates.
+    """
+    n, z = laws.unknowns, np.concatenate([at.y, at.tau], axis=1)
+    fine, active = np.zeros(len(z), bool), np.flatnonzero(np.isfinite(z).all(axis=1))
+
+    def equations(which: NDArray[np.intp], values: Array) -> tuple[Array, Array]:
+        here = Points(at.grid[which], values[:, :n], at.modes[which], values[:, n:])
+        return _bordered(laws, here, laws.values(here, lossless), near.some(which), side[which], True)
+
+    for _ in range(DAMPED):
+        matrix, right = equations(active, z[active])
+        step, share = solved(matrix, right), np.ones(len(active))
+        size = _size(step, z[active])
+        fine[active] = size <= STILL
+        open_ = np.isfinite(size)
+        for _ in range(HALVINGS):
+            trial = z[active] + np.where(np.isfinite(step), share[:, None] * step, 0.0)
+            after = _size(solved(matrix, equations(active, trial)[1]), z[active])
+            short = (after <= (1 - share / 2) * size) | fine[active] | ~open_
+            if short.all():
+                break
+            share = np.where(short, share, share / 2)
+        z[active] = trial
+        active = active[~fine[active] & short & open_]
+        if not active.size:
+            break
+    return Points(at.grid, z[:, :n], at.modes, z[:, n:]), fine
+
+
+def _size(step: Array, at: Array) -> Array:
+    """The length of steps relative to one and to where they begin."""
+    return np.asarray((np.abs(step) / (1.0 + np.abs(at))).max(axis=1, initial=0.0))
 
 
 def undetermined(laws: SteadyLaws, at: Points, near: Near, side: Array) -> Mask:
