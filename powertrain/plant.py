@@ -10,17 +10,27 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import by_name, count, flag, number, numbers_by_name, one_of, options_checked, positive, row
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import Schedule
-from powertrain.component import Component, children
 from powertrain.engine.engine import Engine, Method
 from powertrain.engine.failure import OUTSIDE
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
-from powertrain.initial import Initializer, InitialReport
+from powertrain.initialization.initial import Initializer, InitialReport
+from powertrain.language.arguments import (
+    by_name,
+    count,
+    flag,
+    number,
+    numbers_by_name,
+    one_of,
+    options_checked,
+    positive,
+    row,
+)
+from powertrain.language.component import Component, children
 from powertrain.nonfinite import explain
 from powertrain.result import Result
 from powertrain.signals import signals_of

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from powertrain.arguments import by_name, number
 from powertrain.compiler.hybrid import Schedule
-from powertrain.component import Component
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.language.arguments import by_name, number
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples, signals_of

@@ -19,15 +19,16 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
-    "errors units symbols",
-    "arguments",
-    "dimensions",
-    "quantities",
-    "recorder",
-    "checks",
-    "component connectors laws",
-    "replacing",
-    "map",
+    "errors",
+    "language: units symbols",
+    "language: arguments",
+    "language: dimensions",
+    "language: quantities",
+    "language: recorder",
+    "language: checks",
+    "language: component connectors laws",
+    "language: replacing",
+    "language: map",
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
     "numerics: tape buffers pivots sparse_lu compiled",
@@ -39,7 +40,7 @@ ORDER = [
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity zeno failure loop engine",
-    "signals nonfinite events export conditions initial result plant running",
+    "signals nonfinite events export initialization.conditions initialization.initial result plant running",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",
     "equilibrium: fraction points balance system choices search",
@@ -51,12 +52,12 @@ ORDER = [
     "variational: functional transitions mapping saltation begin sweeps gradients floquet",
     "optimal: dynamics experiment fitting phases planning",
     "power: circulation powergraph variator directedflow powerterms powerflow",
-    "plot power.powerdiagram power.powerplot drawing",
+    "figures.plot figures.schematic power.powerdiagram power.powerplot",
     "__init__",
     "__main__",
 ]
 # (module, what it imports from a row below, in the function that needs it)
-LATER = {("result", "plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
+LATER = {("result", "figures.plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
 
 
 def row_names(row: str) -> list[str]:
@@ -66,6 +67,8 @@ def row_names(row: str) -> list[str]:
 
 
 RANK = {name: rank for rank, row in enumerate(ORDER) for name in row_names(row)}
+PROGRAMS = ["trials", "design", "reproductions", "measured", "presets", "cli"]
+"""Programs about components and vehicles. Each imports from the core, the components, the vehicles and the programs before it."""
 THIRD_PARTY = {"casadi", "numpy", "scipy"}
 DRAWN = {"figures", "animation"}
 """Modules of the components that may draw; no package imports them by itself."""
@@ -112,7 +115,11 @@ def test_packages_listed_are_the_folders() -> None:
     assert setup["package-dir"] == {package: folder for folder, package in PACKAGES.items()}
 
 
-@pytest.mark.parametrize("path", modules("powertrain"), ids=short)
+def core() -> list[Path]:
+    return [path for path in modules("powertrain") if path.relative_to(ROOT).parts[1] not in PROGRAMS]
+
+
+@pytest.mark.parametrize("path", core(), ids=short)
 def test_core_imports_go_up_the_order(path: Path) -> None:
     name = short(path)
     if name.endswith(".__init__"):
@@ -125,6 +132,14 @@ def test_core_imports_go_up_the_order(path: Path) -> None:
             target = module.removeprefix("powertrain.")
             assert target in RANK, f"{place} is no module in ORDER (import the module, not the package)"
             assert RANK[target] <= RANK[name] or (name, target) in LATER, f"{place} comes after {name} in ORDER"
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_programs_import_programs_before_them(program: str) -> None:
+    later = [f"powertrain.{name}" for name in PROGRAMS[PROGRAMS.index(program) + 1 :]]
+    for path in modules(f"powertrain/{program}"):
+        for module, place in imports(path):
+            assert not within(module, *later, "examples", "tests", "components", "vehicles"), place
 
 
 @pytest.mark.parametrize("path", modules("components"), ids=short)
@@ -143,9 +158,12 @@ def test_components_use_what_powertrain_shows(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", modules("vehicles"), ids=short)
-def test_vehicles_do_not_import_examples(path: Path) -> None:
+def test_vehicles_do_not_import_programs(path: Path) -> None:
+    if path.name == "__init__.py":  # shows what the presets hold, when it is asked for
+        return
     for module, place in imports(path):
-        assert not within(module, "examples", "tests", "components", "vehicles"), place
+        programs = [f"powertrain.{name}" for name in PROGRAMS]
+        assert not within(module, *programs, "examples", "tests", "components", "vehicles"), place
 
 
 def test_no_module_has_a_public_name() -> None:

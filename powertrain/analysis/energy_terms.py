@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.texts import guarded
-from powertrain.component import Component
-from powertrain.connectors import Connector, Signal
 from powertrain.errors import ModelError, ParameterError
+from powertrain.language.component import Component
+from powertrain.language.connectors import Connector, Signal
+from powertrain.language.recorder import Recorder, reading
+from powertrain.language.symbols import Symbol, column, free_symbols
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import COMPARISONS, CallsFunction, operations
-from powertrain.recorder import Recorder, reading
 from powertrain.signals import Lanes, Samples, Signals, signals_of
-from powertrain.symbols import Symbol, column, free_symbols
 
 Matrix = NDArray[np.float64]
 _BLOCK = 2_000_000

@@ -16,9 +16,9 @@ from powertrain.analysis.cases import Job, Outcome, run_case
 from powertrain.analysis.dispatch import outcomes as dispatched
 from powertrain.analysis.identity import model_identity
 from powertrain.analysis.sweep import Found, Plan, Sweep
-from powertrain.arguments import flag, names, path
-from powertrain.component import Component
 from powertrain.errors import ParameterError, PowertrainError, suggestion
+from powertrain.language.arguments import flag, names, path
+from powertrain.language.component import Component
 from powertrain.plant import Plant, packed_model
 from powertrain.result import Result
 from powertrain.signals import signals_of

@@ -19,13 +19,13 @@ from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import Torque, add_rates, declare_torques
-from powertrain.component import Component
 from powertrain.errors import ModelError
-from powertrain.laws import FrictionLaw, Law, UnilateralLaw, WhenLaw
+from powertrain.language.component import Component
+from powertrain.language.laws import FrictionLaw, Law, UnilateralLaw, WhenLaw
+from powertrain.language.recorder import GuardEntry, Place, reading
+from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.units import rate_unit
 from powertrain.modes.tolerances import condition_tolerance
-from powertrain.recorder import GuardEntry, Place, reading
-from powertrain.symbols import Symbol, column, free_symbols, key, time
-from powertrain.units import rate_unit
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def compile_flat(flat: Flat) -> Compiled:
 
 def _schedule_inputs(flat: Flat) -> list[Unknown]:
     """Inputs of the model become schedules: piecewise linear in time, held constant by default."""
-    from powertrain.laws import schedule
+    from powertrain.language.laws import schedule
 
     with reading(flat.recorder):
         for unknown in flat.inputs:

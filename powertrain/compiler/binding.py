@@ -15,12 +15,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.checks import unmet
 from powertrain.compiler.flatten import Constant, Flat, rewritten
 from powertrain.errors import ModelError, ParameterError
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, column, free_symbols, key
-from powertrain.units import told_apart, with_unit
+from powertrain.language.checks import unmet
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.units import told_apart, with_unit
 
 
 def bind_parameters(flat: Flat) -> Flat:

@@ -16,8 +16,8 @@ from powertrain.compiler.alias import Base
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.compiler.matching import Matching, components
 from powertrain.errors import ModelError
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, column, free_symbols, key
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 
 
 @dataclass

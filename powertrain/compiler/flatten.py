@@ -13,9 +13,10 @@ from typing import Any
 
 import casadi as ca
 
-from powertrain.checks import checked_condition
 from powertrain.compiler.texts import read, residual_of
-from powertrain.component import (
+from powertrain.errors import ModelError, ParameterError
+from powertrain.language.checks import checked_condition
+from powertrain.language.component import (
     Component,
     Discrete,
     Parameter,
@@ -24,11 +25,10 @@ from powertrain.component import (
     Variable,
     children,
 )
-from powertrain.connectors import Connector, Input, Output, Signal, declared
-from powertrain.errors import ModelError, ParameterError
-from powertrain.laws import Connection, Law
-from powertrain.recorder import Place, Recorder, reading
-from powertrain.symbols import Symbol, free_symbols, key, time
+from powertrain.language.connectors import Connector, Input, Output, Signal, declared
+from powertrain.language.laws import Connection, Law
+from powertrain.language.recorder import Place, Recorder, reading
+from powertrain.language.symbols import Symbol, free_symbols, key, time
 
 
 @dataclass(frozen=True)

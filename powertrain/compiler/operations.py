@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from powertrain.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 
 COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE})
 EQUALITIES = frozenset({ca.OP_EQ, ca.OP_NE})

@@ -12,9 +12,9 @@ from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
 from powertrain.compiler.torques import Torque, cancels, compliance, mobility, shares, solve_torques
-from powertrain.laws import FrictionLaw
+from powertrain.language.laws import FrictionLaw
+from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 from powertrain.modes.tolerances import alone_tolerance, rounding_tolerance, torque_tolerance
-from powertrain.symbols import Symbol, column, free_symbols, key, time
 
 
 class Resolver:

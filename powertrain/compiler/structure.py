@@ -7,10 +7,10 @@ from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated
 from powertrain.compiler.matching import Matching
 from powertrain.compiler.torques import Torque
-from powertrain.component import Port, Variable, children
-from powertrain.connectors import Connector
 from powertrain.errors import ModelError
-from powertrain.symbols import free_symbols, key
+from powertrain.language.component import Port, Variable, children
+from powertrain.language.connectors import Connector
+from powertrain.language.symbols import free_symbols, key
 
 
 def check_structure(reduced: Reduced, torques: list[Torque]) -> None:

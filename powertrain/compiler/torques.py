@@ -26,9 +26,9 @@ from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.errors import ModelError
-from powertrain.laws import FrictionLaw, Law, UnilateralLaw
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.language.laws import FrictionLaw, Law, UnilateralLaw
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
 
 COMPLIANCE = 1e-8
 """eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""

@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Guard, HybridDae
+from powertrain.language.units import with_unit
 from powertrain.numerics.buffers import Array, Memory
-from powertrain.units import with_unit
 
 if TYPE_CHECKING:
     from powertrain.engine.engine import Engine

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import HybridDae
+from powertrain.language.symbols import Symbol, column, key
 from powertrain.numerics.batch import dependence
-from powertrain.symbols import Symbol, column, key
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ import numpy as np
 from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
 from powertrain.equilibrium.system import Equilibrium, Law
+from powertrain.language.symbols import Symbol
 from powertrain.modes.indicators import relation, torque_margins
 from powertrain.modes.tolerances import EPS, ZONE
 from powertrain.numerics.batch import dependence
-from powertrain.symbols import Symbol
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 _SLACK = 1e-9

@@ -13,9 +13,9 @@ from powertrain.compiler.hybrid import Contact, Friction
 from powertrain.equilibrium.choices import Choice, Group, possible
 from powertrain.equilibrium.points import NONE, Index, Mask, Trials
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
-from powertrain.symbols import Symbol
 
 _COLUMNS = 1 << 15
 _SAME = 1e-9

@@ -23,10 +23,10 @@ from powertrain.compiler.matching import Matching, components
 from powertrain.equilibrium.balance import Balance, changed, opened, start_of
 from powertrain.equilibrium.fraction import root_of_fraction
 from powertrain.errors import ParameterError
+from powertrain.language.symbols import Symbol, column, key
 from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
-from powertrain.symbols import Symbol, column, key
 
 Law = Friction | Switch | Contact
 Turning = dict[int, dict[int, float]]

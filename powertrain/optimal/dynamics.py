@@ -10,14 +10,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.arguments import by_name, listed, number
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Schedule
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import by_name, listed, number
+from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.result import Result
 from powertrain.signals import signals_of
-from powertrain.symbols import Symbol, column
 
 Selector = str | Callable[[Any], Any]
 Modes = Mapping[str, float] | tuple[Result[Any], float]

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import by_name, limits, listed, number, positive
-from powertrain.arguments import names as argument_names
-from powertrain.component import Component
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.language.arguments import by_name, limits, listed, number, positive
+from powertrain.language.arguments import names as argument_names
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.experiment import Experiment
 from powertrain.plant import Plant

@@ -10,10 +10,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.arguments import by_name, count, number
-from powertrain.arguments import limits as bounded
-from powertrain.component import Component
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.language.arguments import by_name, count, number
+from powertrain.language.arguments import limits as bounded
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Phase, guess

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import by_name, names, text
 from powertrain.compiler.assemble import Compiled
-from powertrain.component import Component
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import by_name, names, text
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.plant import compile as compile_plant

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import Rows, Tape, lifted
 from powertrain.numerics.buffers import Array, Bound, zeros
 from powertrain.numerics.replay import Form, RowForms, row_forms
 from powertrain.steadystate.neighbours import Key, Walker
-from powertrain.symbols import Symbol
 
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]

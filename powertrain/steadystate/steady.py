@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.arguments import by_name, flag, listed, names, number, numbers_by_name, text
-from powertrain.component import Component
 from powertrain.equilibrium.points import Look
 from powertrain.equilibrium.system import Asked, formulate, state_of
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.signals import Picked, Signals, signals_of

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import number
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import number
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result, complete
 from powertrain.signals import Samples

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, Guard, Switch, When
 from powertrain.errors import SimulationError
+from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples, signals_of
-from powertrain.symbols import column
 from powertrain.variational.mapping import Mapping
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record

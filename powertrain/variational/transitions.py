@@ -13,9 +13,9 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Lanes, Samples
-from powertrain.symbols import Symbol
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import POINTS, STAGES, Steps
 

@@ -14,8 +14,8 @@ import powertrain as pt
 from powertrain.compiler.torques import Torque, compliance, solve_torques
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
-from powertrain.laws import FrictionLaw, UnilateralLaw
-from powertrain.recorder import Place
+from powertrain.language.laws import FrictionLaw, UnilateralLaw
+from powertrain.language.recorder import Place
 
 Matrix = np.ndarray[Any, Any]
 CAPACITY = 3.0
