@@ -117,10 +117,10 @@ def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: boo
 
 
 def _damped(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool) -> tuple[Points, Mask]:
-    """Newton's steps, each shortened until the next one with the same matrix is shorter, and where they became small.
+    """Newton's steps, each halved until it helps, and where they became small. Full steps go astray where a torque saturates.
 
-    The natural monotonicity test of P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, 3.3: it does not depend on units.
-    Full steps go astray where a torque saturates.
+    The natural monotonicity test of P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, 3.3: a step helps if the next one
+    with the same matrix is shorter. If it is not half as long, it must not lead back either: beyond a saturation there is another one.
     """
     n, z = laws.unknowns, np.concatenate([at.y, at.tau], axis=1)
     fine, active = np.zeros(len(z), bool), np.flatnonzero(np.isfinite(z).all(axis=1))
@@ -131,27 +131,25 @@ def _damped(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: boo
 
     for _ in range(DAMPED):
         matrix, right = equations(active, z[active])
-        step, share = solved(matrix, right), np.ones(len(active))
-        size = _size(step, z[active])
-        fine[active] = size <= STILL
-        open_ = np.isfinite(size)
+        scale = 1.0 + np.abs(z[active])
+        step = solved(matrix, right) / scale
+        size = np.abs(step).max(axis=1, initial=0.0)
+        fine[active], share = size <= STILL, np.ones(len(active))
+        done = fine[active] | ~np.isfinite(size)
         for _ in range(HALVINGS):
-            trial = z[active] + np.where(np.isfinite(step), share[:, None] * step, 0.0)
-            after = _size(solved(matrix, equations(active, trial)[1]), z[active])
-            short = (after <= (1 - share / 2) * size) | fine[active] | ~open_
-            if short.all():
+            trial = z[active] + np.where(np.isfinite(step), share[:, None] * step, 0.0) * scale
+            following = solved(matrix, equations(active, trial)[1]) / scale
+            after = np.abs(following).max(axis=1, initial=0.0)
+            ahead = (following * step).sum(axis=1) >= 0.0
+            helps = done | (after <= 0.5 * size) | (ahead & (after <= (1 - share / 2) * size))
+            if helps.all():
                 break
-            share = np.where(short, share, share / 2)
+            share = np.where(helps, share, share / 2)
         z[active] = trial
-        active = active[~fine[active] & short & open_]
+        active = active[~done & helps]
         if not active.size:
             break
     return Points(at.grid, z[:, :n], at.modes, z[:, n:]), fine
-
-
-def _size(step: Array, at: Array) -> Array:
-    """The length of steps relative to one and to where they begin."""
-    return np.asarray((np.abs(step) / (1.0 + np.abs(at))).max(axis=1, initial=0.0))
 
 
 def undetermined(laws: SteadyLaws, at: Points, near: Near, side: Array) -> Mask:
