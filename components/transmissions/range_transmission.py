@@ -14,11 +14,13 @@ from powertrain import (
     Discrete,
     Equations,
     Input,
+    Parameter,
     ParameterError,
     Symbol,
     connect,
     der,
     discrete,
+    parameter,
     port,
     reinit,
     replace,
@@ -38,7 +40,7 @@ from powertrain.components.transmissions.ratio import STANDSTILL, factors_of_uni
 
 Span = tuple[float, float, Network]
 """From which to which overall ratio r a range is driven, and its network."""
-HYSTERESIS = 1e-3
+HYSTERESIS = 1e-10
 """How far below a shift the wanted ratio falls before it is undone."""
 MEET = 1e-9
 """By how much, relatively, the speeds of the unit's shafts in two ranges may differ where these meet."""
@@ -72,23 +74,25 @@ class RangeTransmission(VariableTransmission):
 
     V = (A_b + B_b r)/(A_a + B_a r),  with ``Network.speeds`` of the range in which r lies
 
-    Where two ranges meet both shafts of the unit have the same speeds in either one, so that clutches change without slip (``RangeSelector``);
-    the unit may run back in the next range. What a shift takes of time is left out. Nothing here has inertia.
-    ``RangeTransmission.of`` makes the parts from the spans of a design: from which to which r, and the network.
+    Where two ranges meet, both shafts of the unit have the same speeds in either one, so that clutches change without slip
+    (``RangeSelector``); the unit may run back in the next range. Its torques differ, though: they change over within the shafts between
+    unit and gears, which are elastic, with the unit's inertia on shaft a. The gears have no inertia, and a shift takes no time besides.
+    It starts in the range ``range_start``. ``RangeTransmission.of`` makes the parts from the spans of a design: from which to which r,
+    and the network.
 
     Errors: ParameterError for a single range, and for ranges that do not follow each other or meet at different speeds of the unit.
     """
 
     ratio: Input = signal_input("1", "Overall ratio that is wanted")
     range: Discrete = discrete("1", "Number of the range, the lowest is 0")
+    range_start: Parameter = parameter("1", "Number of the range at the start", default=0.0, min=0)
     spans: tuple[Span, ...]
     gears: tuple[NetworkGears, ...]
     selectors_a: tuple[RangeSelector, ...]
     selectors_b: tuple[RangeSelector, ...]
-    rotor_a: Inertia = Inertia(J=0.01)
-    rotor_b: Inertia = Inertia(J=0.01)
-    shaft_a: SpringDamper = SpringDamper(c=5e3, d=10)
-    shaft_b: SpringDamper = SpringDamper(c=5e3, d=10)
+    rotor: Inertia = Inertia(J=0.02)
+    shaft_a: SpringDamper = SpringDamper(c=5e3, d=20)
+    shaft_b: SpringDamper = SpringDamper(c=5e3, d=20)
 
     @classmethod
     def of(cls, spans: Sequence[Span], cvu: VariableUnit | None = None) -> Self:
@@ -109,7 +113,9 @@ class RangeTransmission(VariableTransmission):
         if len(self.spans) < 2:
             raise ParameterError(f"{where}: {len(self.spans)} range; one that does not shift is a NetworkTransmission")
         if not len(self.spans) == len(self.gears) == len(self.selectors_a) + 1 == len(self.selectors_b) + 1:
-            raise ParameterError(f"{where}: its parts do not belong to {len(self.spans)} ranges; make it with RangeTransmission.of(spans)")
+            raise ParameterError(
+                f"{where}: its parts do not belong to {len(self.spans)} ranges; make it with RangeTransmission.of(spans)"
+            )
         for (low, high, one), (start, _, other) in pairwise(self.spans):
             if not low < high or start != high:
                 raise ParameterError(f"{where}: a range from r = {low:g} to {high:g} is followed by one from {start:g}")
@@ -129,10 +135,11 @@ class RangeTransmission(VariableTransmission):
         yield from self._shift()
         above = [ca.if_else(self.range > k + 0.5, 1.0, 0.0) for k, _ in enumerate(self.shifts)]
         sides = (
-            (self.selectors_a, [gears.unit_a for gears in self.gears], self.shaft_a, self.rotor_a, self.cvu.flange_a),
-            (self.selectors_b, [gears.unit_b for gears in self.gears], self.shaft_b, self.rotor_b, self.cvu.flange_b),
+            (self.selectors_a, [gears.unit_a for gears in self.gears], self.shaft_a, self.rotor.flange_b),
+            (self.selectors_b, [gears.unit_b for gears in self.gears], self.shaft_b, self.cvu.flange_b),
         )
-        for selectors, flanges, shaft, rotor, unit in sides:
+        yield connect(self.rotor.flange_a, self.cvu.flange_a)
+        for selectors, flanges, shaft, unit in sides:
             lower = flanges[0]
             for selector, upper, high in zip(selectors, flanges[1:], above, strict=True):
                 yield selector.high.value == high
@@ -140,8 +147,7 @@ class RangeTransmission(VariableTransmission):
                 yield connect(upper, selector.upper)
                 lower = selector.shaft
             yield connect(lower, shaft.flange_b)
-            yield connect(shaft.flange_a, rotor.flange_b)
-            yield connect(rotor.flange_a, unit)
+            yield connect(shaft.flange_a, unit)
         yield self.cvu.ratio.value == self._unit_ratio(above)
 
     def _shift(self) -> Equations:
@@ -152,8 +158,8 @@ class RangeTransmission(VariableTransmission):
             yield when(ca.logic_and(r < shift - HYSTERESIS, self.range > k + 0.5), reinit(self.range, k))
 
     def initial(self) -> Equations:
-        """The range in which the wanted ratio lies."""
-        yield self.range == sum(ca.if_else(self.ratio.value > shift, 1.0, 0.0) for shift in self.shifts)
+        """The range of the start."""
+        yield self.range == self.range_start
 
     def _unit_ratio(self, above: list[Symbol]) -> Symbol:
         """V, by the network of the range."""

@@ -16,7 +16,18 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.cvu import CVU
-from powertrain.components.transmissions import Flow, Network, NetworkTransmission, UnitLoss, flow
+from powertrain.components.transmissions import (
+    Flow,
+    Network,
+    NetworkRatio,
+    NetworkTransmission,
+    OverallRatio,
+    RangeTransmission,
+    RatioOfUnit,
+    UnitLoss,
+    VariableTransmission,
+    flow,
+)
 from powertrain.design.duty import Duty, Vector
 from powertrain.design.structure import COMMON, Designs, Structure
 from powertrain.design.units import Variator
@@ -343,10 +354,15 @@ class SplitPathSpace:
             )
         return found
 
-    def transmission(self, line: int = 0, range_: int = 0) -> NetworkTransmission:
-        """One range of a line of the table as a part that drives."""
-        loss = self.unit(line).loss
-        return NetworkTransmission.of(self.ranges(line)[range_][2], cvu_of(loss))
+    def transmission(self, line: int = 0) -> VariableTransmission:
+        """A line of the table as a component: in one range a ``NetworkTransmission``, in several a ``RangeTransmission``, which shifts."""
+        spans, cvu = self.ranges(line), cvu_of(self.unit(line).loss)
+        return NetworkTransmission.of(spans[0][2], cvu) if len(spans) == 1 else RangeTransmission.of(spans, cvu)
+
+    def unit_ratio(self, line: int = 0) -> RatioOfUnit:
+        """The signal ``ratio`` of a line's transmission from an overall ratio: V of the unit, or r itself where ranges shift."""
+        spans = self.ranges(line)
+        return NetworkRatio(network=spans[0][2]) if len(spans) == 1 else OverallRatio()
 
 
 _COLUMNS = (

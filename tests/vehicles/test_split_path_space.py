@@ -149,17 +149,21 @@ def test_the_same_search_finds_the_same(found: SplitPathSpace) -> None:
     assert again.table.equals(found.table)
 
 
-def test_the_best_design_is_a_part_that_drives(found: SplitPathSpace) -> None:
-    """Its operating points in the model are those of the table's flows."""
-    from powertrain.components.transmissions import NetworkRatio
+def test_designs_are_components(found: SplitPathSpace) -> None:
+    """The ranges of the table; their unit ratio is that of the table's flows."""
+    from powertrain.components.transmissions import NetworkRatio, NetworkTransmission, OverallRatio, RangeTransmission
 
-    low, high, network = found.ranges(0)[1]
-    part = found.transmission(0, 1)
-    assert part.network == network
+    part, (low, high, network) = found.transmission(0), found.ranges(0)[1]
+    assert isinstance(part, RangeTransmission)
+    assert part.spans == tuple(found.ranges(0))
+    assert isinstance(found.unit_ratio(0), OverallRatio)
     r = np.linspace(low, high, 5)[1:-1]
     ratio = pt.steady(NetworkRatio(network=network), {"r": r}, outputs=["V"])
     at = flow(network, r, 100.0, loss=found.unit(0).loss)
     np.testing.assert_allclose(ratio["V"].values, at.V, rtol=1e-9)
+    one = split_path_space(DUTY, [ELECTRIC], [Structure(TWO_MODE.ranges[:1])], candidates=8, rounds=1, progress=False)
+    assert isinstance(one.transmission(0), NetworkTransmission)
+    assert one.unit_ratio(0) == NetworkRatio(network=one.ranges(0)[0][2])
     assert isinstance(part.cvu, CVU)
 
 
@@ -218,7 +222,7 @@ def test_what_is_no_structure() -> None:
         Variator("v", UnitLoss(), torque=-1.0)
     with pytest.raises(pt.ParameterError, match="points: from -1 to 1"):
         split_path_space(DUTY, [ELECTRIC], points=(-1.0, 1.0), progress=False)
-    assert len({str(s) for s in COMMON}) == 24
+    assert len({str(s) for s in COMMON}) == 30
     assert math.isinf(ELECTRIC.ratio[1])
 
 
@@ -249,14 +253,41 @@ def test_a_design_drives_in_a_car(tmp_path: Any) -> None:
     )
     unit = Variator("unit", UnitLoss(0.9, 0.9), ratio=(-0.3, 2.6))
     best = split_path_space(duty, [unit], [Structure((("input", "abH"),))], candidates=64, rounds=2, progress=False)
-    other = best.ranges(0)[0][2]
     cars = [
         SplitPathCar(),
         SplitPathCar(transmission=NetworkTransmission.of(same), unit_ratio=NetworkRatio(network=same)),
-        SplitPathCar(transmission=best.transmission(0), unit_ratio=NetworkRatio(network=other)),
+        SplitPathCar(transmission=best.transmission(0), unit_ratio=best.unit_ratio(0)),
     ]
     runs = [drive_cycle(car, cycle) for car in cars]
     fuel = [float(run.result["engine.fuel"][-1]) for run in runs]
     assert fuel[1] == pytest.approx(fuel[0], rel=1e-6)
     assert fuel[2] == pytest.approx(fuel[0], rel=0.2)
     assert max(abs(run.audit.closure) for run in runs) < 1e-5
+
+
+@pytest.mark.slow
+def test_a_car_shifts_its_ranges(tmp_path: Any) -> None:
+    """A hydromechanical transmission whose unit runs back in the second range, over a drive that needs both."""
+    from powertrain.components.cvu import RatioActuator
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.trials import drive_cycle
+    from powertrain.vehicles.split_path_car import SplitPathCar
+
+    path = tmp_path / "short.csv"
+    path.write_text("time_s,speed_km_h\n0,0\n3,0\n18,60\n25,60\n38,0\n42,0\n")
+    duty = Duty.over(
+        (0.2, 2.0), {"r": [0.2, 0.6, 1.2, 2.0], "weight": np.ones(4), "torque": [150.0, 150, 80, 60], "speed": 200.0}
+    )
+    unit = Variator("hydrostatic", UnitLoss(0.85, 0.85), ratio=(-1.0, 1.0))
+    found = split_path_space(duty, [unit], [TWO_RANGES], candidates=64, rounds=2, progress=False)
+    car = SplitPathCar(
+        transmission=found.transmission(0),
+        unit_ratio=found.unit_ratio(0),
+        actuator=RatioActuator(T=0.2, rate=0.5, ratio_start=0.2),
+    )
+    run = drive_cycle(car, DriveCycle.from_csv(path))
+    number = run.result["transmission.range"]
+    assert {0.0, 1.0} <= set(np.unique(number).tolist())
+    assert np.abs(run.result["transmission.cvu.ratio"]).max() < 1.001
+    assert abs(run.audit.closure) < 1e-5
+    assert run.result["body.v"].max() > 15
