@@ -34,7 +34,7 @@ from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.rotational.spring import SpringDamper
 from powertrain.components.transmissions.interfaces import VariableTransmission
-from powertrain.components.transmissions.network import Network
+from powertrain.components.transmissions.network import HOUSING, Lever, Network
 from powertrain.components.transmissions.network_transmission import NetworkGears
 from powertrain.components.transmissions.ratio import STANDSTILL, factors_of_unit
 
@@ -44,6 +44,19 @@ HYSTERESIS = 1e-10
 """How far below a shift the wanted ratio falls before it is undone."""
 MEET = 1e-9
 """By how much, relatively, the speeds of the unit's shafts in two ranges may differ where these meet."""
+
+
+def _hydromechanical() -> tuple[Span, ...]:
+    """Type 4 with R_o = -1: V from -1 to 1 up to r = 1, and with other gears behind and beside the planetary back to -1 up to r = 3."""
+    again = (
+        Lever("planetary", "in", "inner", "last", -1.0, 0.98),
+        Lever("behind", "last", "out", HOUSING, 0.25, 0.99),
+        Lever("beside", "unit", "inner", HOUSING, -2.0, 0.99),
+    )
+    return (0.0, 1.0, Network.split_path("abH", "input", -1.0, 0.98)), (1.0, 3.0, Network(again, ("in", "unit")))
+
+
+_SIMPLEST = _hydromechanical()
 
 
 class RangeSelector(Component):
@@ -86,10 +99,10 @@ class RangeTransmission(VariableTransmission):
     ratio: Input = signal_input("1", "Overall ratio that is wanted")
     range: Discrete = discrete("1", "Number of the range, the lowest is 0")
     range_start: Parameter = parameter("1", "Number of the range at the start", default=0.0, min=0)
-    spans: tuple[Span, ...]
-    gears: tuple[NetworkGears, ...]
-    selectors_a: tuple[RangeSelector, ...]
-    selectors_b: tuple[RangeSelector, ...]
+    spans: tuple[Span, ...] = _SIMPLEST
+    gears: tuple[NetworkGears, ...] = tuple(NetworkGears.of(network) for _, _, network in _SIMPLEST)
+    selectors_a: tuple[RangeSelector, ...] = (RangeSelector(),)
+    selectors_b: tuple[RangeSelector, ...] = (RangeSelector(),)
     rotor: Inertia = Inertia(J=0.02)
     shaft_a: SpringDamper = SpringDamper(c=5e3, d=20)
     shaft_b: SpringDamper = SpringDamper(c=5e3, d=20)

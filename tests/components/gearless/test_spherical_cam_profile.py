@@ -242,6 +242,8 @@ def test_no_geometry_at_all(given: dict[str, Any], said: str) -> None:
         CamGeometry(**{"M": 4, "N": 5, **given})
     with pytest.raises(pt.ParameterError, match="undercut"):
         CamGeometry(4, 5, alpha_3=math.radians(50.5)).whole_profile()
+    with pytest.raises(pt.ParameterError, match=r"CamGeometry\(M=4, N=4\): M = N = 4.*pressure angle vanish"):
+        CamGeometry(4, 4).whole_profile()
 
 
 @pytest.mark.parametrize("alpha_3", [49.0, 50.0, 50.25, 50.5, 50.9])
