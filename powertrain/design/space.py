@@ -6,7 +6,9 @@ power delivered; the result is their Pareto front.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -74,17 +76,22 @@ def split_path_space(
         if not 0 < first < last:
             raise pt.ParameterError(f"{what}: from {first:g} to {last:g} is not a range of positive numbers")
     eta = efficiencies or Efficiencies()
-    found: list[Rated] = []
-    pairs = [(unit, structure) for unit in units for structure in structures]
-    for unit, structure in tqdm(pairs, desc="Split-path space", unit="structure", disable=not progress):
+
+    def searched(pair: tuple[Variator, Structure]) -> Rated:
+        unit, structure = pair
         known: Rated | None = None
         for number in range(rounds):
             cube = _cube(structure.parameters, candidates, number, known)
             rated = rate(designs_at(structure, cube, duty, (low, high), basic, unit), duty, unit, eta, cube)
             known = rated if known is None else known.with_(rated)
         assert known is not None
-        found.append(known)
-    return SplitPathSpace(duty, tuple(found), eta)
+        return known
+
+    pairs = [(unit, structure) for unit in units for structure in structures]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        bar = tqdm(pool.map(searched, pairs), "Split-path space", len(pairs), unit="structure", disable=not progress)
+        found = tuple(bar)
+    return SplitPathSpace(duty, found, eta)
 
 
 def _cube(dimension: int, count: int, number: int, known: Rated | None) -> Vector:
