@@ -12,7 +12,7 @@ from powertrain.cli.options import (
     PICTURE,
     ArgumentType,
     Command,
-    Cycle,
+    CycleName,
     Span,
     configured,
     of_the_command_line,
@@ -79,7 +79,7 @@ class Mapped(ArgumentType):
     show_default=True,
     help="Driveline: number of accelerator positions.",
 )
-@click.option("--cycle", type=Cycle(), help="Driveline: plot the operating points of this cycle in the map.")
+@click.option("--cycle", type=CycleName(), help="Driveline: plot the operating points of this cycle in the map.")
 @click.option(
     "--ratio",
     type=Span(counted=True),

@@ -11,7 +11,7 @@ from powertrain.cli.options import (
     DATA,
     PICTURE,
     Command,
-    Vehicle,
+    VehicleName,
     configured,
     of_the_command_line,
     progress,
@@ -35,7 +35,7 @@ DIGITS = 3
         "performance PowerSplitHybrid --set body.m=1700 --out acceleration.csv",
     ),
 )
-@click.argument("vehicle", type=Vehicle())
+@click.argument("vehicle", type=VehicleName())
 @settings
 @click.option(
     "--out",

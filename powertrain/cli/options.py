@@ -53,7 +53,7 @@ def of_the_command_line() -> Iterator[None]:
         raise click.UsageError(str(error)) from None
 
 
-class Vehicle(ArgumentType):
+class VehicleName(ArgumentType):
     """The name of a vehicle or a bench."""
 
     name = "vehicle"
@@ -66,7 +66,7 @@ class Vehicle(ArgumentType):
             return catalogue.find(str(value), catalogue.vehicles(), "vehicle")
 
 
-class Cycle(ArgumentType):
+class CycleName(ArgumentType):
     """A legislated cycle's name, or a CSV file."""
 
     name = "cycle"

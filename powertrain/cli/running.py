@@ -11,12 +11,12 @@ from powertrain.cli.options import (
     DATA,
     PICTURE,
     Command,
-    Cycle,
+    CycleName,
     Interrupted,
     Interruption,
     OutputFile,
     Span,
-    Vehicle,
+    VehicleName,
     of_the_command_line,
     settings,
 )
@@ -51,10 +51,10 @@ PRINTED_FROM = 50.0
         "run SplitPathCar --params car.toml --cycle my_cycle.csv",
     ),
 )
-@click.argument("vehicle", type=Vehicle())
+@click.argument("vehicle", type=VehicleName())
 @click.option(
     "--cycle",
-    type=Cycle(),
+    type=CycleName(),
     help="wltc, udds, hwfet, nedc, ..., or a CSV file (header time_s,speed_km_h). Default: that of the vehicle.",
 )
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")

@@ -15,7 +15,7 @@ R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
 import casadi as ca
@@ -26,7 +26,8 @@ from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.errors import ModelError
-from powertrain.language.laws import FrictionLaw, Law, UnilateralLaw
+from powertrain.language.law import Law
+from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
 
@@ -40,8 +41,8 @@ _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
 
 
-@dataclass
-class Torque:
+@dataclass(frozen=True)
+class LawTorque:
     """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset."""
 
     place: Place
@@ -53,9 +54,13 @@ class Torque:
     rate: Symbol = field(default_factory=Symbol)
 
 
-def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, Law]]]:
-    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root."""
+def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tuple[Place, Law]]]:
+    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root.
+
+    The model with the equations of the new symbols, the laws with their torques, and the other laws.
+    """
     flat, torques, others = reduced.flat, [], []
+    symbols, equations = dict(reduced.symbols), list(reduced.equations)
     taken: dict[int, Place] = {}
     for place, law in flat.laws:
         if not isinstance(law, FrictionLaw | UnilateralLaw):
@@ -79,11 +84,11 @@ def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, L
             _refuse_given(reduced, place, plain)
         else:
             symbol = Symbol.sym(f"{place.path}.{law.name}.torque")
-            reduced.symbols[key(symbol)] = symbol
-            reduced.equations.append(Equation(value - symbol, place))
+            symbols[key(symbol)] = symbol
+            equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
-        torques.append(Torque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
-    return torques, others
+        torques.append(LawTorque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
+    return replace(reduced, symbols=symbols, equations=equations), torques, others
 
 
 def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
@@ -95,29 +100,36 @@ def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
     )
 
 
-def add_rates(system: Differentiated, torques: list[Torque]) -> None:
-    """The rate of each law: the derivative of its relative speed, or the speed itself where it depends on the torque at once."""
-    recorder = system.reduced.flat.recorder
+def with_rates(system: Differentiated, torques: Sequence[LawTorque]) -> tuple[Differentiated, list[LawTorque]]:
+    """The system with the speeds and rates of the laws, and the laws with them.
+
+    A law's rate is the derivative of its relative speed, or the speed itself where it depends on the torque at once.
+    """
+    system, symbols = system.copied(), dict(system.reduced.symbols)
+    rate_of = system.reduced.flat.recorder.derivative
 
     def defined(name: str, expression: Symbol, place: Place) -> Symbol:
         symbol = Symbol.sym(name)
-        system.reduced.symbols[key(symbol)] = symbol
+        symbols[key(symbol)] = symbol
         system.add(Equation(symbol - expression, place))
         return symbol
 
-    for torque in torques:
+    def rated(torque: LawTorque) -> LawTorque:
         law, place, path = torque.law, torque.place, torque.mode.name()
         if isinstance(law, FrictionLaw):
-            torque.speed = law.w
-            if any(order > system.top.get(b, 0) for b, order in system.bases(law.w)):
-                defined(f"{path}.speed", law.w, place)
-            torque.algebraic = _follows_at_once(system, law.w, torque.symbol)
+            speed = law.w
+            if any(order > system.top.get(b, 0) for b, order in system.bases(speed)):
+                defined(f"{path}.speed", speed, place)
+            if _follows_at_once(system, speed, torque.symbol):
+                return replace(torque, algebraic=True, speed=speed, rate=speed)
         else:
-            torque.speed = defined(f"{path}.speed", total_derivative(law.gap, recorder.derivative), place)
-        if torque.algebraic:
-            torque.rate = torque.speed
-        else:
-            torque.rate = defined(f"{path}.rate", total_derivative(torque.speed, recorder.derivative), place)
+            speed = defined(f"{path}.speed", total_derivative(law.gap, rate_of), place)
+        rate = defined(f"{path}.rate", total_derivative(speed, rate_of), place)
+        return replace(torque, speed=speed, rate=rate)
+
+    rates = [rated(torque) for torque in torques]
+    system.reduced = replace(system.reduced, symbols=symbols)
+    return system, rates
 
 
 def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:
@@ -138,7 +150,7 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 
 
 @dataclass(frozen=True)
-class Torques:
+class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
     ``implicit`` are the laws that are not linear in the torques (an efficiency that depends on the load): their own ``tau`` stays an
@@ -150,10 +162,10 @@ class Torques:
     residuals: list[Symbol]
 
 
-def solve_torques(laws: Sequence[Torque], tau: Sequence[Symbol]) -> Torques:
+def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorques:
     """All torques for given modes; ``laws`` in terms of states and of the torques ``tau``."""
     if not laws:
-        return Torques([], [], [])
+        return LawTorques([], [], [])
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
@@ -170,10 +182,10 @@ def solve_torques(laws: Sequence[Torque], tau: Sequence[Symbol]) -> Torques:
         whole[i] = value
     residuals = [rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved]
     everything = ca.vertsplit(ca.substitute(column([*whole, *residuals]), *parts)) if parts else [*whole, *residuals]
-    return Torques(everything[: len(laws)], curved, everything[len(laws) :])
+    return LawTorques(everything[: len(laws)], curved, everything[len(laws) :])
 
 
-def _rate_held(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
+def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """What is zero while the law is stuck or the contact closed.
 
     Under a motion that no torque of its own changes, a law takes the smallest torque that its bounds allow.
@@ -184,14 +196,14 @@ def _rate_held(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
     return own - (Symbol(0) if tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0)))
 
 
-def _loose(t: Torque, own: Symbol) -> Symbol:
+def _loose(t: LawTorque, own: Symbol) -> Symbol:
     """What is zero while the law slides or the contact is open."""
     if isinstance(t.law, UnilateralLaw):
         return own
     return own - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
 
 
-def compliance(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
+def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """How much a law yields, relative to eps: as much as its torque changes its own rate.
 
     A law that moves on its own shares its torque with none, and yields only where its motion is given by others.
@@ -202,7 +214,7 @@ def compliance(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
     return mobility(slope) if shares(t, own, tau) else ca.if_else(_given(slope), terms(slope), 0)
 
 
-def shares(t: Torque, own: Symbol, tau: Symbol) -> bool:
+def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
     others = [s for s in ca.vertsplit(tau) if key(s) != key(own)]
     return any(ca.which_depends(t.rate, column(others), 1, False))

@@ -47,12 +47,12 @@ class Balance:
 def opened(compiled: Compiled, names: Sequence[str]) -> tuple[Symbol, Symbol, Symbol, list[Symbol]]:
     """The torques of the laws; rates, residuals and the variables ``names`` for given torques."""
     dae, given = compiled.dae, []
-    unknowns = {u.name: u.symbol for u in compiled.flat.unknowns.values()}
+    variables = compiled.variables
     if dae.opened is None:
         return Symbol(0, 1), dae.xdot, dae.residual, [compiled.signals[n].expression for n in names]
     for name in names:
-        known = name in unknowns
-        given.append(compiled.open([unknowns[name]])[0] if known else compiled.signals[name].expression)
+        known = name in variables
+        given.append(compiled.open([variables[name].symbol])[0] if known else compiled.signals[name].expression)
     return dae.opened.tau, dae.opened.xdot, dae.opened.residual, given
 
 
@@ -72,8 +72,7 @@ def _start(compiled: Compiled, name: str, guesses: Mapping[str, float], given: M
         return float(guesses[name])
     if name in compiled.parameters:
         return compiled.parameters[name].value
-    known = {u.name: u for u in [*compiled.flat.unknowns.values(), *compiled.flat.inputs]}
-    unknown = known.get(name)
+    unknown = compiled.variables.get(name) or compiled.inputs.get(name)
     return given.get(name, 0.0) if unknown is None else float(unknown.start or unknown.guess or given.get(name, 0.0))
 
 

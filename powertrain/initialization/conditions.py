@@ -21,7 +21,7 @@ _DEPTH = 10
 
 
 @dataclass(frozen=True)
-class Condition:
+class StartCondition:
     """What holds at the start: a name or a place in the text, where it comes from, and the value."""
 
     label: str
@@ -31,7 +31,7 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Asked:
+class StartEquation:
     """expression = value at the start."""
 
     label: str
@@ -48,8 +48,8 @@ class Discretes:
     places of those with such an equation, and ``values`` what these give, of (t, m, p).
     """
 
-    def __init__(self, dae: HybridDae, equations: Sequence[Asked], discretes: Mapping[int, str]) -> None:
-        self.others: list[Asked] = []
+    def __init__(self, dae: HybridDae, equations: Sequence[StartEquation], discretes: Mapping[int, str]) -> None:
+        self.others: list[StartEquation] = []
         self.given: list[int] = []
         values: list[Symbol] = []
         unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
@@ -81,7 +81,7 @@ def discretes_of(compiled: Compiled) -> Discretes:
     return Discretes(compiled.dae, text_conditions(compiled), names)
 
 
-def text_conditions(compiled: Compiled) -> list[Asked]:
+def text_conditions(compiled: Compiled) -> list[StartEquation]:
     """The equations of ``initial()`` of all parts."""
     flat, dae = compiled.flat, compiled.dae
     residuals = compiled.resolve([e.residual for e in flat.initial])
@@ -92,25 +92,25 @@ def text_conditions(compiled: Compiled) -> list[Asked]:
             raise InitializationError(
                 f"{equation.place}\n  {strange[0]} is not a variable of the reduced model; state the condition in another way"
             )
-    return [Asked(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
+    return [StartEquation(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
 
 
-def signal_condition(compiled: Compiled, name: str, value: float, source: str) -> Asked:
+def signal_condition(compiled: Compiled, name: str, value: float, source: str) -> StartEquation:
     """A variable of the model has a value."""
     if name not in compiled.signals:
         raise ParameterError(f"starts: the model has no variable {name}{suggestion(name, compiled.signals)}")
     signal = compiled.signals[name]
-    return Asked(name, source, signal.expression, value, signal.unit)
+    return StartEquation(name, source, signal.expression, value, signal.unit)
 
 
-def declared_conditions(compiled: Compiled) -> list[Asked]:
+def declared_conditions(compiled: Compiled) -> list[StartEquation]:
     """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
-    declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
+    declared = [u for u in compiled.variables.values() if u.start is not None]
     declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
     return [signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
 
 
-def unsettled(compiled: Compiled, conditions: Sequence[Asked]) -> str:
+def unsettled(compiled: Compiled, conditions: Sequence[StartEquation]) -> str:
     """The message for modes that each start changes again: what depends on them, and what to give instead."""
     dae = compiled.dae
     laws = [f.name for f in dae.frictions] + [s.name for s in dae.switches] + [c.name for c in dae.contacts]

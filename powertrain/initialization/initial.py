@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import HybridDae
-from powertrain.engine.engine import Engine
+from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.initialization.conditions import (
     DECLARED,
-    Asked,
-    Condition,
+    StartCondition,
+    StartEquation,
     declared_conditions,
     discretes_of,
     signal_condition,
@@ -44,7 +44,7 @@ class InitialReport:
 
     def __init__(
         self,
-        asked: Sequence[Asked],
+        asked: Sequence[StartEquation],
         values: Array,
         chosen: Set[int],
         states: Sequence[str],
@@ -64,7 +64,7 @@ class InitialReport:
         return {"used": self.used, "implied": self.implied, "states": self.states}
 
     @property
-    def solved(self) -> tuple[Asked, ...]:
+    def solved(self) -> tuple[StartEquation, ...]:
         """The conditions that were solved, with their expressions; a pickled report has none."""
         return tuple(a for i, a in enumerate(self._asked) if i in self._chosen)
 
@@ -74,13 +74,13 @@ class InitialReport:
         return tuple(self._open)
 
     @cached_property
-    def used(self) -> tuple[Condition, ...]:
+    def used(self) -> tuple[StartCondition, ...]:
         """The conditions that were solved, and the states that none of them reaches."""
-        rest = [Condition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self._open]
+        rest = [StartCondition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self._open]
         return (*self._conditions(True), *rest)
 
     @cached_property
-    def implied(self) -> tuple[Condition, ...]:
+    def implied(self) -> tuple[StartCondition, ...]:
         """The conditions that follow from those before them."""
         return self._conditions(False)
 
@@ -89,9 +89,9 @@ class InitialReport:
         """The states at the start."""
         return dict(zip(self._names, self._y.tolist(), strict=False))
 
-    def _conditions(self, used: bool) -> tuple[Condition, ...]:
+    def _conditions(self, used: bool) -> tuple[StartCondition, ...]:
         pairs = enumerate(zip(self._asked, self._values.tolist(), strict=True))
-        return tuple(Condition(a.label, a.source, v, a.unit) for i, (a, v) in pairs if (i in self._chosen) == used)
+        return tuple(StartCondition(a.label, a.source, v, a.unit) for i, (a, v) in pairs if (i in self._chosen) == used)
 
     def __str__(self) -> str:
         rows = [(c.label, f"{c.value:.6g} {c.unit}", c.source) for c in self.used]
@@ -115,7 +115,7 @@ class Initializer:
         self._plans: dict[tuple[str, ...], _Plan] = {}
 
     def solve(
-        self, engine: Engine, t: float, p: Array, m: Array, starts: Mapping[str, float], guesses: Mapping[str, float]
+        self, engine: Simulator, t: float, p: Array, m: Array, starts: Mapping[str, float], guesses: Mapping[str, float]
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns, held values and the report. Raises InitializationError where the conditions cannot be met."""
         held = self._discretes.places.keys() & starts.keys()
@@ -141,7 +141,7 @@ def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol
 class _Plan:
     """The conditions for one set of given names, made independent at the point where they are solved, by Newton's method."""
 
-    def __init__(self, compiled: Compiled, conditions: list[Asked], given: int) -> None:
+    def __init__(self, compiled: Compiled, conditions: list[StartEquation], given: int) -> None:
         self.compiled, self.conditions, self.given = compiled, conditions, given
         dae = compiled.dae
         self.n, self.size = dae.x.numel(), dae.x.numel() + dae.z.numel()
@@ -159,7 +159,7 @@ class _Plan:
         self.linear = not self.nz and not ca.depends_on(jacobian.nz[:], ca.vertcat(dae.x, dae.z))
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
         self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
-        guesses = {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}
+        guesses = {u.name: u.guess for u in compiled.variables.values() if u.guess}
         self.guess = self._guess(guesses, np.zeros(self.size))
         places = [None if self.linear else self._place(c.label) for c in conditions[:given]]
         self.known = [place for place in places if place is not None]
@@ -171,7 +171,7 @@ class _Plan:
         self.choices: dict[bytes, _Choice] = {}
 
     def solve(
-        self, engine: Engine, t: float, p: Array, m: Array, given: Array, guesses: Mapping[str, float]
+        self, engine: Simulator, t: float, p: Array, m: Array, given: Array, guesses: Mapping[str, float]
     ) -> tuple[Array, Array, Array, InitialReport]:
         y = self._guess(guesses, self.guess.copy(), asked=True) if guesses else self.guess.copy()
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
@@ -324,7 +324,7 @@ class _Plan:
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
         return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
 
-    def _refuse(self, condition: Asked, value: float, reached: float) -> None:
+    def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
         """A condition that was left out must hold, unless a value given for this run took its place or it is only a declared start."""
         asked = (
             f"asks for {value:g} {condition.unit}, but the other conditions already give {reached:g} {condition.unit}"

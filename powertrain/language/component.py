@@ -27,7 +27,7 @@ from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
 
 if TYPE_CHECKING:
-    from powertrain.language.laws import Law
+    from powertrain.language.law import Law
 
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 _MISSING: Any = object()
@@ -105,7 +105,10 @@ class Parameter(Quantity):
 
 
 class Variable(Quantity):
-    """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution."""
+    """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution.
+
+    ``nominal`` is the variable's usual size, the unit of its absolute tolerance; None is one.
+    """
 
     def __init__(
         self,
@@ -115,9 +118,12 @@ class Variable(Quantity):
         guess: float = 0.0,
         prefer: bool = False,
         flow: bool = False,
+        nominal: float | None = None,
     ) -> None:
         super().__init__(unit, doc)
-        self.start, self.guess, self.prefer, self.flow = start, guess, prefer, flow
+        if nominal is not None and not 0.0 < nominal < math.inf:
+            raise ParameterError(f"nominal = {nominal!r} must be positive and finite ({doc}, {unit})")
+        self.start, self.guess, self.prefer, self.flow, self.nominal = start, guess, prefer, flow, nominal
 
 
 class Discrete(Quantity):
@@ -163,10 +169,30 @@ def variable(
     start: float | None = None,
     guess: float = 0.0,
     prefer: bool = False,
+    nominal: float | None = None,
     init: Literal[False] = False,
 ) -> Any:
-    """An unknown with unit and meaning; ``prefer`` prefers it as a state."""
-    return Variable(unit, doc, start, guess, prefer)
+    """An unknown with unit and meaning.
+
+    Parameters
+    ----------
+    unit, doc
+        Its unit and its meaning.
+    start
+        An initial condition, if the variable needs one.
+    guess
+        Where the search for its value begins.
+    prefer
+        Whether it is preferred as a state.
+    nominal
+        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. The default is one.
+
+    Errors
+    ------
+    ParameterError
+        If ``nominal`` is not positive and finite.
+    """
+    return Variable(unit, doc, start, guess, prefer, nominal=nominal)
 
 
 def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:

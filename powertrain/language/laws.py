@@ -8,31 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import Any, Self, TypeAlias
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.errors import ModelError
+from powertrain.language.connectors import Connector
+from powertrain.language.law import Law
 from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder
 from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
 
-if TYPE_CHECKING:
-    from powertrain.language.connectors import Connector
-
 Expression: TypeAlias = "Symbol | float"
-
-
-class Law:
-    """What a component yields beside equations."""
-
-    def mapped(self, change: Callable[[list[Symbol]], list[Symbol]]) -> Self:
-        """The same law with all its expressions changed."""
-        values = vars(self)
-        names = [name for name, value in values.items() if isinstance(value, Symbol)]
-        changed = dict(zip(names, change([values[name] for name in names]), strict=True))
-        return type(self)(**{**values, **changed})
 
 
 @dataclass(frozen=True)
@@ -212,8 +200,6 @@ def connect(*ports: Connector) -> Connection:
 
 
 def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
-    from powertrain.language.connectors import Connector
-
     for p in ports:
         if not isinstance(p, Connector):
             raise ModelError(f"{recorder().place}: connect() joins ports, but {p!r} is not a port")

@@ -26,6 +26,7 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.modes.lemke import Long, lemke
 from powertrain.modes.tolerances import ALONE, LEAST_TORQUE
+from powertrain.numerics.buffers import Evaluated
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -69,7 +70,7 @@ class Answer:
     ray: tuple[int, ...]
 
 
-class Opened(Protocol):
+class TorqueLaws(Protocol):
     """Laws as functions of their torques, with their places in m (frictions, then contacts), and those of the conditions."""
 
     count: int
@@ -109,17 +110,18 @@ class Laws:
         inputs = [dae.t, dae.x, z, dae.m, dae.p, opened.tau]
         single = [opened.reach, opened.compliance, opened.peak]
         outputs = [*map(ca.densify, values), *slopes, *map(ca.densify, single)]
-        self._function = ca.Function("powertrain_laws_opened", inputs, outputs)
+        self._values = Evaluated(ca.Function("powertrain_laws_opened", inputs, outputs))
 
     def at(self, point: Point, tau: Array) -> Linear:
         """The laws near ``tau`` (``-force`` for contacts); nan where an equation has no value there."""
         z = point.z[: self._model_unknowns]
         sign = np.where(np.arange(self.count) < self.frictions, 1.0, -1.0)
-        found = [np.array(v, float) for v in self._function(point.t, point.x, z, point.m, point.p, sign * tau)]
+        found = self._values(point.t, point.x, z, point.m, point.p, sign * tau)
         residual, speed, rate, lower, upper, g = (v.ravel() for v in found[:6])
         n = self._model_unknowns
         slopes = []
-        step, moved = np.zeros(n), np.zeros((n, self.count))
+        step: NDArray[np.floating] = np.zeros(n)
+        moved: NDArray[np.floating] = np.zeros((n, self.count))
         if n:
             r_z, r_tau = found[6][:, :n], found[6][:, n:] * sign
             try:
@@ -154,17 +156,17 @@ class _Bends:
 class Complementarity:
     """Solves the complementarity problem of one model at any point."""
 
-    def __init__(self, dae: HybridDae, laws: Opened | None = None) -> None:
-        self.laws: Opened = Laws(dae) if laws is None else laws
+    def __init__(self, dae: HybridDae, laws: TorqueLaws | None = None) -> None:
+        self.laws: TorqueLaws = Laws(dae) if laws is None else laws
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
         known = ca.vertcat(*[f.hysteresis for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
-        self._known = ca.Function("powertrain_known", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(known)])
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        self._known = Evaluated(ca.Function("powertrain_known", inputs, [ca.densify(known)]))
 
     def known(self, point: Point) -> Array:
         """How well the torques of all laws are known with the present modes [N.m, N]."""
-        found = self._known(point.t, point.x, point.z, point.m, point.p)
-        return np.array(found, float).ravel()
+        return self._known(point.t, point.x, point.z, point.m, point.p)[0].ravel()
 
     def solve(self, point: Point, tau: Array, zone: float, bends: bool, known: Array | float = 0.0) -> Answer:
         """The modes for laws that are linear near ``tau``.
@@ -226,7 +228,7 @@ def _widened(near: Linear, bend: _Bends, factor: Array, added: Array) -> tuple[L
 class _Problem:
     """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
 
-    def __init__(self, laws: Opened, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+    def __init__(self, laws: TorqueLaws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
         size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
         bend = replace(bend, rate=bend.rate * size, lower=bend.lower * size, upper=bend.upper * size)
         self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone

@@ -91,7 +91,7 @@ def optimal_control(
 
     Raises ParameterError for unknown names and empty ranges; SimulationError if the guess has impacts or resets, or the replay fails.
     """
-    problem = _Problem(
+    problem = _Programme(
         plant if isinstance(plant, Plant) else Plant(plant),
         objective(minimize),
         complete(guess),
@@ -105,7 +105,7 @@ def optimal_control(
     return problem.solve()
 
 
-class _Problem:
+class _Programme:
     """The nonlinear programme: unknowns, equations and bounds of all phases, joined."""
 
     def __init__(

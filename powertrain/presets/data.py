@@ -18,22 +18,22 @@ from typing import Any
 
 import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
-from powertrain.presets.settings import Place
+from powertrain.presets.settings import Adjustable
 
 NONE = "none"
 """In a file, for a place that may be empty."""
 
 
-def takes_data(found: Place) -> bool:
+def takes_data(found: Adjustable) -> bool:
     """Whether a place takes a map or a drive cycle."""
     return pt.Map in _kinds(found) or DriveCycle in _kinds(found)
 
 
-def _kinds(found: Place) -> tuple[Any, ...]:
+def _kinds(found: Adjustable) -> tuple[Any, ...]:
     return (type(found.value), found.kind, *typing.get_args(found.kind))
 
 
-def decoded(value: Any, found: Place, folder: Path) -> pt.Map | DriveCycle | None:
+def decoded(value: Any, found: Adjustable, folder: Path) -> pt.Map | DriveCycle | None:
     """The map or the cycle that a value says, None for "none" where that is allowed. Errors: ParameterError, which names the place."""
     is_map = pt.Map in _kinds(found)
     if value == NONE and type(None) in _kinds(found):
@@ -64,7 +64,7 @@ def _cycle(value: Any, folder: Path) -> DriveCycle:
     return DriveCycle(value["name"], rows, value.get("source", ""), tuple(value.get("grades", ())))
 
 
-def encoded(found: Place) -> str:
+def encoded(found: Adjustable) -> str:
     """A value that is not plain in TOML. Errors: ParameterError for what has no form there."""
     value = found.value
     if value is None:

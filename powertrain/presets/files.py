@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import powertrain as pt
 from powertrain.language.component import Port
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
-from powertrain.presets.settings import Place, component_named, part, place, places, with_value
+from powertrain.presets.settings import Adjustable, component_named, part, place, places, with_value
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
@@ -82,12 +82,12 @@ def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) ->
     made = []
     for i, item in enumerate(items):
         base = known.get(f"{path}[{i}]", first)
-        bare = Place(f"{path}[{i}]", None, first.kind, base.value)
+        bare = Adjustable(f"{path}[{i}]", None, first.kind, base.value)
         made.append(_made(bare, item, folder))
     return pt.replace(model, {path: tuple(made)})
 
 
-def _made(found: Place, table: dict[str, Any], folder: Path) -> pt.Component:
+def _made(found: Adjustable, table: dict[str, Any], folder: Path) -> pt.Component:
     """A part of a table: of the class that the table names, else the one that is there, with the table's values."""
     name = str(table.get(CLASS, type(found.value).__name__))
     if name == type(found.value).__name__:
@@ -97,7 +97,7 @@ def _made(found: Place, table: dict[str, Any], folder: Path) -> pt.Component:
     return _applied(start, table, "", [], folder)
 
 
-def _with_class(model: M, found: Place, table: dict[str, Any], folder: Path) -> M:
+def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path) -> M:
     """The slot filled anew where another class is asked for; values that the class cannot do without come from the table."""
     name = str(table[CLASS])
     if name == type(found.value).__name__:
@@ -115,7 +115,7 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
     for name, spec in cls._fields.items():
         if name not in table:
             continue
-        value, here = table[name], Place(f"{path}.{name}", None, kinds.get(name), None)
+        value, here = table[name], Adjustable(f"{path}.{name}", None, kinds.get(name), None)
         if isinstance(spec, pt.Parameter):
             given[name] = value
         elif takes_data(here):

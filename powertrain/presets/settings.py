@@ -17,7 +17,7 @@ M = TypeVar("M", bound=pt.Component)
 
 
 @dataclass(frozen=True)
-class Place:
+class Adjustable:
     """Something that can be set: a parameter (``spec``, else None), a part, or another field; ``kind`` is what it takes, if known."""
 
     path: str
@@ -31,7 +31,7 @@ class Place:
         return isinstance(self.value, pt.Component)
 
 
-def places(component: pt.Component, path: str = "") -> Iterator[Place]:
+def places(component: pt.Component, path: str = "") -> Iterator[Adjustable]:
     """Everything that can be set in a component and its parts."""
     kinds = component._slot_types()
     for name, spec in component._fields.items():
@@ -39,7 +39,7 @@ def places(component: pt.Component, path: str = "") -> Iterator[Place]:
             continue
         value, kind, here = component._values[name], kinds.get(name), f"{path}{name}"
         if isinstance(spec, pt.Parameter):
-            yield Place(here, spec, float, value)
+            yield Adjustable(here, spec, float, value)
         elif isinstance(value, tuple) and any(isinstance(item, pt.Component) for item in value):
             item_kind = (typing.get_args(kind) or (None,))[0]
             for i, item in enumerate(value):
@@ -47,15 +47,15 @@ def places(component: pt.Component, path: str = "") -> Iterator[Place]:
         elif isinstance(value, pt.Component):
             yield from _part(here, kind, value)
         else:
-            yield Place(here, None, kind, value)
+            yield Adjustable(here, None, kind, value)
 
 
-def _part(path: str, kind: Any, value: pt.Component) -> Iterator[Place]:
-    yield Place(path, None, kind, value)
+def _part(path: str, kind: Any, value: pt.Component) -> Iterator[Adjustable]:
+    yield Adjustable(path, None, kind, value)
     yield from places(value, f"{path}.")
 
 
-def place(component: pt.Component, path: str) -> Place:
+def place(component: pt.Component, path: str) -> Adjustable:
     """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
     known = {found.path: found for found in places(component)}
     if path not in known:
@@ -75,7 +75,7 @@ def assigned(component: M, path: str, text: str) -> M:
     return with_value(component, found, _number(text) if found.spec is not None else _read(text, found))
 
 
-def with_value(component: M, found: Place, value: Any) -> M:
+def with_value(component: M, found: Adjustable, value: Any) -> M:
     """A copy with a parameter or a plain field set to a value."""
     if found.spec is not None:
         return pt.replace(component, {found.path: found.spec.check(value, found.path)})
@@ -89,7 +89,7 @@ def _number(text: str) -> float | str:
         return text  # which the parameter refuses
 
 
-def part(text: str, found: Place) -> pt.Component:
+def part(text: str, found: Adjustable) -> pt.Component:
     """The component that a text tells, for a slot: a name, with values in brackets where it needs some, or one of its makers."""
     try:
         node = ast.parse(text.strip(), mode="eval").body
@@ -154,7 +154,7 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
     return made
 
 
-def _read(text: str, found: Place) -> Any:
+def _read(text: str, found: Adjustable) -> Any:
     """The value of a plain field from its text."""
     _check_plain(found)
     if isinstance(found.value, str):
@@ -167,7 +167,7 @@ def _read(text: str, found: Place) -> Any:
         raise pt.ParameterError(f"{found.path}: {text!r} is not a value like {found.value!r}") from None
 
 
-def _fitted(value: Any, found: Place) -> Any:
+def _fitted(value: Any, found: Adjustable) -> Any:
     """A value for a plain field, of the type of the one that is there."""
     old = found.value
     if isinstance(value, list):
@@ -186,7 +186,7 @@ def _fitted(value: Any, found: Place) -> Any:
     return value
 
 
-def _check_plain(found: Place) -> None:
+def _check_plain(found: Adjustable) -> None:
     if not isinstance(found.value, (bool, int, float, str, tuple)):
         raise pt.ParameterError(
             f"{found.path} (a {type(found.value).__name__}) cannot be set from text, only in Python"
@@ -197,7 +197,7 @@ def _tuples(value: Any) -> Any:
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
 
 
-def _takes(found: Place) -> str:
+def _takes(found: Adjustable) -> str:
     names = [entry.name for entry in fitting(found.kind)]
     return f" (it takes {', '.join(names)})" if names else ""
 

@@ -1,8 +1,8 @@
-"""The simulation engine of one compiled model: fused steps, exact events, all modes resolved together."""
+"""The functions and arrays with which one compiled model is simulated, built at their first use."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
 import casadi as ca
@@ -13,21 +13,17 @@ from powertrain.compiler.hybrid import Guard, HybridDae, Switch
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
 from powertrain.engine.location import Locator
-from powertrain.engine.loop import Run
 from powertrain.engine.schedules import Schedules
-from powertrain.engine.trajectory import Trajectory
 from powertrain.engine.waves import Waves
 from powertrain.engine.zeno import Zeno, resetting
-from powertrain.errors import InitializationError, ParameterError, SimulationError
+from powertrain.errors import InitializationError, ParameterError
 from powertrain.integration import fused as steps
 from powertrain.integration.specialized import Calls, SpecialSteps
 from powertrain.modes.admissible import Admissible
-from powertrain.modes.algebra import Algebra, NotConsistent
+from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.indicators import Indicator, indicators
-from powertrain.modes.projection import project
-from powertrain.modes.resolve import Resolver
+from powertrain.modes.resolve import ModeResolver
 from powertrain.modes.rules import timed
-from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array, Bound, Memory
 from powertrain.numerics.compiled import compile_functions
 from powertrain.numerics.pivots import match_rows
@@ -44,12 +40,8 @@ _EXPLICIT_STEPS = 5000.0
 """With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
 
 
-class Engine:
-    """Runs a :class:`HybridDae` any number of times. Functions are built at their first use; one instance serves one thread.
-
-    ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto", which begins with the first
-    where it can and begins with or changes to the second where the model is stiff. ``compile`` passes the functions through the C compiler.
-    """
+class Prepared:
+    """The functions of a :class:`HybridDae`, bound to one memory; what they are called for is in ``engine`` and ``loop``."""
 
     def __init__(self, dae: HybridDae, method: Method = "auto", compile: bool = False) -> None:
         if method not in _METHODS:
@@ -70,9 +62,8 @@ class Engine:
         self.catalogue = catalogue(dae)
         self.schedules = Schedules(dae.schedules)
         self.memory = Memory(dae, len(self.indicators), len(self.timed))
-        self.algebra = Algebra(dae, self.memory) if dae.z.numel() else None
+        self.algebra = AlgebraicSolver(dae, self.memory) if dae.z.numel() else None
         self._model: steps.Common | None = None
-        self._functions: dict[str, ca.Function] = {}
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
         self.special = SpecialSteps(dae.m, self.catalogue.modes, self._step)
@@ -80,79 +71,6 @@ class Engine:
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
         self.zeno = Zeno(dae, self.memory) if resetting(dae) else None
-
-    def run(
-        self,
-        x0: ArrayLike,
-        p: ArrayLike,
-        m0: ArrayLike | None = None,
-        z0: ArrayLike | None = None,
-        *,
-        start: float = 0.0,
-        stop: float,
-        rtol: float = 1e-6,
-        atol: float = 1e-8,
-        max_step: float = np.inf,
-        progress: Callable[[float], None] | None = None,
-    ) -> Trajectory:
-        """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns are resolved at the start from the guesses.
-
-        Raises SimulationError with the trajectory so far as ``result``, InitializationError if the start cannot be made consistent.
-        """
-        if not stop >= start:
-            raise ValueError(f"stop = {stop:g} s lies before start = {start:g} s")
-        self._load(start, x0, z0, m0, p, rtol, atol)
-        self._settle(start)
-        return Run(self, start, stop, rtol, max_step, progress).execute()
-
-    def resume(
-        self,
-        x: ArrayLike,
-        p: ArrayLike,
-        m: ArrayLike,
-        z: ArrayLike,
-        *,
-        start: float,
-        stop: float,
-        rtol: float,
-        atol: float,
-        max_step: float,
-        jumped: bool,
-    ) -> Trajectory:
-        """Simulate on from the end of another run; ``jumped``: signals of time were changed since. Raises SimulationError."""
-        self._load(start, x, z, m, p, rtol, atol)
-        self.memory.m[: self.sizes[2]] = _vector("m", m, self.sizes[2])
-        if jumped:
-            self.memory.jumped[0] = 0.0
-            self.memory.fire.fill(0.0)
-            try:
-                self.resolver.resolve(0)
-                self.admissible.check(0)
-            except (NotConsistent, SimulationError) as error:
-                raise SimulationError(f"at t = {start:.9g} s {error}") from None
-        return Run(self, start, stop, rtol, max_step, None).execute(resumed=not jumped)
-
-    def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
-        """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
-        self._load(t, x, z, m, p, 1e-6, 1e-8)
-        side = self._settle(t)
-        self.fresh[side].call()
-        if self.memory.start[1] > 1e-13:
-            project(self.dae, self.memory, 1 - side)
-        n, nz, held, _ = self.sizes
-        y = self.memory.y[1 - side]
-        return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[:held].copy()
-
-    def consistent(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> Array:
-        """The algebraic unknowns for given modes, from the guess ``z``. Raises InitializationError."""
-        self._fill(t, x, z, m, p)
-        if self.algebra is not None:
-            try:
-                self.algebra.solve(0)
-            except NotConsistent as error:
-                raise InitializationError(f"at t = {t:.9g} s {error}") from None
-        n = self.dae.x.numel()
-        return self.memory.y[0][n : n + self.dae.z.numel()].copy()
 
     def stepper(self, name: str, numeric: bool = False) -> Calls:
         """The steps of a method for both directions of the double buffer; ``numeric`` takes the sparse solver that pivots at run time."""
@@ -209,10 +127,10 @@ class Engine:
     def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
         memory, (n, nz, held, parameters) = self.memory, self.sizes
         y = memory.y[0]
-        y[:n] = _vector("x", x, n)
-        y[n : n + nz] = 0.0 if z is None else _vector("z", z, nz)
-        memory.m[:held] = _vector("m", self.dae.held_start if m is None else m, held)
-        memory.p[:parameters] = _vector("p", p, parameters)
+        y[:n] = vector("x", x, n)
+        y[n : n + nz] = 0.0 if z is None else vector("z", z, nz)
+        memory.m[:held] = vector("m", self.dae.held_start if m is None else m, held)
+        memory.p[:parameters] = vector("p", p, parameters)
         memory.time[:] = t, 0.0
 
     def _load(
@@ -242,46 +160,6 @@ class Engine:
             if not (self.dae.frictions or self.dae.switches or self.dae.contacts):
                 raise InitializationError(f"at t = {t:.9g} s {error}") from None
             self.memory.y[0][:] = guess
-
-    def _guess_modes(self) -> None:
-        """Laws that move slide: with implicit unknowns the equations need not have a solution for other modes."""
-        dae, memory = self.dae, self.memory
-        if self._speeds is None:
-            speeds = ca.densify(ca.vertcat(*[law.w for law in dae.frictions]))
-            self._speeds = ca.Function("powertrain_speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], [speeds])
-        n, nz, y = dae.x.numel(), dae.z.numel(), memory.y[0]
-        values = self._speeds(
-            memory.time[0], y[:n], y[n : n + nz], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
-        )
-        for law, w in zip(dae.frictions, np.array(values, float).ravel().tolist(), strict=True):
-            if not law.algebraic and memory.m[law.index] == 0.0 and abs(w) > ZONE:
-                memory.m[law.index] = 1.0 if w > 0.0 else -1.0
-
-    def _settle(self, t: float) -> int:
-        """Resolve the modes of a start on side 0 of the buffers."""
-        if self.algebra is not None and self.dae.frictions:
-            self._guess_modes()
-        self.memory.jumped[0] = 1.0
-        self.memory.fire.fill(0.0)
-        self.resolver.forget()
-        self.fire(t)
-        try:
-            self._resolve_start()
-            self.admissible.check(0)
-            self.resolver.check_unique(0)
-        except (NotConsistent, SimulationError) as error:
-            said = str(error).removeprefix(f"at t = {t:.9g} s ")
-            raise InitializationError(f"start at t = {t:.9g} s: {said}") from None
-        return 0
-
-    def _resolve_start(self) -> None:
-        m, y = self.memory.m.copy(), self.memory.y[0].copy()
-        try:
-            self.resolver.resolve(0)
-        except SimulationError:
-            self.memory.m[:], self.memory.y[0][:] = m, y
-            self.admissible.check_speeds(0)
-            raise
 
     def fire(self, t: float) -> None:
         """Mark the timed laws whose instant is ``t``, within rounding."""
@@ -363,7 +241,7 @@ class Engine:
             ]
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"], memory)
-        self.resolver = Resolver(self.dae, memory, update, self.fresh, self.algebra)
+        self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra)
         self.admissible = Admissible(self.dae, memory, self.resolver.notes)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
         self._untimed_whens = [
@@ -381,7 +259,8 @@ def _bends(indicators: Sequence[Indicator]) -> dict[int, int]:
     return {k: law.index for k, law in laws if isinstance(law, Switch) and law.continuous}
 
 
-def _vector(name: str, values: ArrayLike, size: int) -> Array:
+def vector(name: str, values: ArrayLike, size: int) -> Array:
+    """The numbers as a flat array of this size. Raises ValueError for another size."""
     vector = np.asarray(values, dtype=np.float64).ravel()
     if vector.size != size:
         raise ValueError(f"{name} has {vector.size} entries instead of {size}")
