@@ -19,7 +19,7 @@ class CamGeometry(CamCurves):
         check_numbers(self)
 
     def whole_profile(self, points: int = 361) -> Array:
-        """The closed profile of all M lobes: ``points`` for each valley. Errors: ParameterError where it is undercut, does not close, or M = N."""
+        """The closed profile of all M lobes: ``points`` for each valley. Errors: ParameterError where undercut, open, or M = N."""
         check_cut(self)
         return self.valleys(points)
 

@@ -287,8 +287,8 @@ def test_a_roller_that_cuts_in_is_found() -> None:
     """The profile of a smaller roller with a larger one."""
 
     class Thick(CamGeometry):
-        def whole_profile(self, points: int = 361) -> Any:
-            return SphericalCam(4, 5, alpha_4=math.radians(18)).whole_profile(points)
+        def valleys(self, points: int = 361) -> Any:
+            return SphericalCam(4, 5, alpha_4=math.radians(18)).valleys(points)
 
     assert clearance(PAPER) == pytest.approx(0, abs=1e-12)
     assert clearance(Thick(4, 5)) == pytest.approx(-math.radians(1), abs=1e-6)
