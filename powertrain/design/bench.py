@@ -29,15 +29,14 @@ class SplitPathBench(pt.Component):
     P_3: pt.Variable = pt.variable("W", "Power into the differential at the output")
     drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
     transmission: SplitPathTransmission = SplitPathTransmission()
-    inertia: Inertia = Inertia(J=1)
     torque: Torque = Torque()
+    inertia: Inertia = Inertia(J=1)
 
     def equations(self) -> pt.Equations:
         """Connections, and what the figures show."""
         gear = self.transmission
         yield pt.connect(self.drive.flange, gear.flange_a)
-        yield pt.connect(self.torque.flange, self.inertia.flange_b)
-        yield pt.connect(self.inertia.flange_a, gear.flange_b)
+        yield pt.connect(self.torque.flange, self.inertia.flange_a, gear.flange_b)
         yield pt.connect(self.V, gear.ratio)
         yield pt.connect(self.load, self.torque.tau)
         yield self.r * self.drive.w == pt.der(self.torque.phi)

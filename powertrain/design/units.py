@@ -79,8 +79,7 @@ class UnitBench(pt.Component):
     def equations(self) -> pt.Equations:
         """Drive, unit, load; the inertia separates the load from the pressure of a unit whose pressure is a state."""
         yield pt.connect(self.drive.flange, self.unit.flange_a)
-        yield pt.connect(self.torque.flange, self.inertia.flange_b)
-        yield pt.connect(self.inertia.flange_a, self.unit.flange_b)
+        yield pt.connect(self.torque.flange, self.inertia.flange_a, self.unit.flange_b)
         yield pt.connect(self.V, self.unit.ratio)
         yield pt.connect(self.load, self.torque.tau)
         yield self.ratio * self.drive.w == pt.der(self.torque.phi)
