@@ -183,4 +183,4 @@ class RangeTransmission(VariableTransmission):
             w_a, w_b = w_a + high * (a - w_a), w_b + high * (b - w_b)
         size = switch(w_a >= 0, w_a, -w_a, continuous=True)
         within(size, STANDSTILL, math.inf, name="speed of the unit's shaft a over that of the input", unit="1")
-        return w_b / w_a
+        return Symbol(w_b / w_a)

@@ -203,7 +203,7 @@ def _onto(axis: Array) -> Array:
     return np.stack([x, np.cross(axis, x), axis], axis=1)
 
 
-def _circle(cam: SphericalCam, points: int = 20) -> Array:
+def _circle(cam: CamGeometry, points: int = 20) -> Array:
     turn = np.linspace(0, 2 * math.pi, points, endpoint=False)
     s, c = math.sin(cam.alpha_4), math.cos(cam.alpha_4)
     return np.stack([s * np.cos(turn), s * np.sin(turn), np.full(points, c)], -1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -90,10 +91,11 @@ def test_dxf_of_a_track(tmp_path: Path) -> None:
 def test_a_missing_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("trimesh", "ezdxf"):
         monkeypatch.setitem(sys.modules, name, None)
-    for write in (
+    writes: list[Callable[[], Path]] = [
         lambda: write_stl(tmp_path / "a.stl", BODIES[0].roller_solid("inner")),
         lambda: write_dxf(tmp_path / "a.dxf", developed(TABLE_1.outer)),
-    ):
+    ]
+    for write in writes:
         with pytest.raises(pt.ParameterError, match=r"is not installed: pip install 'powertrain\[cad\]'"):
             write()
 
