@@ -143,7 +143,8 @@ def _damped(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: b
         step = solved(matrix, right) / scale
         size = np.abs(step).max(axis=1, initial=0.0)
         fine[active], share = size <= STILL, np.ones(len(active))
-        done = fine[active] | ~np.isfinite(size)
+        done = helps = fine[active] | ~np.isfinite(size)
+        trial = z[active]
         for _ in range(HALVINGS):
             trial = z[active] + np.where(np.isfinite(step), share[:, None] * step, 0.0) * scale
             following = solved(matrix, equations(active, trial)[1]) / scale
