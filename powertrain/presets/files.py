@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import powertrain as pt
-from powertrain.language.component import Port
+from powertrain.language.component import Port, variants
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
-from powertrain.presets.settings import Adjustable, component_named, makers, part, place, places, with_value
+from powertrain.presets.settings import Adjustable, component_named, part, place, places, with_value
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
@@ -81,7 +81,7 @@ def _check_no_row(model: pt.Component, path: str) -> None:
         kind = type(place(model, whole).value) if whole else type(model)
         raise pt.ParameterError(
             f"{path} is a row of {type(row.value).__name__}: write a table [[{path}]] for each of them"
-            + "".join(f', or in [{whole}]  class = "{kind.__name__}.{maker}(...)"' for maker in makers(kind))
+            + "".join(f', or in [{whole}]  class = "{kind.__name__}.{maker}(...)"' for maker in variants(kind))
         )
 
 

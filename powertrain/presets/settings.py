@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import suggestion
-from powertrain.language.component import Port
+from powertrain.language.component import Port, variants
 from powertrain.presets.catalogue import components, find, fitting
 
 M = TypeVar("M", bound=pt.Component)
@@ -139,8 +139,9 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
     cls = component_named(name.id, kind, where)
     maker: Any = cls
     if isinstance(target, ast.Attribute):
-        if target.attr not in (known := makers(cls)):
-            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(known)}")
+        makers = variants(cls)
+        if target.attr not in makers:
+            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
         maker = getattr(cls, target.attr)
     kinds = cls._slot_types()
     arguments = [_built(value, where) for value in node.args]
@@ -151,13 +152,6 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
         raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}") from None
     assert isinstance(made, pt.Component)
     return made
-
-
-def makers(cls: type[pt.Component]) -> list[str]:
-    """The names of the methods that make a component of a class."""
-    own = [base for base in cls.__mro__ if base.__module__.startswith("powertrain.components")]
-    found = {n: None for base in own for n, made in vars(base).items() if isinstance(made, (classmethod, staticmethod))}
-    return [name for name in found if not name.startswith("_")]
 
 
 def _read(text: str, found: Adjustable) -> Any:
