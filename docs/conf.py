@@ -27,6 +27,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "cache"  # notebooks are committed without outputs, and run when they or this file change
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
+nb_merge_streams = True
 os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # figures appear in the notebooks
 exclude_patterns = ["_build", "_computed", "_ext"]
 
