@@ -49,7 +49,7 @@ ORDER = [
     "analysis: identity cases dispatch sweep sweeping",
     "equilibrium: fraction points balance placed turning blocks system choices search",
     "equilibrium: laws corrector beginnings continuation solutions operating",
-    "steadystate: axes neighbours rowwise results",
+    "steadystate: axes intervals neighbours rowwise results",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
     "variational: record unknowns objectives partials",

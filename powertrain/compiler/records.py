@@ -136,7 +136,7 @@ def switch_records(resolver: Resolver, held: Held) -> tuple[Switch, ...]:
             str(s.place),
             held.place(s.mode),
             g,
-            _event_time(g, recorder.constants),
+            _event_time(g, _lasting(resolver)),
             s.continuous,
             condition_tolerance(resolver.meeting(opened), resolver.largest),
         )
@@ -177,12 +177,21 @@ def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: 
         held.place(flag),
         g,
         tuple(resets),
-        _event_time(g, flat.recorder.constants),
+        _event_time(g, _lasting(resolver)),
     )
 
 
+def _lasting(resolver: Resolver) -> set[int]:
+    """What is constant but for resets and signals of time: all that is held, but for the modes of laws."""
+    recorder = resolver.reduced.flat.recorder
+    return recorder.constants - {key(t.mode) for t in resolver.laws} - {key(s.mode) for s in recorder.switches}
+
+
 def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:
-    """The instant where g, affine in time and free of states, changes its sign."""
+    """The instant where g, affine in time and free of states, changes its sign.
+
+    None where modes are part of it: with these the instant moves, and one that has just become the present would be missed.
+    """
     if any(key(s) not in constants and key(s) != key(time) for s in free_symbols(g)):
         return None
     slope = ca.jacobian(g, time)

@@ -170,7 +170,8 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
-    rows, parts = _affine(rows, list(tau))
+    short, parts = _affine([*rows, *(t.rate for t in laws)], list(tau))
+    rows, laws = short[: len(laws)], [replace(t, rate=rate) for t, rate in zip(laws, short[len(laws) :], strict=True)]
     curved = _curved(rows, list(tau))
     explicit = [i for i in range(len(laws)) if i not in curved]
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
@@ -190,17 +191,29 @@ def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
     Under a motion that no torque of its own changes, a law takes the smallest torque that its bounds allow.
     """
-    if isinstance(t.law, UnilateralLaw) or any(ca.which_depends(t.rate, own, 1, False)):
+    if isinstance(t.law, UnilateralLaw) or not _prescribed(t, own):
         return t.rate
     tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), tau, 1, False))
     return own - (Symbol(0) if tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0)))
 
 
+def _prescribed(t: LawTorque, own: Symbol) -> bool:
+    """Whether its own torque never changes the motion of a law."""
+    return not any(ca.which_depends(t.rate, own, 1, False))
+
+
 def _loose(t: LawTorque, own: Symbol) -> Symbol:
-    """What is zero while the law slides or the contact is open."""
+    """What is zero while the law slides or the contact is open.
+
+    At rest under a motion that no torque changes, any torque between the bounds will do: operating points ask for these with modes
+    between -1 and 1.
+    """
     if isinstance(t.law, UnilateralLaw):
         return own
-    return own - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
+    lower, upper = t.law.lower, t.law.upper
+    if _prescribed(t, own):
+        upper = ca.if_else(ca.fabs(t.mode) < 1, lower + (1 + t.mode) / 2 * (upper - lower), upper)
+    return own - ca.if_else(t.mode == -1, lower, upper)
 
 
 def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
