@@ -178,9 +178,12 @@ from powertrain.components.transmissions import FluidCoupling as FluidCoupling
 from powertrain.components.transmissions import Lever as Lever
 from powertrain.components.transmissions import ManualGearbox as ManualGearbox
 from powertrain.components.transmissions import Network as Network
+from powertrain.components.transmissions import NetworkGears as NetworkGears
 from powertrain.components.transmissions import NetworkRatio as NetworkRatio
 from powertrain.components.transmissions import NetworkTransmission as NetworkTransmission
+from powertrain.components.transmissions import OverallRatio as OverallRatio
 from powertrain.components.transmissions import PowerShiftGearbox as PowerShiftGearbox
+from powertrain.components.transmissions import RangeTransmission as RangeTransmission
 from powertrain.components.transmissions import RatioOfUnit as RatioOfUnit
 from powertrain.components.transmissions import Shiftable as Shiftable
 from powertrain.components.transmissions import SingleGear as SingleGear

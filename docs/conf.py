@@ -24,11 +24,13 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "mathml", "site_pages"]
 html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
-nb_execution_mode = "cache"  # notebooks are committed without outputs, and run when they or this file change
+nb_execution_mode = "cache"  # notebooks are committed without outputs, and run when they change
+nb_execution_cache_path = str(Path(__file__).parent / "_computed" / "notebooks")
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
+nb_merge_streams = True
 os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # figures appear in the notebooks
-exclude_patterns = ["_build", "_computed", "_ext"]
+exclude_patterns = ["_build", "_computed", "_ext", "jupyter_execute"]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "powertrain"

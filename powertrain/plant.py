@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 import threading
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 
@@ -370,7 +371,11 @@ def _progress(progress: bool | Callable[[float], None], start: float, stop: floa
 
 def time_bar(start: float, stop: float) -> Any:
     """A progress bar over the time of a simulation (s), in thousandths of its duration or coarser."""
-    from tqdm.auto import tqdm
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", message="IProgress not found"
+        )  # a notebook without widgets gets a bar of text
+        from tqdm.auto import tqdm
 
     decimals = max(0, 3 - math.ceil(math.log10(stop - start))) if stop > start else 0
     number = f":.{decimals}f"

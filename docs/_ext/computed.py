@@ -83,6 +83,8 @@ def compute(*, recompute: bool = True) -> None:
     wanted = [job for job in jobs() if not _is_there(job, job.fingerprint(state), recompute)]
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = {**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"}
+    # Fifty processes import the library: its bytecode is kept, whatever the environment says.
+    environment |= {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(RESULTS / "bytecode")}
 
     def run(job: Job) -> None:
         command = [sys.executable, "-W", "error", __file__, job.kind, job.name]

@@ -387,13 +387,13 @@ class Component(metaclass=_Kind):
         return text if len(text) <= LONGEST_TEXT else _abridged(type(self).__name__, given)
 
     def _repr_html_(self) -> str:
-        doc = (type(self).__doc__ or "").partition("\n")[0]
+        doc = _first_line(type(self))
         parameters = [
             (n, f"{self._values[n]:g}", spec.unit, spec.doc)
             for n, spec in self._fields.items()
             if isinstance(spec, Parameter)
         ]
-        parts = [(n, type(c).__name__, (type(c).__doc__ or "").partition("\n")[0]) for n, c in _parts_of(self)]
+        parts = [(n, type(c).__name__, _first_line(type(c))) for n, c in _parts_of(self)]
         return (
             htmltext.heading(type(self).__name__, doc)
             + (htmltext.table(("parameter", "value", "unit", "meaning"), parameters) if parameters else "")
@@ -427,6 +427,11 @@ def _abridged(name: str, given: Mapping[str, Any]) -> str:
         shown.append(f"{n}={text}")
     text = f"{name}({', '.join(shown)})"
     return text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 4]}...)"
+
+
+def _first_line(kind: type) -> str:
+    """What a class is, from its docstring, without the marks of code."""
+    return (kind.__doc__ or "").partition("\n")[0].replace("``", "")
 
 
 def _parts_of(component: Component) -> list[tuple[str, Component]]:
