@@ -12,7 +12,6 @@ if not (_package / "components" / "__init__.py").is_file():
     __path__.append(str(_package.parent))
 
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
-from powertrain.export import load
 from powertrain.language.component import (
     Component,
     Discrete,
@@ -31,8 +30,6 @@ from powertrain.language.laws import connect, der, friction, reinit, schedule, s
 from powertrain.language.map import Axis, Map
 from powertrain.language.replacing import replace
 from powertrain.language.symbols import Symbol, time
-from powertrain.plant import Plant, compile, simulate  # noqa: A004
-from powertrain.result import Result
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
@@ -40,22 +37,29 @@ if TYPE_CHECKING:
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
+    from powertrain.export import load
     from powertrain.figures.schematic import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.planning import Plan, optimal_control
+    from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
+    from powertrain.result import Result
     from powertrain.running import Running
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
     from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
+    from powertrain.viewer.comparison import Comparison, compare
+    from powertrain.viewer.exploring import explore
+    from powertrain.viewer.operating_map import OperatingMap
 
 __version__ = "0.1.0"
 __all__ = [
     "Axis",
+    "Comparison",
     "Component",
     "Connector",
     "Discrete",
@@ -70,6 +74,7 @@ __all__ = [
     "Map",
     "ModelError",
     "Objective",
+    "OperatingMap",
     "Output",
     "Parameter",
     "ParameterError",
@@ -86,12 +91,14 @@ __all__ = [
     "Variable",
     "__version__",
     "at",
+    "compare",
     "compile",
     "connect",
     "der",
     "discrete",
     "eigenmodes",
     "energy_audit",
+    "explore",
     "final",
     "fit",
     "floquet",
@@ -130,8 +137,13 @@ __all__ = [
     "within",
 ]
 
-# The analyses are imported when they are first asked for.
+# The simulator and the analyses are imported when they are first asked for: a model's source needs neither.
 _ANALYSES = {
+    "Plant": "powertrain.plant",
+    "Result": "powertrain.result",
+    "compile": "powertrain.plant",
+    "load": "powertrain.export",
+    "simulate": "powertrain.plant",
     "Gradient": "powertrain.variational.gradients",
     "Objective": "powertrain.variational.objectives",
     "at": "powertrain.variational.objectives",
@@ -144,6 +156,10 @@ _ANALYSES = {
     "squares": "powertrain.variational.objectives",
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
+    "Comparison": "powertrain.viewer.comparison",
+    "OperatingMap": "powertrain.viewer.operating_map",
+    "compare": "powertrain.viewer.comparison",
+    "explore": "powertrain.viewer.exploring",
     "Sweep": "powertrain.analysis.sweep",
     "Experiment": "powertrain.optimal.experiment",
     "Fit": "powertrain.optimal.fitting",

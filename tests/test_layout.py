@@ -21,7 +21,7 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
     "errors",
-    "language: units symbols",
+    "language: units symbols htmltext",
     "language: arguments",
     "language: dimensions",
     "language: quantities",
@@ -56,12 +56,19 @@ ORDER = [
     "variational: functional transitions mapping saltation begin sweeps gradients floquet",
     "optimal: dynamics experiment fitting phases planning",
     "power: paths circulation powergraph variator directedflow powerterms powerflow",
+    "figures.layout",
     "figures.plot figures.schematic power.powerdiagram power.powerplot",
+    "viewer: operating_map decimation saved recording document exploring comparison",
     "__init__",
     "__main__",
 ]
-# (module, what it imports from a row below, in the function that needs it)
-LATER = {("result", "figures.plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
+# (module, what it imports from a row below, or of what `import powertrain` shows, in the function that needs it)
+LATER = {
+    ("result", "figures.plot"),
+    ("result", "explore"),
+    ("plant", "optimal.dynamics"),
+    ("power.powerflow", "power.powerdiagram"),
+}
 
 
 def row_names(row: str) -> list[str]:
@@ -134,6 +141,8 @@ def test_core_imports_go_up_the_order(path: Path) -> None:
         assert not within(module, "powertrain.components", "powertrain.vehicles"), f"{place} is not known to the core"
         if name != "__init__" and within(module, "powertrain") and module != "powertrain.__version__":
             target = module.removeprefix("powertrain.")
+            if (name, target) in LATER and target in pt.__all__:
+                continue  # by what `import powertrain` shows
             assert target in RANK, f"{place} is no module in ORDER (import the module, not the package)"
             assert RANK[target] <= RANK[name] or (name, target) in LATER, f"{place} comes after {name} in ORDER"
 
