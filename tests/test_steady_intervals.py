@@ -95,3 +95,9 @@ def test_two_laws_at_rest() -> None:
     assert found["product_low"].item() == pytest.approx(0.0, abs=1e-9)
     assert found["one.bump_high"].item() == pytest.approx(1.0, rel=1e-9)
     assert (found["other.tau_low"].item(), found["other.tau_high"].item()) == pytest.approx((-3.0, 1.0))
+
+
+def test_affine_outputs_alone() -> None:
+    found = pt.steady(Rubbing(), {"w": 0.0, "load": [0.0, 1.0]}, outputs=["tau", "affine"])
+    np.testing.assert_allclose(found["affine_low"], [-5.0, -8.0])
+    np.testing.assert_allclose(found["affine_high"], [7.0, 4.0])

@@ -49,6 +49,8 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
     if not solver.explicit:
         return low, high, solved
     where = np.flatnonzero(solved)
+    if not where.size:
+        return low, high, solved
     for some in np.array_split(where, len(where) // BLOCK + 1):
         for i, k in combinations(range(len(ends)), 2):
             least, most = Line(solver, grid[:, some], ends[i], ends[k], some).extremes()
@@ -86,6 +88,8 @@ class Line:
         line = table[0] + parts[:, None, None] * (table[-1] - table[0])
         size = np.nanmedian(np.abs(table), axis=0)
         self.bent = np.flatnonzero((np.abs(table - line) > STRAIGHT * (1.0 + size)).any(axis=(0, 2)))
+        if not self.bent.size:
+            return least, most
         table, size = table[:, self.bent], size[self.bent]
         poles = self._poles(table, parts)
         greatest, smallest = self._greatest(table, parts, 1.0), -self._greatest(-table, parts, -1.0)
