@@ -25,6 +25,7 @@ from powertrain.component import (
     variable,
 )
 from powertrain.connectors import Connector, Input, Output, Signal, signal_input, signal_output
+from powertrain.cutting import bench
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
 from powertrain.export import load
 from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.planning import Plan, optimal_control
+    from powertrain.optimal.scheduling import Schedule, Stages, dynamic_programming, ecms
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
     from powertrain.running import Running
@@ -79,17 +81,22 @@ __all__ = [
     "PowertrainError",
     "Result",
     "Running",
+    "Schedule",
     "Signal",
     "SimulationError",
+    "Stages",
     "Sweep",
     "Symbol",
     "Variable",
     "__version__",
     "at",
+    "bench",
     "compile",
     "connect",
     "der",
     "discrete",
+    "dynamic_programming",
+    "ecms",
     "eigenmodes",
     "energy_audit",
     "final",
@@ -149,6 +156,10 @@ _ANALYSES = {
     "Fit": "powertrain.optimal.fitting",
     "Plan": "powertrain.optimal.planning",
     "optimal_control": "powertrain.optimal.planning",
+    "Schedule": "powertrain.optimal.scheduling",
+    "Stages": "powertrain.optimal.scheduling",
+    "dynamic_programming": "powertrain.optimal.scheduling",
+    "ecms": "powertrain.optimal.scheduling",
     "Floquet": "powertrain.variational.floquet",
     "floquet": "powertrain.variational.floquet",
     "Running": "powertrain.running",

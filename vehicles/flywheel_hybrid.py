@@ -15,7 +15,7 @@ from powertrain.components.body import (
     TransferCase,
     VehicleBody,
 )
-from powertrain.components.control import Driver, FlywheelCharge, FlywheelDrive, Pedals
+from powertrain.components.control import Driver, FlywheelCharge, FlywheelCharging, FlywheelDrive, Pedals
 from powertrain.components.cvu import RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss, CrownGear
@@ -47,7 +47,7 @@ class FlywheelHybrid(Component):
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1 / 3.5)
     drive: FlywheelDrive = FlywheelDrive()
-    charge: FlywheelCharge = FlywheelCharge()
+    charge: FlywheelCharging = FlywheelCharge()
     engine: Engine = WillansEngine()
     engine_clutch: Clutch = Clutch(fn_max=250, mue_pos=((0.0, 1.0),))
     step_up: IdealGear = IdealGear(ratio=1 / 3)

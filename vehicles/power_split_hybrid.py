@@ -15,7 +15,7 @@ from powertrain.components.body import (
     TransferCase,
     VehicleBody,
 )
-from powertrain.components.control import Driver, Pedals, PowerSplitControl
+from powertrain.components.control import Driver, Pedals, PowerSplit, PowerSplitControl
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
@@ -44,7 +44,7 @@ class PowerSplitHybrid(Component):
     stores: ClassVar[tuple[str, ...]] = ("battery",)
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
     driver: Pedals = Driver(k_a=1 / 4)
-    control: PowerSplitControl = PowerSplitControl()
+    control: PowerSplit = PowerSplitControl()
     engine: Engine = ENGINE
     damper: SpringDamper = SpringDamper(c=800, d=20)
     gear: Epicyclic = PlanetaryGear(ratio=2.6, eta_ab=0.98, eta_ba=0.98)

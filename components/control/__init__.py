@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from powertrain.components.control.driver import Driver, LaggingDriver, OpenPedals, SetPedals
 from powertrain.components.control.electric_drive import ElectricDriveControl
-from powertrain.components.control.flywheel import FlywheelCharge, FlywheelDrive
+from powertrain.components.control.flywheel import FlywheelCharge, FlywheelCharging, FlywheelDrive, PlannedCharge
 from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, PowerShiftSchedule, Shifting
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
-from powertrain.components.control.power_split import PowerSplitControl
+from powertrain.components.control.power_split import PlannedPowerSplit, PowerSplit, PowerSplitControl
 from powertrain.components.control.start_stop import AlwaysOn, EngineSwitch, StartStop
 
 __all__ = [
@@ -18,13 +18,17 @@ __all__ = [
     "EngineSwitch",
     "FixedGear",
     "FlywheelCharge",
+    "FlywheelCharging",
     "FlywheelDrive",
     "GearSchedule",
     "LaggingDriver",
     "OpenPedals",
     "OperatingLineControl",
     "Pedals",
+    "PlannedCharge",
+    "PlannedPowerSplit",
     "PowerShiftSchedule",
+    "PowerSplit",
     "PowerSplitControl",
     "SetPedals",
     "Shifting",

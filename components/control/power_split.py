@@ -11,12 +11,14 @@ from powertrain import (
     Input,
     Output,
     Parameter,
+    Symbol,
     Variable,
     discrete,
     parameter,
     reinit,
     signal_input,
     signal_output,
+    switch,
     time,
     variable,
     when,
@@ -30,21 +32,19 @@ OVER = 40.0
 """Speed above w_ref from which the engine gives less torque, none at twice as much [rad/s]."""
 
 
-class PowerSplitControl(Component):
-    """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
+class PowerSplit(Component):
+    """Partial: the torques of an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
     fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, charge_power/(tau_full w_ring))
     wanted = min(tau_full accelerator, (0.8 discharge_power + torque w)/w_ring) - tau_full regenerated,  friction = brake - regenerated
-    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc)
-      engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run for t_least
-    power = demand, at least P_min,  w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
+    w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
     torque = power/w, at most tau_open
     tau_1 = held - torque/(1 + ratio),  tau_2 = wanted - ratio (torque/(1 + ratio) - held)
     held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as torque until it fires and where it overspeeds
 
-    The battery covers the difference between the power of the engine and the power demanded; a charge below soc_0 increases the demand.
-    Machine 1 holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers
-    as much as the battery accepts. Machine 1 starts the engine with the same speed control.
+    When the engine runs and what power it gives is up to the class; the battery covers the difference to the power demanded. Machine 1
+    holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers as much as
+    the battery accepts. Machine 1 starts the engine with the same speed control.
 
     The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``, ``tau_open`` the torque
     with an open throttle, ``opening`` the throttle for the ``torque`` that goes out.
@@ -60,14 +60,7 @@ class PowerSplitControl(Component):
     w_fade: Parameter = parameter(
         "rad/s", "Speed of the ring below which regenerative braking fades out", default=30.0, above=0
     )
-    k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
-    soc_0: Parameter = parameter("1", "Set point of the state of charge", default=0.6, min=0, max=1)
-    P_on: Parameter = parameter("W", "Power demand above which the engine runs", default=9e3, above=0)
-    P_off: Parameter = parameter("W", "Power demand below which the engine stops", default=4e3)
     P_min: Parameter = parameter("W", "Minimum power of the running engine", default=5e3, min=0)
-    v_on: Parameter = parameter("m/s", "Vehicle speed from which the engine always runs", default=22.0, above=0)
-    v_off: Parameter = parameter("m/s", "Vehicle speed below which the engine may stop", default=20.0, above=0)
-    t_least: Parameter = parameter("s", "Minimum time between starts and stops", default=4.0, min=0)
     w_fire: Parameter = parameter("rad/s", "Speed from which the engine delivers power", default=90.0, above=0)
     k_w: Parameter = parameter("N.m.s/rad", "Torque of machine 1 for the engine's speed", default=1.0, above=0)
     w_sun: Parameter = parameter("rad/s", "Maximum speed of machine 1", default=1000.0, above=0)
@@ -90,34 +83,57 @@ class PowerSplitControl(Component):
     tau_1: Output = signal_output("N.m", "Torque of machine 1")
     tau_2: Output = signal_output("N.m", "Torque of machine 2")
     friction: Output = signal_output("1", "Demand on the friction brakes")
-    demand: Variable = variable("W", "Power demand of vehicle and battery")
     w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
-    running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
-    since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
 
-    def equations(self) -> Equations:
-        """Pedals, power, engine, machines."""
+    def _split(self, running: Symbol, demand: Symbol) -> Equations:
+        """Pedals, power, engine, machines: the engine runs (1) or stands (0) and shall give the power ``demand``."""
         b, w, w_ring = self.brake.value, self.w.value, self.w_ring.value
         turning = ca.fmax(w_ring, self.w_fade)
         most = self.charge_power.value / (self.tau_full * turning)
         regenerated = ca.fmin(ca.fmin(b, self.share), most) * limited(w_ring / self.w_fade)
         asked = self.tau_full * self.accelerator.value
-        charge = self.k_soc * (self.soc_0 - self.soc.value)
-        yield self.demand == asked * w_ring + charge
-        yield from self._switch()
-        yield self.power.value == ca.fmax(self.demand, self.P_min)
+        yield self.power.value == ca.fmax(demand, self.P_min)
         yield self.w_ref == ca.fmin(self.w_best.value, (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
-        firing = self.running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
+        firing = running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
         torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.torque.value == torque
-        held = self.running * limited(self.k_w * (self.w_ref - w), -self.tau_held, self.tau_held)
+        held = running * limited(self.k_w * (self.w_ref - w), -self.tau_held, self.tau_held)
         given = MARGIN * self.discharge_power.value + torque * w
         wanted = ca.fmin(asked, given / turning) - self.tau_full * regenerated
-        yield self.on.value == self.running
+        yield self.on.value == running
         yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
         yield self.tau_2.value == wanted - self.ratio * (torque / (1 + self.ratio) - held)
         yield self.friction.value == b - regenerated
+
+
+class PowerSplitControl(PowerSplit):
+    """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
+
+    The equations are those of ``PowerSplit`` with
+    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc),  power = demand, at least P_min
+      engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run for t_least
+
+    A charge below soc_0 increases the demand.
+    """
+
+    k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
+    soc_0: Parameter = parameter("1", "Set point of the state of charge", default=0.6, min=0, max=1)
+    P_on: Parameter = parameter("W", "Power demand above which the engine runs", default=9e3, above=0)
+    P_off: Parameter = parameter("W", "Power demand below which the engine stops", default=4e3)
+    v_on: Parameter = parameter("m/s", "Vehicle speed from which the engine always runs", default=22.0, above=0)
+    v_off: Parameter = parameter("m/s", "Vehicle speed below which the engine may stop", default=20.0, above=0)
+    t_least: Parameter = parameter("s", "Minimum time between starts and stops", default=4.0, min=0)
+    demand: Variable = variable("W", "Power demand of vehicle and battery")
+    running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
+    since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
+
+    def equations(self) -> Equations:
+        """The demand, the engine's switch, and the split."""
+        charge = self.k_soc * (self.soc_0 - self.soc.value)
+        yield self.demand == self.tau_full * self.accelerator.value * self.w_ring.value + charge
+        yield from self._switch()
+        yield from self._split(self.running, self.demand)
 
     def _switch(self) -> Equations:
         """Start and stop with hysteresis in power and speed."""
@@ -128,3 +144,18 @@ class PowerSplitControl(Component):
         stop = ca.logic_and(ca.logic_and(idle, rested), self.running > 0.5)
         yield when(start, reinit(self.running, 1), reinit(self.since, time))
         yield when(stop, reinit(self.running, 0), reinit(self.since, time))
+
+
+class PlannedPowerSplit(PowerSplit):
+    """The same for an engine that is switched, and given a power, from outside: by a plan over time or a supervisor.
+
+    The equations are those of ``PowerSplit``; the engine runs where engine_on > 0.5, and power = engine_power, at least P_min. Both are
+    inputs of the model: ``inputs={"control.engine_on": (times, values), "control.engine_power": (times, values)}``.
+    """
+
+    engine_on: Input = signal_input("1", "1: the engine runs, 0: it is stopped", default=0.0, outside=True)
+    engine_power: Input = signal_input("W", "Power that the running engine shall give", default=0.0, outside=True)
+
+    def equations(self) -> Equations:
+        """As planned."""
+        yield from self._split(switch(self.engine_on.value > 0.5, 1.0, 0.0), self.engine_power.value)
