@@ -5,7 +5,7 @@ gear) and one of its controls c are chosen:
 
     s_{k+1} = s_k + h_k rate_k(i, c, s_k),   cost = sum of h_k cost_k(i, c, s_k) + switching(i_{k-1}, i_k) + price max(end - s_N, 0)
 
-Dynamic programming solves this backward over a grid of states (R. Bellman, Dynamic Programming, Princeton 1957). ECMS minimises at every
+What would charge the store beyond its last state is lost. Dynamic programming solves this backward over a grid of states (R. Bellman, Dynamic Programming, Princeton 1957). ECMS minimises at every
 instant cost - price rate with one price over the whole course, the one that brings the store back to where it shall end: the minimum
 principle of Pontryagin for a store whose rate does not depend on its state (L. Serrao, S. Onori, G. Rizzoni, ASME J. Dyn. Sys. Meas.
 Control 133 (2011) 031012).
@@ -179,7 +179,7 @@ def _backward(stages: Stages, nodes: Array, final: Array) -> NDArray[np.float64]
     weights = _weights(stages.states, nodes)
     for k in range(n - 1, -1, -1):
         cost, rate = stages.cost[k] @ weights, stages.rate[k] @ weights
-        after = nodes + stages.durations[k] * rate
+        after = np.minimum(nodes + stages.durations[k] * rate, nodes[-1])
         whole = stages.durations[k] * cost + _at(nodes, found[k + 1], after)
         best = np.minimum(whole.min(axis=1), _NEVER)
         found[k] = np.minimum((best[None] + stages.switches[:, :, None]).min(axis=1), _NEVER)
@@ -194,7 +194,7 @@ def _forward(stages: Stages, nodes: Array, to_go: NDArray[np.float64], s: float,
         h, weights = stages.durations[k], _weights(stages.states, np.array([states[k]]))
         price[k] = -np.interp(states[k], nodes, np.gradient(to_go[k, mode], nodes))
         cost, rate = (stages.cost[k] @ weights)[:, :, 0], (stages.rate[k] @ weights)[:, :, 0]
-        after = states[k] + h * rate
+        after = np.minimum(states[k] + h * rate, nodes[-1])
         now = h * cost + stages.switches[mode][:, None]
         whole = now + _at(nodes, to_go[k + 1], after[:, :, None])[:, :, 0]
         i, c = np.unravel_index(int(whole.argmin()), whole.shape)
@@ -262,8 +262,8 @@ def _followed(stages: Stages, price: float, s: float, mode: int, dwell: float) -
     for k in range(n):
         weights = _weights(stages.states, np.array([states[k]]))
         cost, rate = (stages.cost[k] @ weights)[:, :, 0], (stages.rate[k] @ weights)[:, :, 0]
-        after = states[k] + stages.durations[k] * rate
-        inside = (cost < _IMPOSSIBLE) & (after >= low) & (after <= high)
+        after = np.minimum(states[k] + stages.durations[k] * rate, high)
+        inside = (cost < _IMPOSSIBLE) & (after >= low)
         if not inside.any():
             return None
         whole = np.where(inside, cost - price * rate + stages.switches[mode][:, None] / dwell, np.inf)

@@ -237,7 +237,7 @@ def drive_cycle(
             )
         plant = vehicle
     else:
-        plant = pt.compile(_on(vehicle, cycle))
+        plant = pt.compile(on_cycle(vehicle, cycle))
     driven: DriveCycle = value_at(plant.model, anatomy(plant.model).the("cycle")).cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
@@ -251,7 +251,7 @@ def drive_cycle(
     return CycleRun(driven, plant, result, given, message or _standing(driven, result, anatomy(plant.model)))
 
 
-def _on(vehicle: pt.Component, cycle: DriveCycle | None) -> pt.Component:
+def on_cycle(vehicle: pt.Component, cycle: DriveCycle | None) -> pt.Component:
     """The vehicle on a cycle, and on its road where the cycle has grades."""
     parts = anatomy(vehicle)
     path = parts.the("cycle")
