@@ -16,7 +16,7 @@ from powertrain.components.body import (
     VehicleBody,
 )
 from powertrain.components.control import Driver, FlywheelCharge, FlywheelCharging, FlywheelDrive, Pedals
-from powertrain.components.cvu import RatioActuator
+from powertrain.components.cvu import Actuator, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.engines import Engine, WillansEngine
@@ -56,7 +56,7 @@ class FlywheelHybrid(Component):
     air: ChurningLoss = ChurningLoss(d2=1.5e-7)
     input: SpeedSensor = SpeedSensor()
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
-    actuator: RatioActuator = RatioActuator(T=0.2, rate=0.5, ratio_min=V_MIN, ratio_max=V_MAX, ratio_start=V_MIN)
+    actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_min=V_MIN, ratio_max=V_MAX, ratio_start=V_MIN)
     transmission: SplitPathTransmission = TRANSMISSION
     shaft: Inertia = Inertia(J=0.02)
     before: SpeedSensor = SpeedSensor()

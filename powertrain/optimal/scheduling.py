@@ -5,15 +5,16 @@ gear) and one of its controls c are chosen:
 
     s_{k+1} = s_k + h_k rate_k(i, c, s_k),   cost = sum of h_k cost_k(i, c, s_k) + switching(i_{k-1}, i_k) + price max(end - s_N, 0)
 
-What would charge the store beyond its last state is lost. Dynamic programming solves this backward over a grid of states (R. Bellman, Dynamic Programming, Princeton 1957). ECMS minimises at every
-instant cost - price rate with one price over the whole course, the one that brings the store back to where it shall end: the minimum
-principle of Pontryagin for a store whose rate does not depend on its state (L. Serrao, S. Onori, G. Rizzoni, ASME J. Dyn. Sys. Meas.
-Control 133 (2011) 031012).
+What would charge the store beyond its last state is lost. Dynamic programming solves this backward over a grid of states (R. Bellman,
+Dynamic Programming, Princeton 1957). ECMS minimises at every instant cost - price rate with one price over the whole course, the one that
+brings the store back to where it shall end: the minimum principle of Pontryagin for a store whose rate does not depend on its state
+(L. Serrao, S. Onori, G. Rizzoni, ASME J. Dyn. Sys. Meas. Control 133 (2011) 031012).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +28,8 @@ _NEVER = 1e30
 """Stands for an infinite cost: interpolation turns infinities into nan."""
 _IMPOSSIBLE = 1e20
 """Costs above are those of impossible decisions, interpolated."""
-_BISECTIONS = 40
+_DOUBLINGS, _PRECISION = 40, 1e-7
+"""The price is doubled so often at most, then found with this relative precision."""
 
 
 @dataclass(frozen=True)
@@ -93,14 +95,37 @@ class Stages:
         assert self.switching is not None
         return self.switching
 
+    def at(self, k: int, state: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Cost and rate of every decision (mode, control) in interval ``k`` at a state."""
+        weights = _weights(self.states, np.array([state]))
+        return (self.cost[k] @ weights)[:, :, 0], (self.rate[k] @ weights)[:, :, 0]
+
+    def empties(self, states: Array) -> int | None:
+        """The first interval at whose end a store is below its least state."""
+        low = self.states[0] if self.states.size > 1 else -np.inf
+        below = np.flatnonzero(states[1:] < low - 1e-9 * (1 + abs(low)))
+        return int(below[0]) if below.size else None
+
+
+class Policy(Protocol):
+    """Decides in every interval from the state and the mode: a feedback law, also for a store that is not where the plan had it."""
+
+    def decide(self, k: int, state: float, mode: int) -> tuple[int, int]:
+        """Mode and control in interval ``k``, for a state and the mode before."""
+        ...
+
+    def price(self, k: int, state: float, mode: int) -> float:
+        """What a unit of the state is worth there."""
+        ...
+
 
 @dataclass(frozen=True)
 class Schedule:
     """The decisions over a course.
 
     ``modes``, ``controls``: their numbers in every interval; ``states``: at the ends of all intervals; ``cost``: of the whole course, with
-    switching, without the price of the end; ``price``: what a unit of the state is worth: for ECMS over the whole course, for dynamic
-    programming at the start of every interval (minus the slope of the cost to go).
+    switching, without the price of the end; ``price``: what a unit of the state is worth in every interval: the same for ECMS, minus the
+    slope of the cost to go for dynamic programming; ``policy``: the law behind the decisions, with ``policy.decide(k, state, mode)``.
     """
 
     modes: Indices
@@ -108,6 +133,7 @@ class Schedule:
     states: Array
     cost: float
     price: Array
+    policy: Policy
 
 
 def dynamic_programming(
@@ -167,8 +193,15 @@ def dynamic_programming(
     first, target, worth = number("start", start), number("end", end), number("price", price)
     if not nodes[0] <= first <= nodes[-1]:
         raise ParameterError(f"start = {first:g} lies outside the grid [{nodes[0]:g}, {nodes[-1]:g}]")
-    to_go = _backward(stages, nodes, worth * np.maximum(target - nodes, 0.0))
-    return _forward(stages, nodes, to_go, first, mode)
+    policy = _CostToGo(stages, nodes, _backward(stages, nodes, worth * np.maximum(target - nodes, 0.0)))
+    found = _follow(stages, policy, first, mode)
+    k = stages.empties(found.states)
+    if k is not None:
+        raise ParameterError(
+            f"no decisions keep the state above {nodes[0]:g}: in interval {k}, from {stages.durations[:k].sum():g} s on, it falls to "
+            f"{found.states[k + 1]:.4g}"
+        )
+    return found
 
 
 def _backward(stages: Stages, nodes: Array, final: Array) -> NDArray[np.float64]:
@@ -184,28 +217,6 @@ def _backward(stages: Stages, nodes: Array, final: Array) -> NDArray[np.float64]
         best = np.minimum(whole.min(axis=1), _NEVER)
         found[k] = np.minimum((best[None] + stages.switches[:, :, None]).min(axis=1), _NEVER)
     return found
-
-
-def _forward(stages: Stages, nodes: Array, to_go: NDArray[np.float64], s: float, mode: int) -> Schedule:
-    n = len(stages.durations)
-    modes, controls, states = np.empty(n, np.intp), np.empty(n, np.intp), np.full(n + 1, s)
-    price, total = np.empty(n), 0.0
-    for k in range(n):
-        h, weights = stages.durations[k], _weights(stages.states, np.array([states[k]]))
-        price[k] = -np.interp(states[k], nodes, np.gradient(to_go[k, mode], nodes))
-        cost, rate = (stages.cost[k] @ weights)[:, :, 0], (stages.rate[k] @ weights)[:, :, 0]
-        after = np.minimum(states[k] + h * rate, nodes[-1])
-        now = h * cost + stages.switches[mode][:, None]
-        whole = now + _at(nodes, to_go[k + 1], after[:, :, None])[:, :, 0]
-        i, c = np.unravel_index(int(whole.argmin()), whole.shape)
-        if whole[i, c] >= _IMPOSSIBLE:
-            raise ParameterError(
-                f"no decision is possible in interval {k}, from {stages.durations[:k].sum():g} s on, with the state {states[k]:.4g} "
-                f"(the grid reaches from {nodes[0]:g} to {nodes[-1]:g})"
-            )
-        modes[k], controls[k], states[k + 1] = i, c, after[i, c]
-        total, mode = total + float(now[i, c]), int(i)
-    return Schedule(modes, controls, states, total, price)
 
 
 def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: float = 10.0) -> Schedule:
@@ -234,43 +245,87 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
     """
     if not number("dwell", dwell, "s") > 0:
         raise ParameterError(f"dwell = {dwell:g} s must be positive")
+
+    def followed(worth: float) -> Schedule:
+        return _follow(stages, _Price(stages, worth, dwell), start, mode)
+
+    def ends(found: Schedule) -> bool:
+        return bool(found.states[-1] >= end) and stages.empties(found.states) is None
+
     possible = stages.cost < _IMPOSSIBLE
-    high = 1e-12 + 4 * float(np.abs(stages.cost[possible]).max()) / max(float(np.abs(stages.rate).max()), 1e-300)
-    low, best = 0.0, _followed(stages, high, start, mode, dwell)
-    for _ in range(_BISECTIONS):
-        if best is not None and best.states[-1] >= end:
+    high = 1e-12 + float(np.abs(stages.cost[possible]).max()) / max(float(np.abs(stages.rate).max()), 1e-300)
+    low, best = 0.0, followed(high)
+    for _ in range(_DOUBLINGS):
+        if ends(best):
             break
-        high *= 2.0
-        best = _followed(stages, high, start, mode, dwell)
-    if best is None or best.states[-1] < end:
+        low, high = high, 2.0 * high
+        best = followed(high)
+    else:
         raise ParameterError(f"ecms: no price brings the store from {start:g} to {end:g}")
-    for _ in range(_BISECTIONS):
+    while high - low > _PRECISION * high:
         middle = 0.5 * (low + high)
-        tried = _followed(stages, middle, start, mode, dwell)
-        if tried is not None and tried.states[-1] >= end:
-            high, best = middle, tried
-        else:
-            low = middle
+        tried = followed(middle)
+        low, high, best = (low, middle, tried) if ends(tried) else (middle, high, best)
     return best
 
 
-def _followed(stages: Stages, price: float, s: float, mode: int, dwell: float) -> Schedule | None:
-    """The schedule for one price; None where the store runs empty."""
-    n = len(stages.durations)
-    modes, controls, states, total = np.empty(n, np.intp), np.empty(n, np.intp), np.full(n + 1, s), 0.0
-    low, high = (stages.states[0], stages.states[-1]) if stages.states.size > 1 else (-np.inf, np.inf)
-    for k in range(n):
-        weights = _weights(stages.states, np.array([states[k]]))
-        cost, rate = (stages.cost[k] @ weights)[:, :, 0], (stages.rate[k] @ weights)[:, :, 0]
-        after = np.minimum(states[k] + stages.durations[k] * rate, high)
-        inside = (cost < _IMPOSSIBLE) & (after >= low)
-        if not inside.any():
-            return None
-        whole = np.where(inside, cost - price * rate + stages.switches[mode][:, None] / dwell, np.inf)
-        i, c = np.unravel_index(int(whole.argmin()), whole.shape)
-        total += float(stages.durations[k] * cost[i, c] + stages.switches[mode, i])
-        modes[k], controls[k], states[k + 1], mode = i, c, after[i, c], int(i)
-    return Schedule(modes, controls, states, total, np.full(n, price))
+@dataclass(frozen=True)
+class _CostToGo:
+    """Least cost of the interval and of what follows."""
+
+    stages: Stages
+    nodes: Array
+    to_go: NDArray[np.float64]
+
+    def decide(self, k: int, state: float, mode: int) -> tuple[int, int]:
+        h, here = self.stages.durations[k], float(np.clip(state, self.nodes[0], self.nodes[-1]))
+        cost, rate = self.stages.at(k, here)
+        after = np.minimum(here + h * rate, self.nodes[-1])
+        later = _at(self.nodes, self.to_go[k + 1], after[:, :, None])[:, :, 0]
+        return _least(h * cost + self.stages.switches[mode][:, None] + later, cost, rate)
+
+    def price(self, k: int, state: float, mode: int) -> float:
+        return -float(np.interp(state, self.nodes, np.gradient(self.to_go[k, mode], self.nodes)))
+
+
+@dataclass(frozen=True)
+class _Price:
+    """Least equivalent cost of the present instant."""
+
+    stages: Stages
+    worth: float
+    dwell: float
+
+    def decide(self, k: int, state: float, mode: int) -> tuple[int, int]:
+        cost, rate = self.stages.at(k, state)
+        low = self.stages.states[0] if self.stages.states.size > 1 else -np.inf
+        whole = cost - self.worth * rate + self.stages.switches[mode][:, None] / self.dwell
+        return _least(np.where(state + self.stages.durations[k] * rate >= low, whole, _NEVER), cost, rate)
+
+    def price(self, k: int, state: float, mode: int) -> float:
+        return self.worth
+
+
+def _least(whole: NDArray[np.float64], cost: NDArray[np.float64], rate: NDArray[np.float64]) -> tuple[int, int]:
+    """The decision of least cost; where none is possible, that which charges most."""
+    if whole.min() >= _IMPOSSIBLE:
+        whole = np.where(cost < _IMPOSSIBLE, -rate, np.inf)
+    i, c = np.unravel_index(int(whole.argmin()), whole.shape)
+    return int(i), int(c)
+
+
+def _follow(stages: Stages, policy: Policy, start: float, mode: int) -> Schedule:
+    """The course that a policy takes."""
+    n, most = len(stages.durations), stages.states[-1] if stages.states.size > 1 else np.inf
+    modes, controls, states, price = np.empty(n, np.intp), np.empty(n, np.intp), np.full(n + 1, start), np.empty(n)
+    total = 0.0
+    for k, h in enumerate(stages.durations):
+        cost, rate = stages.at(k, states[k])
+        price[k] = policy.price(k, states[k], mode)
+        i, c = policy.decide(k, states[k], mode)
+        total += float(h * cost[i, c] + stages.switches[mode, i])
+        modes[k], controls[k], states[k + 1], mode = i, c, min(states[k] + h * rate[i, c], most), i
+    return Schedule(modes, controls, states, total, price, policy)
 
 
 def _weights(states: Array, nodes: Array) -> NDArray[np.float64]:

@@ -6,19 +6,26 @@ from powertrain.vehicles.trials.backward import BackwardRun, backward
 from powertrain.vehicles.trials.charge import charge_corrected
 from powertrain.vehicles.trials.cycle import CycleRun, drive_cycle
 from powertrain.vehicles.trials.driveline import driveline_map
+from powertrain.vehicles.trials.management import Comparison, Management
+from powertrain.vehicles.trials.management_flywheel import flywheel_management
+from powertrain.vehicles.trials.management_power_split import power_split_management
 from powertrain.vehicles.trials.operating import on_rolling_road
 from powertrain.vehicles.trials.performance import full_accelerator, gradeability, performance, time_between
 
 __all__ = [
     "BackwardRun",
+    "Comparison",
     "CycleRun",
+    "Management",
     "backward",
     "charge_corrected",
     "drive_cycle",
     "driveline_map",
+    "flywheel_management",
     "full_accelerator",
     "gradeability",
     "on_rolling_road",
     "performance",
+    "power_split_management",
     "time_between",
 ]

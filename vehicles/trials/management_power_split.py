@@ -17,7 +17,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.vehicles.power_split_hybrid import SHARE, PowerSplitHybrid
 from powertrain.vehicles.trials.backward import demand
 from powertrain.vehicles.trials.cycle import on_cycle
-from powertrain.vehicles.trials.management import Task, steps
+from powertrain.vehicles.trials.management import Management, looked_up
 from powertrain.vehicles.trials.operating import on_rolling_road
 
 Array = NDArray[np.float64]
@@ -29,7 +29,9 @@ EFFICIENCY = 0.35
 FUEL, CHARGING, FORCE = "engine.fuel_rate", "der(battery.soc)", "body.force"
 
 
-def power_split(vehicle: PowerSplitHybrid, cycle: DriveCycle | str, *, powers: ArrayLike = POWERS) -> Task:
+def power_split_management(
+    vehicle: PowerSplitHybrid, cycle: DriveCycle | str, *, powers: ArrayLike = POWERS
+) -> Management:
     """The energy management of a power-split hybrid over a cycle: engine off, or on at one of some powers, in every row of the cycle.
 
     Parameters
@@ -43,7 +45,7 @@ def power_split(vehicle: PowerSplitHybrid, cycle: DriveCycle | str, *, powers: A
 
     Returns
     -------
-    Task
+    Management
         Its state is the charge of the battery; a start costs the fuel for the kinetic energy of the engine.
     """
     cycle = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle
@@ -56,20 +58,17 @@ def power_split(vehicle: PowerSplitHybrid, cycle: DriveCycle | str, *, powers: A
         soc = np.linspace(before, after, 101)
         return float(battery.Q) * float(np.trapezoid(np.asarray(battery.ocv(soc), float), soc))
 
-    def inputs(schedule: pt.Schedule) -> dict[str, tuple[Array, Array]]:
-        on = schedule.modes == 1
-        power = np.where(on, choices[schedule.controls], 0.0)
-        return {
-            "control.engine_on": steps(cycle.times, on.astype(float)),
-            "control.engine_power": steps(cycle.times, power),
-        }
+    def inputs(mode: int, control: int) -> dict[str, float]:
+        return {"control.engine_on": float(mode), "control.engine_power": float(mode * choices[control])}
 
     started = float(engine.J) * float(engine.operating_line(SHARE)(choices[0])) ** 2 / 2 / heat
     cost, rate = bench.along(*demand(driven, cycle))
     stages = pt.Stages(np.diff(cycle.times), np.array(CHARGES), cost, rate, np.array([[0.0, started], [0.0, 0.0]]))
     soc = float(type(battery)._fields["soc"].start)
     planned = pt.replace(vehicle, control=_planned(vehicle.control))
-    return Task(driven, planned, cycle, stages, soc, gained(soc, soc + 0.01) / 0.01 / heat, gained, inputs)
+    return Management(
+        driven, planned, cycle, stages, soc, gained(soc, soc + 0.01) / 0.01 / heat, gained, inputs, "battery.soc"
+    )
 
 
 def _planned(control: PowerSplit) -> PlannedPowerSplit:
@@ -138,23 +137,10 @@ class PowerSplitBench:
     def along(self, v: Array, force: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fuel flow [kg/s] and rate of the charge [1/s] in every row of a cycle, of shape (rows, 2, powers, charges)."""
         count = self.powers.size
-        cost, rate = np.full((2, v.size, 2, count, len(CHARGES)), np.nan)
+        dims = ("speed", "level", "power", "soc")
+        cost, rate = np.full((2, v.size, 2, self.powers.size, len(CHARGES)), np.nan)
         for mode, found in enumerate((self.off.expand_dims(power=1), self.on)):
-            tables = [found[n].transpose("speed", "level", "power", "soc").values for n in (FORCE, FUEL, CHARGING)]
-            for k in range(v.size):
-                cost[k, mode, : tables[0].shape[2]], rate[k, mode, : tables[0].shape[2]] = self._at(
-                    tables, v[k], force[k]
-                )
+            pushed, *tables = (found[n].transpose(*dims).values for n in (FORCE, FUEL, CHARGING))
+            count = pushed.shape[2]
+            cost[:, mode, :count], rate[:, mode, :count] = looked_up(self.speeds, pushed, tables, v, force)
         return cost, rate
-
-    def _at(self, tables: Sequence[Array], v: float, force: float) -> list[Array]:
-        """Fuel flow and rate at one speed and force; below the least force, where the brakes do the rest, those of the least."""
-        i = int(np.clip(self.speeds.searchsorted(v) - 1, 0, self.speeds.size - 2))
-        part = np.clip((v - self.speeds[i]) / (self.speeds[i + 1] - self.speeds[i]), 0, 1)
-        pushed, *others = ((1 - part) * table[i] + part * table[i + 1] for table in tables)
-        found = [np.empty(pushed.shape[1:]) for _ in others]
-        for place in np.ndindex(*pushed.shape[1:]):
-            column = (slice(None), *place)
-            for values, given in zip(found, others, strict=True):
-                values[place] = np.interp(force, pushed[column], given[column], right=np.nan)
-        return found
