@@ -20,7 +20,7 @@ from benchmarks.by_hand import simulate_by_hand
 from benchmarks.timing import Call, Row, at_least, at_most, duration, measure
 from powertrain.components.blocks import Sine, Step
 from powertrain.components.rotational import Clutch, Inertia, Torque
-from powertrain.engine.engine import Engine
+from powertrain.engine.simulator import Simulator
 
 STOP = 1.5
 GRID = np.linspace(0.0, STOP, 1501)
@@ -72,7 +72,7 @@ def simulate(plant: pt.Plant[CoupledClutches], **options: Any) -> list[Array]:
 
 def engine_alone(plant: pt.Plant[CoupledClutches], compiled: bool) -> Callable[[], Any]:
     """What a run costs without initialisation, checks and a result: the engine and its outputs at the 1,501 instants."""
-    engine = Engine(plant.compiled.dae, compile=compiled)
+    engine = Simulator(plant.compiled.dae, compile=compiled)
     x, _, m, _ = plant.initialize()
     p = plant.parameter_vector()
     return lambda: engine.run(x, p, m, stop=STOP).at(GRID)

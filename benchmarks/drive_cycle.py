@@ -23,8 +23,8 @@ import powertrain as pt
 from benchmarks import native
 from benchmarks.timing import Call, Row, Timings, at_least, duration, measure, seconds
 from powertrain.components.cycles import DriveCycle
+from powertrain.trials import CycleRun, drive_cycle
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import CycleRun, drive_cycle
 
 NAME = "drive cycle"
 WLTC = DriveCycle.named("wltc")

@@ -22,7 +22,7 @@ from powertrain.components.rotational import Flange as Shaft
 from powertrain.components.rotational import IdealGear, Inertia, SpringDamper
 from powertrain.components.translational import Flange, Mass
 from powertrain.integration import rodas5p
-from powertrain.map import Axis
+from powertrain.language.map import Axis
 from powertrain.numerics.buffers import Bound
 
 Array = NDArray[np.float64]

@@ -14,8 +14,8 @@ import xarray as xr
 
 import powertrain as pt
 from benchmarks.timing import Call, Row, duration
+from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials.operating import on_rolling_road
 
 NAME = "driveline map"
 SPEED, PEDAL = "body.speed", "driver.accelerator_set"

@@ -17,11 +17,11 @@ import numpy as np
 import pandas as pd
 
 from powertrain.components.cycles import DriveCycle
-from powertrain.vehicles.measured.fitting import Sensitivities
-from powertrain.vehicles.measured.prediction import predictions
-from powertrain.vehicles.measured.published import PREDICTIONS
-from powertrain.vehicles.measured.record import TestCar
-from powertrain.vehicles.measured.technology import Technology
+from powertrain.measured.fitting import Sensitivities
+from powertrain.measured.prediction import predictions
+from powertrain.measured.published import PREDICTIONS
+from powertrain.measured.record import TestCar
+from powertrain.measured.technology import Technology
 
 DATA = Path(__file__).parents[1] / "vehicles" / "measured" / "data"
 FUSION = "2012_Ford_Fusion.yaml"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from benchmarks import native
 from benchmarks.timing import Call, Row, at_most, duration, measure, seconds, table
-from powertrain.vehicles.split_path import SplitPathBench
+from powertrain.design import SplitPathBench
 
 NAME = "steady map"
 ETA, ETA_V, RATIO = 0.95, 0.9, -1.7

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import powertrain
-from powertrain.vehicles.cli.docstrings import blocks
+from powertrain.cli.docstrings import blocks
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 

@@ -12,9 +12,9 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 
+from powertrain.trials import backward, drive_cycle, driveline_map, performance
+from powertrain.trials.driveline_figure import plot_driveline_map
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import backward, drive_cycle, driveline_map, performance
-from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
 
 
 def main() -> None:

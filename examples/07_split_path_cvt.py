@@ -21,7 +21,7 @@ import powertrain as pt
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential, Planets, Ring, Sun
 from powertrain.components.transmissions import TYPES, SplitPathTransmission
-from powertrain.vehicles.split_path import SplitPathBench, sets_near, split_path_designs
+from powertrain.design import SplitPathBench, sets_near, split_path_designs
 
 DIFFERENTIAL = FundamentalDifferential.from_teeth(Sun(90), Ring(153), Planets(31), eta_ab=0.95, eta_ba=0.95)
 UNIT = CVU(eta_ab=0.9, eta_ba=0.9)

@@ -11,7 +11,9 @@ if not (_package / "components" / "__init__.py").is_file():
     # A checkout whose file system has no symbolic links: the two folders lie beside the package.
     __path__.append(str(_package.parent))
 
-from powertrain.component import (
+from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
+from powertrain.export import load
+from powertrain.language.component import (
     Component,
     Discrete,
     Equations,
@@ -24,16 +26,14 @@ from powertrain.component import (
     support,
     variable,
 )
-from powertrain.connectors import Connector, Input, Output, Signal, signal_input, signal_output
-from powertrain.cutting import bench
-from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
-from powertrain.export import load
-from powertrain.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
-from powertrain.map import Axis, Map
+from powertrain.language.connectors import Connector, Input, Output, Signal, signal_input, signal_output
+from powertrain.language.cutting import bench
+from powertrain.language.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
+from powertrain.language.map import Axis, Map
+from powertrain.language.replacing import replace
+from powertrain.language.symbols import Symbol, time
 from powertrain.plant import Plant, compile, simulate  # noqa: A004
-from powertrain.replacing import replace
 from powertrain.result import Result
-from powertrain.symbols import Symbol, time
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
-    from powertrain.drawing import schematic
+    from powertrain.figures.schematic import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.planning import Plan, optimal_control
@@ -170,7 +170,7 @@ _ANALYSES = {
     "linearize": "powertrain.analysis.linearization",
     "power_flow": "powertrain.power.powerflow",
     "power_outputs": "powertrain.power.powerterms",
-    "schematic": "powertrain.drawing",
+    "schematic": "powertrain.figures.schematic",
     "steady": "powertrain.steadystate.steady",
     "steady_gradient": "powertrain.steadystate.gradient",
     "sweep": "powertrain.analysis.sweeping",

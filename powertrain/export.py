@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from powertrain.arguments import path as argument_path
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.events import MODES, EventTable, change
+from powertrain.language.arguments import path as argument_path
 from powertrain.numerics.buffers import Array
 
 if TYPE_CHECKING:

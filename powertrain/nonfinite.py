@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.language.recorder import reading
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.tape import CallsFunction, operations
-from powertrain.recorder import reading
 from powertrain.signals import signals_of
-from powertrain.symbols import Symbol, column, free_symbols, key
 
 Array = NDArray[np.float64]
 _MOST = 3

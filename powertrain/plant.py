@@ -10,17 +10,28 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import by_name, count, flag, number, numbers_by_name, one_of, options_checked, positive, row
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import Schedule
-from powertrain.component import Component, children
-from powertrain.engine.engine import Engine, Method
 from powertrain.engine.failure import OUTSIDE
+from powertrain.engine.prepared import Method
 from powertrain.engine.schedules import Schedules
+from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
-from powertrain.initial import Initializer, InitialReport
+from powertrain.initialization.initial import Initializer, InitialReport
+from powertrain.language.arguments import (
+    by_name,
+    count,
+    flag,
+    number,
+    numbers_by_name,
+    one_of,
+    options_checked,
+    positive,
+    row,
+)
+from powertrain.language.component import Component, children
 from powertrain.nonfinite import explain
 from powertrain.result import Result
 from powertrain.signals import signals_of
@@ -194,25 +205,22 @@ class Plant(Generic[M]):
         Use ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state`` and ``run.result()``. Arguments are those of ``simulate``;
         inputs keep their values until ``step`` gives others. ``record=False`` keeps only the present state.
         """
-        from powertrain.running import start
+        from powertrain.running import Running, State
 
         for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
             positive(name, value)
-        options = {
-            "rtol": rtol,
-            "atol": atol,
-            "max_step": max_step,
-            "method": method,
-            "compile": compile,
-            "record": record,
-        }
-        return start(self, number("t", t, "s"), parameters, starts, guesses, inputs, options)
+        given = by_name("inputs", inputs)
+        x, z, m, report = self.initialize(number("t", t, "s"), parameters, starts, guesses, given)
+        free = [s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs]
+        options = {"rtol": rtol, "atol": atol, "max_step": max_step, "record": record}
+        state, p = State(float(t), x, z, m), self.parameter_vector(parameters)
+        return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options, free)
 
-    def _engine(self, method: Method, compiled: bool) -> Engine:
+    def _engine(self, method: Method, compiled: bool) -> Simulator:
         one_of("method", method, get_args(Method))
-        engines: dict[tuple[str, bool], Engine] = self._local.__dict__.setdefault("engines", {})
+        engines: dict[tuple[str, bool], Simulator] = self._local.__dict__.setdefault("engines", {})
         if (method, compiled) not in engines:
-            engines[method, compiled] = Engine(self.compiled.dae, method, compiled)
+            engines[method, compiled] = Simulator(self.compiled.dae, method, compiled)
         return engines[method, compiled]
 
     def _initializer(self) -> Initializer:
@@ -221,7 +229,7 @@ class Plant(Generic[M]):
         initializer: Initializer = self._local.initializer
         return initializer
 
-    def _set_inputs(self, engine: Engine, inputs: Mapping[str, InputValue], t: float) -> Array:
+    def _set_inputs(self, engine: Simulator, inputs: Mapping[str, InputValue], t: float) -> Array:
         """Gives the engine the time signals of this run; returns the held values at the start."""
         held = self.compiled.dae.held_start.copy()
         schedules = self._schedules(inputs)

@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
-from powertrain.arguments import array
 from powertrain.compiler.assemble import Compiled, compile_model
-from powertrain.component import Component
-from powertrain.connectors import Signal
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
+from powertrain.language.arguments import array
+from powertrain.language.component import Component
+from powertrain.language.connectors import Signal
+from powertrain.language.quantities import converted
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
-from powertrain.quantities import converted
 from powertrain.signals import Picked, Samples, signals_of
-from powertrain.symbols import Symbol
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -335,8 +335,8 @@ class Result(Generic[M]):
         return export.classic(self.time, self._table(names), self.modes, {**known, **attributes})
 
     def plot(self, *what: What[M], ax: Axes | None = None, events: bool | str = False) -> Axes:
-        """Signals over time in one Axes; see ``powertrain.plot.plot_signals``."""
-        from powertrain.plot import plot_signals
+        """Signals over time in one Axes; see ``powertrain.figures.plot.plot_signals``."""
+        from powertrain.figures.plot import plot_signals
 
         return plot_signals(self, *what, ax=ax, events=events)
 

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.arguments import by_name, number, row
+from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Schedule
-from powertrain.component import Component
 from powertrain.engine.schedules import Schedules
+from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.language.arguments import number, row
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples, signals_of
-
-if TYPE_CHECKING:
-    from powertrain.plant import Plant
 
 M = TypeVar("M", bound=Component)
 
@@ -48,11 +47,18 @@ class Running(Generic[M]):
     """
 
     def __init__(
-        self, plant: Plant[M], state: State, p: Array, report: Any, options: Mapping[str, Any], free: Sequence[Schedule]
+        self,
+        compiled: Compiled,
+        engine: Callable[[], Simulator],
+        state: State,
+        p: Array,
+        report: Any,
+        options: Mapping[str, Any],
+        free: Sequence[Schedule],
     ) -> None:
-        self.plant, self._p, self._report, self._options = plant, p, report, options
-        self._signals = signals_of(plant.compiled)
-        self._places = {s.name: s.index for s in plant.compiled.dae.schedules if s.name in plant.compiled.inputs}
+        self._compiled, self._engine, self._p, self._report, self._options = compiled, engine, p, report, options
+        self._signals = signals_of(compiled)
+        self._places = {s.name: s.index for s in compiled.dae.schedules if s.name in compiled.inputs}
         self._running = list(free)
         """The signals of time that still run: those of the model, and inputs that were given over time and not set since."""
         self._schedules = Schedules(self._running)
@@ -88,7 +94,7 @@ class Running(Generic[M]):
         """
         if not number("dt", dt, "s") > 0.0:
             raise ParameterError(f"dt = {dt:g} s is not positive")
-        state, plant = self._state, self.plant
+        state = self._state
         m = state.m.copy()
         for name, value in inputs.items():
             if name not in self._places:
@@ -97,7 +103,7 @@ class Running(Generic[M]):
             if any(s.name == name for s in self._running):
                 self._running = [s for s in self._running if s.name != name]
                 self._schedules = Schedules(self._running)
-        engine = plant._engine(self._options["method"], self._options["compile"])
+        engine = self._engine()
         kept, engine.schedules = engine.schedules, self._schedules
         try:
             options = {name: self._options[name] for name in ("rtol", "atol", "max_step")}
@@ -134,10 +140,10 @@ class Running(Generic[M]):
             raise ParameterError("the run has not advanced yet: call step(dt) first")
         grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else row("times", times)
         knots = {name: _steps(series) for name, series in self._knots.items()}
-        return Result(self.plant.compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=knots)
+        return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=knots)
 
     def __repr__(self) -> str:
-        return f"Running({type(self.plant.model).__name__} at t = {self.time:g} s)"
+        return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"
 
 
 def _steps(series: list[tuple[float, float]]) -> tuple[Array, Array]:
@@ -169,20 +175,3 @@ def joined(first: State, pieces: list[Trajectory]) -> Trajectory:
         last.final_held, last.states, tuple(instants), last.laws, last.rests, statistics,
         tuple(dict.fromkeys(note for p in pieces for note in p.notes)),
     )  # fmt: skip
-
-
-def start(
-    plant: Plant[M],
-    t: float,
-    parameters: Mapping[str, float] | None,
-    starts: Mapping[str, float] | None,
-    guesses: Mapping[str, float] | None,
-    inputs: Mapping[str, Any] | None,
-    options: Mapping[str, Any],
-) -> Running[M]:
-    """A run at its start; see ``Plant.start``."""
-    given = by_name("inputs", inputs)
-    x, z, m, report = plant.initialize(t, parameters, starts, guesses, given)
-    schedules = plant._schedules(given)
-    free = [s for s in schedules if s.name in given or s.name not in plant.compiled.inputs]
-    return Running(plant, State(float(t), x, z, m), plant.parameter_vector(parameters), report, options, free)

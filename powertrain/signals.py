@@ -13,16 +13,16 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import names as argument_names
 from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.flatten import Flat, flatten
-from powertrain.component import Component
-from powertrain.connectors import Signal
 from powertrain.errors import ParameterError, PowertrainError, suggestion
+from powertrain.language.arguments import names as argument_names
+from powertrain.language.component import Component
+from powertrain.language.connectors import Signal
+from powertrain.language.recorder import reading
+from powertrain.language.replacing import replace as changed
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.buffers import Array, Bound, zeros
-from powertrain.recorder import reading
-from powertrain.replacing import replace as changed
-from powertrain.symbols import Symbol, column, free_symbols, key
 
 BLOCK = 64
 """Signals computed together: neighbours share most of their arithmetic, a block costs little more than one of them."""

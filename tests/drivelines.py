@@ -12,7 +12,7 @@ import numpy as np
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp, Sine, Step
-from powertrain.recorder import reading
+from powertrain.language.recorder import reading
 from powertrain.signals import Samples, signals_of
 
 Pick = Callable[[Sequence[Any]], Any]

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 import powertrain
+from powertrain.cli.docstrings import is_equation
+from powertrain.cli.facts import facts, text_of
 from powertrain.components.rotational import Clutch
-from powertrain.vehicles.cli.docstrings import is_equation
-from powertrain.vehicles.cli.facts import facts, text_of
 
 DOCS = Path(__file__).parents[1] / "docs"
 

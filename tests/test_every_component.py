@@ -12,11 +12,11 @@ import pytest
 
 import powertrain as pt
 import powertrain.components as library
-from powertrain.component import Parameter, Port, Quantity, children
 from powertrain.components import rotational, translational
 from powertrain.components.blocks import Sine
 from powertrain.components.electric import DCTerminal, VoltageSource
 from powertrain.components.engines import MappedEngine
+from powertrain.language.component import Parameter, Port, Quantity, children
 
 # What a class needs beside numbers, and numbers that 1 does not serve.
 GIVEN: dict[str, dict[str, Any]] = {

@@ -9,7 +9,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.rotational import Inertia, QuadraticSpeedDependentTorque, SpringDamper, Torque
-from powertrain.vehicles.split_path import SplitPathBench
+from powertrain.design import SplitPathBench
 
 R_O = "transmission.differential.ratio"
 OUTPUTS = ["V", "efficiency", "K"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import shutil
 import subprocess
 import sys
@@ -19,16 +20,20 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
-    "errors units symbols",
-    "arguments",
-    "dimensions",
-    "quantities",
-    "recorder",
-    "checks",
-    "component connectors laws",
-    "replacing",
-    "cutting",
-    "map",
+    "errors",
+    "language: units symbols",
+    "language: arguments",
+    "language: dimensions",
+    "language: quantities",
+    "language: recorder",
+    "language: checks",
+    "language: law",
+    "language: component",
+    "language: connectors",
+    "language: laws",
+    "language: replacing",
+    "language: cutting",
+    "language: map",
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
     "numerics: tape buffers pivots sparse_lu compiled",
@@ -39,8 +44,8 @@ ORDER = [
     "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resting resolve",
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
-    "engine: continuity zeno failure loop engine",
-    "signals nonfinite events export conditions initial result plant running",
+    "engine: continuity zeno failure prepared loop simulator",
+    "signals nonfinite events export initialization.conditions initialization.initial result running plant",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",
     "equilibrium: fraction points balance system choices search",
@@ -51,13 +56,13 @@ ORDER = [
     "variational: record unknowns objectives partials",
     "variational: functional transitions mapping saltation begin sweeps gradients floquet",
     "optimal: dynamics experiment fitting phases planning scheduling",
-    "power: circulation powergraph variator directedflow powerterms powerflow",
-    "plot power.powerdiagram power.powerplot drawing",
+    "power: paths circulation powergraph variator directedflow powerterms powerflow",
+    "figures.plot figures.schematic power.powerdiagram power.powerplot",
     "__init__",
     "__main__",
 ]
 # (module, what it imports from a row below, in the function that needs it)
-LATER = {("result", "plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
+LATER = {("result", "figures.plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
 
 
 def row_names(row: str) -> list[str]:
@@ -67,6 +72,8 @@ def row_names(row: str) -> list[str]:
 
 
 RANK = {name: rank for rank, row in enumerate(ORDER) for name in row_names(row)}
+PROGRAMS = ["trials", "design", "reproductions", "measured", "presets", "cli"]
+"""Programs about components and vehicles. Each imports from the core, the components, the vehicles and the programs before it."""
 THIRD_PARTY = {"casadi", "numpy", "scipy"}
 DRAWN = {"figures", "animation"}
 """Modules of the components that may draw; no package imports them by itself."""
@@ -113,7 +120,11 @@ def test_packages_listed_are_the_folders() -> None:
     assert setup["package-dir"] == {package: folder for folder, package in PACKAGES.items()}
 
 
-@pytest.mark.parametrize("path", modules("powertrain"), ids=short)
+def core() -> list[Path]:
+    return [path for path in modules("powertrain") if path.relative_to(ROOT).parts[1] not in PROGRAMS]
+
+
+@pytest.mark.parametrize("path", core(), ids=short)
 def test_core_imports_go_up_the_order(path: Path) -> None:
     name = short(path)
     if name.endswith(".__init__"):
@@ -126,6 +137,14 @@ def test_core_imports_go_up_the_order(path: Path) -> None:
             target = module.removeprefix("powertrain.")
             assert target in RANK, f"{place} is no module in ORDER (import the module, not the package)"
             assert RANK[target] <= RANK[name] or (name, target) in LATER, f"{place} comes after {name} in ORDER"
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_programs_import_programs_before_them(program: str) -> None:
+    later = [f"powertrain.{name}" for name in PROGRAMS[PROGRAMS.index(program) + 1 :]]
+    for path in modules(f"powertrain/{program}"):
+        for module, place in imports(path):
+            assert not within(module, *later, "examples", "tests", "components", "vehicles"), place
 
 
 @pytest.mark.parametrize("path", modules("components"), ids=short)
@@ -144,9 +163,32 @@ def test_components_use_what_powertrain_shows(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", modules("vehicles"), ids=short)
-def test_vehicles_do_not_import_examples(path: Path) -> None:
+def test_vehicles_do_not_import_programs(path: Path) -> None:
+    if path.name == "__init__.py":  # shows what the presets hold, when it is asked for
+        return
     for module, place in imports(path):
-        assert not within(module, "examples", "tests", "components", "vehicles"), place
+        programs = [f"powertrain.{name}" for name in PROGRAMS]
+        assert not within(module, *programs, "examples", "tests", "components", "vehicles"), place
+
+
+def test_no_circles() -> None:
+    """Imports of all kinds, in functions and for types, too; packages that only pass names on do not count."""
+    files = {full_name(path): path for folder in PACKAGES for path in modules(folder) if path.name != "__init__.py"}
+    needed = {name: {m for m, _ in modules_imported(path, files) if m != name} for name, path in files.items()}
+    graphlib.TopologicalSorter(needed).prepare()
+
+
+def full_name(path: Path) -> str:
+    folder, *inside = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join([PACKAGES[folder], *inside])
+
+
+def modules_imported(path: Path, files: dict[str, Path]) -> Iterator[tuple[str, str]]:
+    """The modules among ``files`` that a module imports, with the place."""
+    for name, place in imports(path):
+        module = name if name in files else name.rpartition(".")[0]
+        if module in files:
+            yield module, place
 
 
 def test_no_module_has_a_public_name() -> None:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from powertrain import Axis, Map, ParameterError
-from powertrain.map import FEW
-from powertrain.recorder import Recorder, reading
+from powertrain.language.map import FEW
+from powertrain.language.recorder import Recorder, reading
 
 SPEED, TORQUE = np.linspace(0, 10, 11), np.array([0.0, 1.0, 2.0, 4.0, 5.0])
 FIELD = np.add.outer(SPEED**2, 3 * TORQUE) + np.outer(SPEED, TORQUE)

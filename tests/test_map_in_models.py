@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import powertrain as pt
 from powertrain import Axis
 from powertrain.components.rotational import Inertia, Torque
-from powertrain.map import Method, Outside
+from powertrain.language.map import Method, Outside
 
 
 class Pushed(pt.Component):

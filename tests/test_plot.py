@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import powertrain as pt
-from powertrain.plot import axis_label, mark_events, plot_signals, unit_text
+from powertrain.figures.plot import axis_label, mark_events, plot_signals, unit_text
 from powertrain.result import Result
 
 

@@ -8,7 +8,7 @@ from matplotlib.patches import FancyBboxPatch
 
 import powertrain as pt
 from powertrain.components.transmissions import SplitPathTransmission
-from powertrain.vehicles.split_path import SplitPathBench
+from powertrain.design import SplitPathBench
 
 
 def test_straight_branch_of_a_split_passes_the_variable_unit() -> None:

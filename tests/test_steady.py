@@ -27,7 +27,7 @@ from powertrain.components.rotational import (
     Torque,
 )
 from powertrain.components.transmissions import TYPES, SplitPathTransmission
-from powertrain.vehicles.split_path import SplitPathBench
+from powertrain.design import SplitPathBench
 
 OUTPUTS = ["V", "efficiency", "K", "transmission.flange_a.tau", "transmission.differential.*.tau"]
 OK, STUCK, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED, ONE = range(9)

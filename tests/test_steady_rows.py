@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import powertrain as pt
-from powertrain.vehicles.split_path.bench import SplitPathBench
+from powertrain.design.bench import SplitPathBench
 
 OK, NONE = 0, 3
 OUTPUTS = ["V", "efficiency", "transmission.flange_a.tau"]

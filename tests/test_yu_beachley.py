@@ -19,7 +19,7 @@ from powertrain.components.transmissions import (
     SplitPathTransmission,
     SwitchedSplitPathTransmission,
 )
-from powertrain.vehicles.split_path import SplitPathBench
+from powertrain.design import SplitPathBench
 
 ETA, ETA_V, R_O = 0.95, 0.9, -1.7
 COUPLINGS = ("input", "output")

@@ -1,4 +1,4 @@
-"""Assembled vehicles, a page each, and design programs, built from ``powertrain.components`` and the analyses.
+"""Assembled vehicles, a page each, built from ``powertrain.components``.
 
 ``load`` gives a vehicle by its name or from a parameter file, ``save`` writes one, ``names`` lists what there is.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from powertrain.vehicles.presets import load, names, save
+    from powertrain.presets.named import load, names, save
 
 __all__ = ["load", "names", "save"]
 
@@ -19,6 +19,6 @@ if __name__ != "powertrain.vehicles":
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'powertrain.vehicles' has no attribute {name!r}")
-    from powertrain.vehicles import presets
+    from powertrain.presets import named
 
-    return getattr(presets, name)
+    return getattr(named, name)

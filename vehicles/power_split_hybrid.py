@@ -19,7 +19,7 @@ from powertrain.components.control import Driver, Pedals, PowerSplit, PowerSplit
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
-from powertrain.components.engines import Engine, WillansEngine, throttle_table
+from powertrain.components.engines import Engine, WillansEngine, operating_line, throttle_table
 from powertrain.components.rotational import SpringDamper
 from powertrain.vehicles.driving import on_the_cycle
 from powertrain.vehicles.road import to_the_road
@@ -79,7 +79,7 @@ class PowerSplitHybrid(Component):
         yield connect(self.battery.state_of_charge, self.control.soc)
         yield connect(self.battery.charge_power, self.control.charge_power)
         yield connect(self.battery.discharge_power, self.control.discharge_power)
-        line, throttle = self.engine.operating_line(SHARE), throttle_table(self.engine, speeds=21, torques=31)
+        line, throttle = operating_line(self.engine, SHARE), throttle_table(self.engine, speeds=21, torques=31)
         yield self.control.w_best.value == line(self.control.power.value)
         yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
         firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for

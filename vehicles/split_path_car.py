@@ -17,7 +17,7 @@ from powertrain.components.control import LaggingDriver, OperatingLineControl, P
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
-from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
 from powertrain.components.transmissions import (
     Layout,
@@ -86,7 +86,7 @@ class SplitPathCar(Component):
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.engine.speed, self.control.w)
         yield connect(self.output.w, self.control.w_out)
-        line = self.engine.operating_line(SHARE)
+        line = operating_line(self.engine, SHARE)
         yield self.control.w_best.value == line(self.control.power.value)
         yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
         yield self.control.tau_drag.value == self.engine.motoring(self.engine.w)

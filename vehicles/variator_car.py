@@ -19,7 +19,7 @@ from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, Operat
 from powertrain.components.cvu import CVU, Actuator, RatioActuator, VariableUnit
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.differentials import ChurningLoss
-from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
+from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine, operating_line
 from powertrain.components.rotational import IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import StartingConverter, StartingDevice
 from powertrain.vehicles.driving import on_the_cycle
@@ -77,7 +77,7 @@ class VariatorCar(Component):
         yield connect(self.start_stop.on, self.engine.on)
         yield connect(self.engine.speed, self.control.w)
         yield connect(self.output.w, self.control.w_out)
-        line = self.engine.operating_line(self.share)
+        line = operating_line(self.engine, self.share)
         yield self.control.w_best.value == ca.fmax(line(self.control.power.value), self.w_least)
         yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
         yield self.control.tau_drag.value == self.engine.motoring(self.engine.w)

@@ -30,7 +30,7 @@ class OperatingLineControl(Component):
     pressed = accelerator/0.05 within 0..1,  clutch = (w - w_open)/(w_closed - w_open)
 
     The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``
-    (``engine.operating_line()`` is a map for it), ``tau_open`` the torque with open throttle, ``tau_drag`` the motoring torque without
+    (``operating_line(engine)`` is a map for it), ``tau_open`` the torque with open throttle, ``tau_drag`` the motoring torque without
     fuel. Combustion compensates for the drag, so the power is that at the crank. ``throttle`` is the fraction of the largest combustion
     torque; if that is not proportional to the throttle, ``engine.opening`` gives the throttle for it. With the accelerator released,
     the throttle is closed and the engine brakes. Through v_0 the accelerator demands power at standstill. The ratio is the speed at the

@@ -5,7 +5,13 @@ from __future__ import annotations
 from powertrain.components.engines.accessories import AccessoryDrive
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.engines.mapped import MappedEngine
-from powertrain.components.engines.operation import FuelLine, best_fuel_line, sparse_fuel_line, throttle_table
+from powertrain.components.engines.operation import (
+    FuelLine,
+    best_fuel_line,
+    operating_line,
+    sparse_fuel_line,
+    throttle_table,
+)
 from powertrain.components.engines.willans import WillansEngine
 
 __all__ = [
@@ -15,6 +21,7 @@ __all__ = [
     "MappedEngine",
     "WillansEngine",
     "best_fuel_line",
+    "operating_line",
     "sparse_fuel_line",
     "throttle_table",
 ]

@@ -12,7 +12,6 @@ from powertrain import (
     Component,
     Equations,
     Input,
-    Map,
     ModelError,
     Output,
     Parameter,
@@ -22,20 +21,16 @@ from powertrain import (
     friction,
     parameter,
     port,
-    replace,
     signal_input,
     signal_output,
     variable,
 )
-from powertrain.components.engines.operation import sparse_fuel_line
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
 
 SMALL = 1e-3
 """Least torque of combustion at full load [N.m]: an engine may have none at its idle speed."""
-UNDER_LOAD, POINTS = 1.35, 20
-"""The least speed of an operating line over idle speed, and its points."""
 
 
 class Engine(Component):
@@ -173,13 +168,3 @@ class Engine(Component):
         """Brake specific fuel consumption [kg/J], fuel flow over power; infinite where no power is given. Times 3.6e9 it is in g/kWh."""
         flow, power = self.fuel_flow(w, tau), np.multiply(w, tau)
         return np.where(power > 0, flow / np.where(power > 0, power, 1), np.inf)[()]
-
-    def operating_line(self, share: float = 1.0) -> Map:
-        """The speed [rad/s] of least fuel over power [W], with torques up to ``share`` of full load, for a control to follow.
-
-        ``sparse_fuel_line`` from somewhat above idle speed on: between its points it takes at most 0.3 % more than the least fuel. In a
-        model's text those values count that the engine has when the model is built: another value for a run does not move the line, as a
-        control unit keeps its tables.
-        """
-        engine = replace(self)
-        return sparse_fuel_line(engine, share, w_min=UNDER_LOAD * float(engine.w_idle), points=POINTS).speeds()

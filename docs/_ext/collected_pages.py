@@ -23,7 +23,7 @@ own data are marked as not reproducible. `powertrain reproduce NAME` writes the 
 
 def write_papers(docs: Path) -> None:
     """<docs>/reproductions: a page for each paper."""
-    from powertrain.vehicles.reproductions import PAPERS, paper
+    from powertrain.reproductions import PAPERS, paper
 
     rows = []
     for name in PAPERS:
@@ -79,7 +79,7 @@ def write_help() -> None:
     import click
     from click.testing import CliRunner
 
-    from powertrain.vehicles.cli import main
+    from powertrain.cli import main
 
     parts = []
     for name in ("", *main.list_commands(click.Context(main))):

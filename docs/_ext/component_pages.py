@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pagetext
 
-from powertrain.vehicles.cli.catalogue import Entry, assembled, components
-from powertrain.vehicles.cli.facts import facts, text_of
+from powertrain.cli.facts import facts, text_of
+from powertrain.presets.catalogue import Entry, assembled, components
 
 TITLES = {
     "rotational": "Rotational mechanics",

@@ -42,7 +42,7 @@ class Job:
 
 def jobs() -> list[Job]:
     """Everything that is computed, what takes long first."""
-    from powertrain.vehicles.reproductions import PAPERS
+    from powertrain.reproductions import PAPERS
 
     papers = [Job("paper", name, ROOT / "vehicles" / "reproductions" / f"{PAPERS[name]}.py") for name in PAPERS]
     examples = [Job("example", path.stem, path) for path in sorted((ROOT / "examples").glob("[0-9]*.py"))]
@@ -111,7 +111,7 @@ def perform(job: Job) -> None:
 
         run_page(job.source, job.folder)
     elif job.kind == "paper":
-        from powertrain.vehicles.reproductions import write_report
+        from powertrain.reproductions import write_report
 
         write_report(job.name, job.folder, dpi=100)
     else:

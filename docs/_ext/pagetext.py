@@ -8,7 +8,7 @@ from pathlib import Path
 
 from formulas import formulas
 
-from powertrain.vehicles.cli.docstrings import blocks
+from powertrain.cli.docstrings import blocks
 
 _CODE = re.compile(r"(``.*?``)")
 _SPECIAL = re.compile(r"([\\*_|$<>\[\]`#~])")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.analysis.energy_terms import EnergyTerms, Values
+from powertrain.analysis.energy_terms import EnergyTerms, EnergyValues
 from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError
@@ -115,7 +115,7 @@ class EnergyAudit:
         self._largest = max(map(float, (self._sums.most[0], abs(first.sum()), abs(last.sum()))))
 
     @cached_property
-    def _values(self) -> Values:
+    def _values(self) -> EnergyValues:
         """The terms at ``time``."""
         return self._at(self._samples)
 
@@ -314,7 +314,7 @@ class EnergyAudit:
         return "\n".join(lines)
 
 
-def _supply(values: Values, own: Matrix) -> Matrix:
+def _supply(values: EnergyValues, own: Matrix) -> Matrix:
     """What each part's own balance of power lacks: the supply of a boundary, the imbalance (with its sign turned) of any other part."""
     return values.loss + values.rate - values.power @ own.T
 

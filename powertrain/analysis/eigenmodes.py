@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.linearization import Point, Selector, free_response
-from powertrain.arguments import listed
-from powertrain.component import Component
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import listed
+from powertrain.language.component import Component
 from powertrain.plant import Plant
 
 if TYPE_CHECKING:

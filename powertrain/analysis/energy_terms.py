@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.texts import guarded
-from powertrain.component import Component
-from powertrain.connectors import Connector, Signal
 from powertrain.errors import ModelError, ParameterError
+from powertrain.language.component import Component
+from powertrain.language.connectors import Connector, Signal
+from powertrain.language.recorder import Recorder, reading
+from powertrain.language.symbols import Symbol, column, free_symbols
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import COMPARISONS, CallsFunction, operations
-from powertrain.recorder import Recorder, reading
 from powertrain.signals import Lanes, Samples, Signals, signals_of
-from powertrain.symbols import Symbol, column, free_symbols
 
 Matrix = NDArray[np.float64]
 _BLOCK = 2_000_000
@@ -42,7 +42,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Values:
+class EnergyValues:
     """One row per sample: power into the component through each port; loss, stored energy and its rate of each part."""
 
     power: Matrix
@@ -121,7 +121,7 @@ class EnergyTerms:
                     found += [t for line in lines for t in _zero(line.operands[0] - line.operands[1], dae.t)]
         return found
 
-    def values(self, samples: Samples, p: Array) -> Values:
+    def values(self, samples: Samples, p: Array) -> EnergyValues:
         """The terms at the samples. ModelError where one is not finite."""
         rows = self._lanes(self._signals.corrected(samples, p), p)
         n, k = len(self.parts), self._power
@@ -137,7 +137,7 @@ class EnergyTerms:
             ("rate", rate, None),
         ):
             self._refuse_infinite(name, term, owners or [part.path for part in self.parts], samples.t)
-        return Values(power, loss, energy, rate)
+        return EnergyValues(power, loss, energy, rate)
 
     def _implicit_rate(self, rows: Matrix) -> Matrix:
         """What the algebraic unknowns' rates add: dE/dz dz/dt with dr/dz dz/dt = -dr/dt."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError
-from powertrain.symbols import column
+from powertrain.language.symbols import column
 
 
 def identity(*values: Any) -> str:

@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots
 from powertrain.analysis.reduction import Matrices, free_motion, substitute_inputs
-from powertrain.arguments import by_name, listed, number
 from powertrain.compiler.assemble import Compiled
-from powertrain.component import Component
-from powertrain.connectors import Output
 from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.language.arguments import by_name, listed, number
+from powertrain.language.component import Component
+from powertrain.language.connectors import Output
+from powertrain.language.recorder import reading
+from powertrain.language.symbols import Symbol, column, free_symbols
 from powertrain.plant import Plant
-from powertrain.recorder import reading
 from powertrain.result import Result
 from powertrain.signals import Picked, Samples, signals_of
-from powertrain.symbols import Symbol, column, free_symbols
 
 if TYPE_CHECKING:
     from powertrain.analysis.linear_model import LinearModel

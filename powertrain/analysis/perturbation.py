@@ -14,10 +14,10 @@ import casadi as ca
 
 from powertrain.compiler.assemble import Compiled, compile_flat
 from powertrain.compiler.flatten import Equation, Flat, flatten
-from powertrain.component import Component, Variable
-from powertrain.connectors import Connector, Output, Signal
-from powertrain.laws import FrictionLaw, UnilateralLaw
-from powertrain.symbols import Symbol, column, key, time, total_derivative
+from powertrain.language.component import Component, Variable
+from powertrain.language.connectors import Connector, Output, Signal
+from powertrain.language.laws import FrictionLaw, UnilateralLaw
+from powertrain.language.symbols import Symbol, column, key, time, total_derivative
 
 ORDER = 4
 """Highest derivative of a perturbation that is followed."""

@@ -35,7 +35,7 @@ class Sweep(Sequence[T]):
     ``xarray.Dataset``. ``table`` has a row for every case.
     """
 
-    def __init__(self, plan: Plan, found: Found) -> None:
+    def __init__(self, plan: SweepPlan, found: Collected) -> None:
         self._plan, self._found = plan, found
 
     @property
@@ -104,7 +104,7 @@ class Sweep(Sequence[T]):
 
 
 @dataclass(frozen=True)
-class Plan:
+class SweepPlan:
     """The cases and what they have in common."""
 
     cases: Sequence[Mapping[str, Any]]
@@ -131,7 +131,7 @@ class Plan:
 
 
 @dataclass
-class Found:
+class Collected:
     """What came back so far, by the number of the case; ``old`` are those of an earlier sweep whose numbers are not read yet."""
 
     scalars: NDArray[np.float64]
@@ -141,7 +141,7 @@ class Found:
     kept: dict[int, Any]
 
     @classmethod
-    def before(cls, plan: Plan, failed_too: bool) -> Found:
+    def before(cls, plan: SweepPlan, failed_too: bool) -> Collected:
         """What the folder of an earlier sweep holds. ParameterError where a file in it belongs to a case of another one."""
         n = len(plan.cases)
         done, failed = _present(plan)
@@ -164,7 +164,7 @@ class Found:
         if outcome.error is not None or outcome.run is not None:
             self.kept[k] = outcome.error or outcome.run
 
-    def take_old(self, k: int, plan: Plan) -> None:
+    def take_old(self, k: int, plan: SweepPlan) -> None:
         """Enters what the file of a case says."""
         _, said = read_classic(plan.file(k, bool(self.failed[k])), attributes_only=True)
         self.old[k] = False
@@ -172,7 +172,7 @@ class Found:
             self.scalars[k] = [numbers[name] for name in plan.job.scalars]
 
 
-def _present(plan: Plan) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _present(plan: SweepPlan) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which cases the folder holds, and which of them failed."""
     ended, failed = np.zeros(len(plan.cases), bool), np.zeros(len(plan.cases), bool)
     for entry in plan.job.folder.iterdir() if plan.job.folder is not None else ():

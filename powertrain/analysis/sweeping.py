@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 from powertrain.analysis.cases import Job, Outcome, run_case
 from powertrain.analysis.dispatch import outcomes as dispatched
 from powertrain.analysis.identity import model_identity
-from powertrain.analysis.sweep import Found, Plan, Sweep
-from powertrain.arguments import flag, names, path
-from powertrain.component import Component
+from powertrain.analysis.sweep import Collected, Sweep, SweepPlan
 from powertrain.errors import ParameterError, PowertrainError, suggestion
+from powertrain.language.arguments import flag, names, path
+from powertrain.language.component import Component
 from powertrain.plant import Plant, packed_model
 from powertrain.result import Result
 from powertrain.signals import signals_of
@@ -75,8 +75,8 @@ def sweep(
         raise ParameterError(
             f"executor = {executor!r} is not an executor: pass one such as concurrent.futures.ProcessPoolExecutor(4)"
         )
-    plan = Plan(_tasks(cases, options), dict(options), _job(plant, to, record, scalars, executor is not None))
-    found = Found.before(plan, failed_too=on_error == "keep")
+    plan = SweepPlan(_tasks(cases, options), dict(options), _job(plant, to, record, scalars, executor is not None))
+    found = Collected.before(plan, failed_too=on_error == "keep")
     with closing(_run(plant, plan, found.missing(), executor)) as arriving, _shown(found, progress) as ended:
         try:
             for outcomes in arriving:
@@ -95,7 +95,7 @@ def sweep(
 
 
 def _run(
-    plant: Plant[Any], plan: Plan, numbers: Sequence[int], executor: Executor | None
+    plant: Plant[Any], plan: SweepPlan, numbers: Sequence[int], executor: Executor | None
 ) -> Generator[list[Outcome], None, None]:
     """The outcomes as they come."""
     cases = map(plan.case, numbers)
@@ -114,7 +114,7 @@ def _raise(outcome: Outcome, reached: Sweep[Any]) -> None:
 
 
 @contextmanager
-def _shown(found: Found, progress: bool) -> Iterator[Callable[[int], object]]:
+def _shown(found: Collected, progress: bool) -> Iterator[Callable[[int], object]]:
     """A function of the number of cases that ended."""
     if not progress:
         yield lambda count: None

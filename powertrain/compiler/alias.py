@@ -16,7 +16,7 @@ import casadi as ca
 
 from powertrain.compiler.flatten import Equation, Flat
 from powertrain.errors import ModelError
-from powertrain.symbols import Symbol, column, key, time
+from powertrain.language.symbols import Symbol, column, key, time
 
 Coefficient = float | Symbol
 """A number where it is one, else an expression of parameters."""

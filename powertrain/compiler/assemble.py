@@ -12,20 +12,21 @@ from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
 from powertrain.compiler.binding import bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
-from powertrain.compiler.flatten import Constant, Equation, Flat, Unknown, flatten
+from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Schedule, Switch, When
 from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.structure import check_structure
-from powertrain.compiler.torques import Torque, add_rates, declare_torques
-from powertrain.component import Component
+from powertrain.compiler.torques import LawTorque, add_rates, declare_torques
 from powertrain.errors import ModelError
-from powertrain.laws import FrictionLaw, Law, UnilateralLaw, WhenLaw
+from powertrain.language.component import Component
+from powertrain.language.law import Law
+from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
+from powertrain.language.recorder import GuardEntry, Place, reading
+from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.units import rate_unit
 from powertrain.modes.tolerances import condition_tolerance
-from powertrain.recorder import GuardEntry, Place, reading
-from powertrain.symbols import Symbol, column, free_symbols, key, time
-from powertrain.units import rate_unit
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ class Compiled:
     dae: HybridDae
     states: list[str]
     signals: dict[str, SignalEntry]
-    parameters: dict[str, Constant]
-    inputs: dict[str, Unknown]
+    parameters: dict[str, ModelConstant]
+    inputs: dict[str, ModelVariable]
     resolve: Any = field(repr=False)
     open: Any = field(repr=False)
 
@@ -77,9 +78,9 @@ def compile_flat(flat: Flat) -> Compiled:
     return _assemble(reduced, states, solved, torques, others, inputs, values, tops)
 
 
-def _schedule_inputs(flat: Flat) -> list[Unknown]:
+def _schedule_inputs(flat: Flat) -> list[ModelVariable]:
     """Inputs of the model become schedules: piecewise linear in time, held constant by default."""
-    from powertrain.laws import schedule
+    from powertrain.language.laws import schedule
 
     with reading(flat.recorder):
         for unknown in flat.inputs:
@@ -88,7 +89,7 @@ def _schedule_inputs(flat: Flat) -> list[Unknown]:
     return flat.inputs
 
 
-def _preferences(reduced: Reduced, torques: list[Torque], others: list[tuple[Place, Law]]) -> dict[int, int]:
+def _preferences(reduced: Reduced, torques: list[LawTorque], others: list[tuple[Place, Law]]) -> dict[int, int]:
     """How much each variable is wanted as a state: what has a start, relative motions, speeds of friction laws, what a when resets."""
     preferences: dict[int, int] = {}
     bases = reduced.flat.recorder.bases
@@ -115,9 +116,9 @@ def _assemble(
     reduced: Reduced,
     states: list[Base],
     solved: Solved,
-    torques: list[Torque],
+    torques: list[LawTorque],
     others: list[tuple[Place, Law]],
-    inputs: list[Unknown],
+    inputs: list[ModelVariable],
     values: dict[int, float],
     tops: dict[int, int],
 ) -> Compiled:
@@ -190,7 +191,7 @@ def _assemble(
     )
 
 
-def _held_symbols(flat: Flat, torques: list[Torque], flags: list[Symbol]) -> list[Symbol]:
+def _held_symbols(flat: Flat, torques: list[LawTorque], flags: list[Symbol]) -> list[Symbol]:
     held = [t.mode for t in torques] + [s.mode for s in flat.recorder.switches] + flags
     held += [d.symbol for d in flat.discretes]
     held += [s for entry in flat.recorder.schedules for s in entry.held]
@@ -203,7 +204,7 @@ def _held_start(flat: Flat, held: list[Symbol]) -> Any:
     return np.array([start.get(key(s), 0.0) for s in held])
 
 
-def _friction(k: int, t: Torque, resolver: Resolver, layout: dict[int, int], rests: dict[int, Symbol]) -> Friction:
+def _friction(k: int, t: LawTorque, resolver: Resolver, layout: dict[int, int], rests: dict[int, Symbol]) -> Friction:
     opened = resolver.laws[k]
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
@@ -249,7 +250,7 @@ def _opened(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
     )
 
 
-def _contact(t: Torque, layout: dict[int, int]) -> Contact:
+def _contact(t: LawTorque, layout: dict[int, int]) -> Contact:
     law = t.law
     assert isinstance(law, UnilateralLaw)
     return Contact(
@@ -257,7 +258,7 @@ def _contact(t: Torque, layout: dict[int, int]) -> Contact:
     )
 
 
-def _with_impacts(dae: HybridDae, resolver: Resolver, torques: list[Torque]) -> HybridDae:
+def _with_impacts(dae: HybridDae, resolver: Resolver, torques: list[LawTorque]) -> HybridDae:
     """The response of the states' derivatives and of the gaps' accelerations to the contact forces."""
     contacts = [i for i, t in enumerate(torques) if isinstance(t.law, UnilateralLaw)]
     if not contacts:
@@ -343,7 +344,9 @@ def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str,
     return found
 
 
-def _signals(flat: Flat, resolver: Resolver, torques: list[Torque], rests: dict[int, Symbol]) -> dict[str, SignalEntry]:
+def _signals(
+    flat: Flat, resolver: Resolver, torques: list[LawTorque], rests: dict[int, Symbol]
+) -> dict[str, SignalEntry]:
     unknowns = list(flat.unknowns.values())
     expressions = resolver.model([u.symbol for u in unknowns])
     signals = {u.name: SignalEntry(u.unit, u.doc, e) for u, e in zip(unknowns, expressions, strict=True)}

@@ -15,12 +15,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.checks import unmet
-from powertrain.compiler.flatten import Constant, Flat, rewritten
+from powertrain.compiler.flatten import Flat, ModelConstant, rewritten
 from powertrain.errors import ModelError, ParameterError
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, column, free_symbols, key
-from powertrain.units import told_apart, with_unit
+from powertrain.language.checks import unmet
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.units import told_apart, with_unit
 
 
 def bind_parameters(flat: Flat) -> Flat:
@@ -81,7 +81,7 @@ class _Limit:
     high: Symbol
     name: str = ""
     unit: str = "1"
-    constant: Constant | None = None
+    constant: ModelConstant | None = None
 
 
 class Limits:
@@ -131,7 +131,7 @@ class Limits:
                 }
                 raise ParameterError(unmet(limit.place, given, _said(limit, *values[k, :, i].tolist())))
 
-    def _check_bound(self, limit: _Limit, constant: Constant, number: float) -> None:
+    def _check_bound(self, limit: _Limit, constant: ModelConstant, number: float) -> None:
         try:
             constant.check(number, constant.name)
         except ParameterError as error:

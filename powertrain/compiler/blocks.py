@@ -16,8 +16,8 @@ from powertrain.compiler.alias import Base
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.compiler.matching import Matching, components
 from powertrain.errors import ModelError
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, column, free_symbols, key
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 
 
 @dataclass
@@ -32,7 +32,7 @@ class Solved:
 
 
 @dataclass
-class _System:
+class _SquareSystem:
     """The square system: residuals, unknowns, and the entries of the Jacobian by row with their values at the reference point."""
 
     residuals: list[Symbol]
@@ -59,7 +59,7 @@ def solve_blocks(system: Differentiated, states: list[Base], values: dict[int, f
     return solved
 
 
-def _square(system: Differentiated, states: list[Base], values: dict[int, float]) -> _System:
+def _square(system: Differentiated, states: list[Base], values: dict[int, float]) -> _SquareSystem:
     known, reduced = set(states), system.reduced
     residuals = [r for chain in system.chains for r in chain]
     places = [p for chain, p in zip(system.chains, system.places, strict=True) for _ in chain]
@@ -88,15 +88,15 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
             constant[i].add(j)
         elif any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(entry)):
             varying[i].add(j)
-    return _System(residuals, places, unknowns, entries, numeric, constant, varying)
+    return _SquareSystem(residuals, places, unknowns, entries, numeric, constant, varying)
 
 
-def _candidates(square: _System, e: int) -> list[int]:
+def _candidates(square: _SquareSystem, e: int) -> list[int]:
     usable = [j for j in square.entries[e] if square.numbers[e][j] != 0.0]
     return sorted(usable, key=lambda j: (j not in square.constant[e], j))
 
 
-def _solve(square: _System, rows: list[int], columns: list[int], solved: Solved) -> None:
+def _solve(square: _SquareSystem, rows: list[int], columns: list[int], solved: Solved) -> None:
     inside = {key(square.unknowns[j]) for j in columns}
     entries = [{j: square.entries[i][j] for j in columns if j in square.entries[i]} for i in rows]
     if all(key(s) not in inside for row in entries for entry in row.values() for s in free_symbols(entry)):
@@ -106,7 +106,7 @@ def _solve(square: _System, rows: list[int], columns: list[int], solved: Solved)
 
 
 def _solve_linear(
-    square: _System, rows: list[int], columns: list[int], entries: list[dict[int, Symbol]], solved: Solved
+    square: _SquareSystem, rows: list[int], columns: list[int], entries: list[dict[int, Symbol]], solved: Solved
 ) -> None:
     unknowns = column([square.unknowns[j] for j in columns])
     residuals = column([square.residuals[i] for i in rows])
@@ -121,7 +121,7 @@ def _solve_linear(
         solved.expressions.append(solution[j])
 
 
-def _tear(square: _System, rows: list[int], columns: list[int], solved: Solved) -> None:
+def _tear(square: _SquareSystem, rows: list[int], columns: list[int], solved: Solved) -> None:
     """Assigns, in turn, every unknown that stands alone and linearly in some equation; where none does, one unknown becomes implicit."""
     open_rows, open_columns = list(rows), set(columns)
     while open_columns:
@@ -140,7 +140,7 @@ def _tear(square: _System, rows: list[int], columns: list[int], solved: Solved) 
     solved.places += [square.places[i] for i in open_rows]
 
 
-def _next_assignment(square: _System, rows: list[int], columns: set[int]) -> tuple[int, int] | None:
+def _next_assignment(square: _SquareSystem, rows: list[int], columns: set[int]) -> tuple[int, int] | None:
     for i in rows:
         inside = [j for j in square.entries[i] if j in columns]
         if len(inside) == 1 and square.numbers[i][inside[0]] and square.entries[i][inside[0]].is_constant():
@@ -148,7 +148,7 @@ def _next_assignment(square: _System, rows: list[int], columns: set[int]) -> tup
     return None
 
 
-def _not_determined(square: _System, rows: list[int]) -> str:
+def _not_determined(square: _SquareSystem, rows: list[int]) -> str:
     quoted = "\n  ".join(dict.fromkeys(str(square.places[i]) for i in rows[:8]))
     names = sorted({square.unknowns[j].name() for i in rows for j in square.entries[i]})[:8]
     return f"the equations below do not determine {', '.join(names)}: one of them repeats or contradicts the others\n  {quoted}"

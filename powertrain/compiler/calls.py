@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import casadi as ca
 import numpy as np
 
-from powertrain.symbols import Symbol, column, free_symbols
+from powertrain.language.symbols import Symbol, column, free_symbols
 
 
 def calling(expressions: Sequence[Symbol]) -> list[int]:

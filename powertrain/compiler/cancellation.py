@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from powertrain.language.symbols import Symbol, column, free_symbols
 from powertrain.numerics.tape import CallsFunction, operations
-from powertrain.symbols import Symbol, column, free_symbols
 
 
 def terms(expression: Symbol) -> Symbol:

@@ -14,8 +14,8 @@ from powertrain.compiler.alias import Base, Reduced
 from powertrain.compiler.hybrid import Smooth
 from powertrain.compiler.resolver import Resolver
 from powertrain.errors import ModelError
-from powertrain.recorder import ScheduleEntry
-from powertrain.symbols import Symbol, free_symbols, key
+from powertrain.language.recorder import ScheduleEntry
+from powertrain.language.symbols import Symbol, free_symbols, key
 
 _NAMES = 4
 

@@ -13,9 +13,10 @@ from typing import Any
 
 import casadi as ca
 
-from powertrain.checks import checked_condition
 from powertrain.compiler.texts import read, residual_of
-from powertrain.component import (
+from powertrain.errors import ModelError, ParameterError
+from powertrain.language.checks import checked_condition
+from powertrain.language.component import (
     Component,
     Discrete,
     Parameter,
@@ -24,15 +25,15 @@ from powertrain.component import (
     Variable,
     children,
 )
-from powertrain.connectors import Connector, Input, Output, Signal, declared
-from powertrain.errors import ModelError, ParameterError
-from powertrain.laws import Connection, Law
-from powertrain.recorder import Place, Recorder, reading
-from powertrain.symbols import Symbol, free_symbols, key, time
+from powertrain.language.connectors import Connector, Input, Output, Signal, declared
+from powertrain.language.law import Law
+from powertrain.language.laws import Connection
+from powertrain.language.recorder import Place, Recorder, reading
+from powertrain.language.symbols import Symbol, free_symbols, key, time
 
 
 @dataclass(frozen=True)
-class Unknown:
+class ModelVariable:
     """A variable of the model."""
 
     name: str
@@ -46,7 +47,7 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class Constant:
+class ModelConstant:
     """A parameter (tunable) or a discrete variable of the model; ``check`` refuses values outside the range."""
 
     name: str
@@ -66,7 +67,7 @@ class Equation:
 
 
 @dataclass(frozen=True)
-class Condition:
+class ParameterCondition:
     """What must hold between parameters: true or false, and where it was said."""
 
     holds: Symbol
@@ -82,10 +83,10 @@ class Flat:
     """A model without hierarchy. ``given``: unknowns that stand alone on the left of an equation, and whose text that is."""
 
     recorder: Recorder = field(default_factory=Recorder)
-    unknowns: dict[int, Unknown] = field(default_factory=dict)
-    parameters: list[Constant] = field(default_factory=list)
-    discretes: list[Constant] = field(default_factory=list)
-    inputs: list[Unknown] = field(default_factory=list)
+    unknowns: dict[int, ModelVariable] = field(default_factory=dict)
+    parameters: list[ModelConstant] = field(default_factory=list)
+    discretes: list[ModelConstant] = field(default_factory=list)
+    inputs: list[ModelVariable] = field(default_factory=list)
     loose_inputs: list[str] = field(default_factory=list)
     equations: list[Equation] = field(default_factory=list)
     initial: list[Equation] = field(default_factory=list)
@@ -93,8 +94,8 @@ class Flat:
     components: list[Component] = field(default_factory=list)
     bindings: dict[int, tuple[Symbol, Symbol]] = field(default_factory=dict)
     binding_places: dict[int, Place] = field(default_factory=dict)
-    bound: list[tuple[Constant, Place]] = field(default_factory=list)
-    conditions: list[Condition] = field(default_factory=list)
+    bound: list[tuple[ModelConstant, Place]] = field(default_factory=list)
+    conditions: list[ParameterCondition] = field(default_factory=list)
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
     open_ports: list[tuple[Component, Connector]] = field(default_factory=list)
     given: dict[int, str] = field(default_factory=dict)
@@ -144,7 +145,7 @@ def flatten(model: Component) -> Flat:
             for place, row in read(component, component.initial(), flat.recorder):
                 flat.initial.append(Equation(residual_of(row, place), place))
             for place, row in read(component, component.check(), flat.recorder):
-                flat.conditions.append(Condition(checked_condition(row, place), place))
+                flat.conditions.append(ParameterCondition(checked_condition(row, place), place))
         nodes.write(flat, root)
     return flat
 
@@ -196,14 +197,14 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
         symbol = Symbol.sym(name)
         q = quantity
         flat.recorder.units[key(symbol)] = unit
-        flat.unknowns[key(symbol)] = Unknown(name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow)
+        flat.unknowns[key(symbol)] = ModelVariable(name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow)
         return symbol
     symbol = flat.recorder.hold(name)
     flat.recorder.units[key(symbol)] = unit
     if isinstance(quantity, Parameter):
-        flat.parameters.append(Constant(name, symbol, unit, doc, component._values[quantity.name], quantity.check))
+        flat.parameters.append(ModelConstant(name, symbol, unit, doc, component._values[quantity.name], quantity.check))
     elif isinstance(quantity, Discrete):
-        flat.discretes.append(Constant(name, symbol, unit, doc, quantity.start))
+        flat.discretes.append(ModelConstant(name, symbol, unit, doc, quantity.start))
     return symbol
 
 
@@ -329,10 +330,10 @@ def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool)
     if not top and _given_by_whole(flat, port):
         return
     if top or port.outside:
-        flat.inputs.append(Unknown(port._path, symbol, port.unit, port.doc, guess=port.default or 0.0))
+        flat.inputs.append(ModelVariable(port._path, symbol, port.unit, port.doc, guess=port.default or 0.0))
     elif port.default is not None:
         constant = flat.recorder.hold(port._path)
-        flat.parameters.append(Constant(port._path, constant, port.unit, port.doc, port.default))
+        flat.parameters.append(ModelConstant(port._path, constant, port.unit, port.doc, port.default))
         flat.equations.append(Equation(symbol - constant, place))
     else:
         flat.loose_inputs.append(port._path)

@@ -15,8 +15,8 @@ from powertrain.compiler.alias import Base, Reduced, quote
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.matching import Matching
 from powertrain.errors import ModelError
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, free_symbols, key, time, total_derivative
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
 
 VARYING = 35
 """Ten times the preference for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""

@@ -16,9 +16,9 @@ from powertrain.compiler.flatten import Flat, rewritten
 from powertrain.compiler.operations import JUMPING, STEPS, Ways, behind_jumps, may_jump, nodes_of
 from powertrain.compiler.walks import Jump, Setting, find_jump
 from powertrain.errors import ModelError, ParameterError
-from powertrain.laws import WhenLaw
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.laws import WhenLaw
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 
 _JUMPS, _CALLS, _NAN, _MOVES, _BENDS = 1, 2, 4, 8, 16
 _LONGEST = 60

@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from powertrain.symbols import Symbol
+from powertrain.language.symbols import Symbol
 
 Row = dict[int, Symbol]
 Numbers = dict[int, float]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from powertrain.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 
 COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE})
 EQUALITIES = frozenset({ca.OP_EQ, ca.OP_NE})
@@ -25,7 +25,7 @@ _TRUTHS = COMPARISONS | EQUALITIES | LOGIC - {ca.OP_IF_ELSE_ZERO}
 
 
 @dataclass(frozen=True)
-class Operation:
+class JumpingOperation:
     """An operation that jumps: ``code`` changes where it does. ``side`` is zero there; at that point itself it has the value ``alone``."""
 
     node: Symbol
@@ -96,16 +96,16 @@ def behind_jumps(expression: Symbol) -> list[Symbol]:
     return free_symbols(column([n for listed in deciding for n in listed]))
 
 
-def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Operation], Symbol]:
+def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[JumpingOperation], Symbol]:
     """The operations that jump, and the expression with a symbol in place of each that has a value of its own at one point."""
-    found: list[Operation] = []
+    found: list[JumpingOperation] = []
     new: dict[int, Symbol] = {}
     truths: dict[int, Symbol] = {}
     ways: dict[int, Ways] = {}
 
     def stand_in(node: Symbol, side: Symbol, natural: Symbol, alone: float) -> Symbol:
         symbol = Symbol.sym("alone")
-        found.append(Operation(node, ca.sign(side), side, symbol, natural, alone))
+        found.append(JumpingOperation(node, ca.sign(side), side, symbol, natural, alone))
         return symbol
 
     def truth(node: Symbol) -> Symbol:
@@ -134,28 +134,28 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Op
             picks = 1 if op == ca.OP_IF_ELSE_ZERO else len(inner)
             changed[:picks] = [truth(n) for n in inner[:picks]]
         elif op in COMPARISONS:
-            found.append(Operation(node, node, inner[1] - inner[0]))
+            found.append(JumpingOperation(node, node, inner[1] - inner[0]))
         elif may_jump(op, [ways[key(n)] for n in inner]):
             found.append(_quotient(node, inner, ways) if op == ca.OP_DIV else _stepping(node, inner, op))
         new[key(node)] = _again(node, changed)
     return found, new[key(expression)]
 
 
-def _stepping(node: Symbol, inner: Sequence[Symbol], op: int) -> Operation:
+def _stepping(node: Symbol, inner: Sequence[Symbol], op: int) -> JumpingOperation:
     if op in (ca.OP_FLOOR, ca.OP_CEIL):
-        return Operation(node, node)
+        return JumpingOperation(node, node)
     if op in (ca.OP_FMOD, ca.OP_REMAINDER):
-        return Operation(node, ca.floor((inner[0] - node) / inner[1] + 0.5))
+        return JumpingOperation(node, ca.floor((inner[0] - node) / inner[1] + 0.5))
     if op == ca.OP_TAN:
-        return Operation(node, ca.floor(inner[0] / np.pi + 0.5))
+        return JumpingOperation(node, ca.floor(inner[0] / np.pi + 0.5))
     side = inner[1] if op == ca.OP_COPYSIGN else inner[0]
-    return Operation(node, ca.sign(side), side)
+    return JumpingOperation(node, ca.sign(side), side)
 
 
-def _quotient(node: Symbol, inner: Sequence[Symbol], ways: Mapping[int, Ways]) -> Operation:
+def _quotient(node: Symbol, inner: Sequence[Symbol], ways: Mapping[int, Ways]) -> JumpingOperation:
     """Where the divisor passes zero; one with a kink may only touch it, as |w| does, and the sign of the dividend tells the sides apart."""
     code = ca.sign(inner[1])
-    return Operation(node, code + 3 * ca.sign(inner[0]) if ways[key(inner[1])].bends else code)
+    return JumpingOperation(node, code + 3 * ca.sign(inner[0]) if ways[key(inner[1])].bends else code)
 
 
 def _again(node: Symbol, inner: Sequence[Symbol]) -> Symbol:

@@ -11,17 +11,17 @@ import casadi as ca
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import Torque, cancels, compliance, mobility, shares, solve_torques
-from powertrain.laws import FrictionLaw
+from powertrain.compiler.torques import LawTorque, cancels, compliance, mobility, shares, solve_torques
+from powertrain.language.laws import FrictionLaw
+from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 from powertrain.modes.tolerances import alone_tolerance, rounding_tolerance, torque_tolerance
-from powertrain.symbols import Symbol, column, free_symbols, key, time
 
 
 class Resolver:
     """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques solved for."""
 
     def __init__(
-        self, reduced: Reduced, solved: Solved, torques: list[Torque], x: Symbol, values: dict[int, float]
+        self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol, values: dict[int, float]
     ) -> None:
         self.reduced, self.x = reduced, x
         self._residuals = solved.residuals
@@ -105,7 +105,7 @@ class Resolver:
         recorder = self.reduced.flat.recorder
         return column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
 
-    def closed_laws(self) -> list[Torque]:
+    def closed_laws(self) -> list[LawTorque]:
         """The laws in terms of (t, x, z, m, p)."""
         return [_mapped(law, self.close) for law in self.laws]
 
@@ -179,14 +179,14 @@ class Resolver:
         """The conditions of all switches for given torques."""
         return self.opened(self.reduced.rewrite([s.g for s in self.reduced.flat.recorder.switches]))
 
-    def _open_law(self, t: Torque, own: Symbol) -> Torque:
+    def _open_law(self, t: LawTorque, own: Symbol) -> LawTorque:
         law = _mapped(t, self.opened)
         if isinstance(law.law, FrictionLaw):
             return replace(law, law=replace(law.law, torque=own))
         return replace(law, law=replace(law.law, force=own))
 
 
-def _torque_symbols(torques: list[Torque]) -> tuple[Symbol, list[Symbol], Symbol]:
+def _torque_symbols(torques: list[LawTorque]) -> tuple[Symbol, list[Symbol], Symbol]:
     """The roots behind the torques of all laws, the torques, and the roots in terms of these."""
     tau, given = [], []
     for t in torques:
@@ -202,7 +202,7 @@ def _torque_symbols(torques: list[Torque]) -> tuple[Symbol, list[Symbol], Symbol
     return column([t.symbol for t in torques]), tau, column(given)
 
 
-def _mapped(t: Torque, change: Callable[[list[Symbol]], list[Symbol]]) -> Torque:
+def _mapped(t: LawTorque, change: Callable[[list[Symbol]], list[Symbol]]) -> LawTorque:
     """A law with all its expressions changed."""
     speed, rate = change([t.speed, t.rate])
     return replace(t, law=t.law.mapped(change), speed=speed, rate=rate)

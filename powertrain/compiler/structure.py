@@ -6,14 +6,14 @@ from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated
 from powertrain.compiler.matching import Matching
-from powertrain.compiler.torques import Torque
-from powertrain.component import Port, Variable, children
-from powertrain.connectors import Connector
+from powertrain.compiler.torques import LawTorque
 from powertrain.errors import ModelError
-from powertrain.symbols import free_symbols, key
+from powertrain.language.component import Port, Variable, children
+from powertrain.language.connectors import Connector
+from powertrain.language.symbols import free_symbols, key
 
 
-def check_structure(reduced: Reduced, torques: list[Torque]) -> None:
+def check_structure(reduced: Reduced, torques: list[LawTorque]) -> None:
     """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
     _check_open_ends(reduced)
     known = {key(t.symbol) for t in torques}
@@ -59,7 +59,7 @@ def _is_nothing(reduced: Reduced, k: int) -> bool:
     return alias is not None and alias.root is None and isinstance(alias.offset, float) and alias.offset == 0.0
 
 
-def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[Torque]) -> str:
+def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[LawTorque]) -> str:
     said = [reduced.originals[e] for e in equations if e < len(reduced.originals)]
     said += [reduced.equations[e] for e in equations if e >= len(reduced.originals)]
     recorder = reduced.flat.recorder

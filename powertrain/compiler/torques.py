@@ -26,9 +26,10 @@ from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.errors import ModelError
-from powertrain.laws import FrictionLaw, Law, UnilateralLaw
-from powertrain.recorder import Place
-from powertrain.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.language.law import Law
+from powertrain.language.laws import FrictionLaw, UnilateralLaw
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
 
 COMPLIANCE = 1e-8
 """eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""
@@ -41,7 +42,7 @@ _ROUND_OFF = 1e-13
 
 
 @dataclass
-class Torque:
+class LawTorque:
     """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset."""
 
     place: Place
@@ -53,7 +54,7 @@ class Torque:
     rate: Symbol = field(default_factory=Symbol)
 
 
-def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, Law]]]:
+def declare_torques(reduced: Reduced) -> tuple[list[LawTorque], list[tuple[Place, Law]]]:
     """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root."""
     flat, torques, others = reduced.flat, [], []
     taken: dict[int, Place] = {}
@@ -82,7 +83,7 @@ def declare_torques(reduced: Reduced) -> tuple[list[Torque], list[tuple[Place, L
             reduced.symbols[key(symbol)] = symbol
             reduced.equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
-        torques.append(Torque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
+        torques.append(LawTorque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
     return torques, others
 
 
@@ -95,7 +96,7 @@ def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
     )
 
 
-def add_rates(system: Differentiated, torques: list[Torque]) -> None:
+def add_rates(system: Differentiated, torques: list[LawTorque]) -> None:
     """The rate of each law: the derivative of its relative speed, or the speed itself where it depends on the torque at once."""
     recorder = system.reduced.flat.recorder
 
@@ -138,7 +139,7 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 
 
 @dataclass(frozen=True)
-class Torques:
+class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
     ``implicit`` are the laws that are not linear in the torques (an efficiency that depends on the load): their own ``tau`` stays an
@@ -150,10 +151,10 @@ class Torques:
     residuals: list[Symbol]
 
 
-def solve_torques(laws: Sequence[Torque], tau: Sequence[Symbol]) -> Torques:
+def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorques:
     """All torques for given modes; ``laws`` in terms of states and of the torques ``tau``."""
     if not laws:
-        return Torques([], [], [])
+        return LawTorques([], [], [])
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
@@ -170,10 +171,10 @@ def solve_torques(laws: Sequence[Torque], tau: Sequence[Symbol]) -> Torques:
         whole[i] = value
     residuals = [rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved]
     everything = ca.vertsplit(ca.substitute(column([*whole, *residuals]), *parts)) if parts else [*whole, *residuals]
-    return Torques(everything[: len(laws)], curved, everything[len(laws) :])
+    return LawTorques(everything[: len(laws)], curved, everything[len(laws) :])
 
 
-def _rate_held(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
+def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """What is zero while the law is stuck or the contact closed.
 
     Under a motion that no torque of its own changes, a law takes the smallest torque that its bounds allow.
@@ -184,14 +185,14 @@ def _rate_held(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
     return own - (Symbol(0) if tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0)))
 
 
-def _loose(t: Torque, own: Symbol) -> Symbol:
+def _loose(t: LawTorque, own: Symbol) -> Symbol:
     """What is zero while the law slides or the contact is open."""
     if isinstance(t.law, UnilateralLaw):
         return own
     return own - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
 
 
-def compliance(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
+def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """How much a law yields, relative to eps: as much as its torque changes its own rate.
 
     A law that moves on its own shares its torque with none, and yields only where its motion is given by others.
@@ -202,7 +203,7 @@ def compliance(t: Torque, own: Symbol, tau: Symbol) -> Symbol:
     return mobility(slope) if shares(t, own, tau) else ca.if_else(_given(slope), terms(slope), 0)
 
 
-def shares(t: Torque, own: Symbol, tau: Symbol) -> bool:
+def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
     others = [s for s in ca.vertsplit(tau) if key(s) != key(own)]
     return any(ca.which_depends(t.rate, column(others), 1, False))

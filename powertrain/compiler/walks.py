@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.operations import Ways, may_jump, nodes_of, opened, operands, operation
-from powertrain.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 
 Array = NDArray[np.float64]
 LINES = 48

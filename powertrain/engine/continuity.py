@@ -7,8 +7,8 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import SimulationError
+from powertrain.language.symbols import key
 from powertrain.numerics.buffers import Array, Memory
-from powertrain.symbols import key
 
 _SAME = 1e-7
 """Changes below this share are the rounding of the instants at which signals turn."""

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Guard, HybridDae
+from powertrain.language.units import with_unit
 from powertrain.numerics.buffers import Array, Memory
-from powertrain.units import with_unit
-
-if TYPE_CHECKING:
-    from powertrain.engine.engine import Engine
-
 
 _AT_LIMIT = 1e-6
 OUTSIDE = "A function of the model is evaluated outside its range there."
@@ -35,9 +29,8 @@ def not_finite(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
     return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
 
 
-def underflow(engine: Engine, side: int, t: float, h: float) -> str:
+def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> str:
     """Looks just ahead for a derivative that is not finite; else names the state that asks for the smallest step."""
-    dae, memory = engine.dae, engine.memory
     n = dae.x.numel()
     rates = ca.Function(
         "powertrain_rates", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(dae.xdot, dae.residual))]

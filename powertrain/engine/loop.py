@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from powertrain.compiler.hybrid import Guard
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.failure import guard_message, guard_violation, not_finite, underflow
-from powertrain.engine.trajectory import Instant, Recorder, Trajectory
+from powertrain.engine.prepared import Prepared
+from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.projection import project
 from powertrain.numerics.buffers import view
-
-if TYPE_CHECKING:
-    from powertrain.engine.engine import Engine
 
 _STIFF = 3.25
 _STIFF_STEPS = 15
@@ -41,7 +38,7 @@ class Run:
 
     def __init__(
         self,
-        engine: Engine,
+        engine: Prepared,
         start: float,
         stop: float,
         rtol: float,
@@ -54,7 +51,7 @@ class Run:
         self.progress = progress
         self.watch = _throttled(progress) if progress is not None else None
         self.catalogue = engine.catalogue
-        self.recorder = Recorder(engine.memory, *engine.sizes[:2], self.catalogue.kinds, self.catalogue.rests)
+        self.recorder = TrajectoryRecorder(engine.memory, *engine.sizes[:2], self.catalogue.kinds, self.catalogue.rests)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.catalogue.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
@@ -197,7 +194,7 @@ class Run:
             self.chosen = self.steps, False
             return 1e-6, self.steps
         self.t, self.side = t, side
-        raise SimulationError(underflow(self.engine, side, t, h))
+        raise SimulationError(underflow(self.dae, self.memory, side, t, h))
 
     def _too_stiff(self, ratio: float) -> bool:
         """Whether enough steps were at the edge of the explicit method's stability."""

@@ -143,7 +143,7 @@ class Trajectory:
         return np.concatenate([*pieces, times[passed:]]), np.array(places)
 
 
-class Recorder:
+class TrajectoryRecorder:
     """Collects the steps of a running simulation: ``rows`` are the bytes of ``memory.record`` after each."""
 
     def __init__(

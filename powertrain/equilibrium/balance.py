@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import HybridDae
-from powertrain.symbols import Symbol, column
+from powertrain.language.symbols import Symbol, column
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.corrector import Near, solved
-from powertrain.equilibrium.laws import Mask, Points, SteadyLaws, Values
+from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
 from powertrain.numerics.buffers import Array
 
 SHORT_STEP = 0.1
@@ -28,7 +28,7 @@ class Beginnings:
     sliding: Array
 
 
-def euler_step(laws: SteadyLaws, value: Values, step: float) -> tuple[Array, Array]:
+def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> tuple[Array, Array]:
     """What a step of ``step`` seconds adds to the unknowns (point, unknown), and its change with torques (point, unknown, law)."""
     n = laws.unknowns
     matrix = value.rows_[:, :, :n].copy()
@@ -40,7 +40,7 @@ def euler_step(laws: SteadyLaws, value: Values, step: float) -> tuple[Array, Arr
     return found[:, :, 0], found[:, :, 1:]
 
 
-def mobilities(value: Values, along: Array) -> tuple[Mask, Array, Array]:
+def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
     """Laws that their own torque does not move, how much it moves the others, and the change of all speeds with all torques."""
     n = along.shape[1]
     slope = value.speed_[:, :, n:] + value.speed_[:, :, :n] @ along
@@ -54,7 +54,7 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     """For the points of ``grid``, a row each."""
     count = len(grid)
     start = np.repeat(laws.balance.start[None], count, 0)
-    at = Points(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
+    at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
     value = laws.values(at, lossless=True)
     along = euler_step(laws, value, SHORT_STEP)[1]
     given, reach, slope = mobilities(value, along)

@@ -17,10 +17,10 @@ import numpy as np
 from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
 from powertrain.equilibrium.system import Equilibrium, Law
+from powertrain.language.symbols import Symbol
 from powertrain.modes.indicators import relation, torque_margins
 from powertrain.modes.tolerances import EPS, ZONE
 from powertrain.numerics.batch import dependence
-from powertrain.symbols import Symbol
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 _SLACK = 1e-9
@@ -29,7 +29,7 @@ INFINITE = 1e12
 
 
 @dataclass(frozen=True)
-class Choice:
+class LawModes:
     """A law with the modes it may take; ``rest`` is not negative where no mode holds because the law rests under a prescribed motion."""
 
     law: Law
@@ -42,7 +42,7 @@ class Choice:
         return self.margins[self.modes.index(mode)]
 
 
-def choices(problem: Equilibrium) -> list[Choice]:
+def choices(problem: Equilibrium) -> list[LawModes]:
     """The choice of every law of a steady problem."""
     return [_choice(law, moved) for law, moved in zip(problem.laws, _moved_by_unknowns(problem), strict=True)]
 
@@ -57,7 +57,7 @@ class Group:
     coupled: bool
 
 
-def order(problem: Equilibrium, found: Sequence[Choice]) -> list[Group]:
+def order(problem: Equilibrium, found: Sequence[LawModes]) -> list[Group]:
     """All laws and unknowns in groups, in the order in which they can be resolved."""
     laws = range(len(found))
     wanted = [[*c.margins, *([] if c.rest is None else [c.rest])] for c in found]
@@ -90,18 +90,18 @@ def _moved_by_unknowns(problem: Equilibrium) -> list[bool]:
     return [bool(row.any()) for row in dependence(speeds, problem.u)] if problem.u else [False] * len(speeds)
 
 
-def _choice(law: Law, moved: bool) -> Choice:
+def _choice(law: Law, moved: bool) -> LawModes:
     if isinstance(law, Switch):
-        return Choice(law, (1.0, 0.0), (relation(Symbol(1), law.g), relation(Symbol(0), law.g)))
+        return LawModes(law, (1.0, 0.0), (relation(Symbol(1), law.g), relation(Symbol(0), law.g)))
     if isinstance(law, Contact):
         closed = law.force + EPS if moved else ca.fmin(law.force + EPS, ZONE - ca.fabs(law.gap))
-        return Choice(law, (1.0, 0.0), (closed, law.gap + EPS))
+        return LawModes(law, (1.0, 0.0), (closed, law.gap + EPS))
     modes = (FORWARD, BACKWARD) if law.prescribed else (STUCK, FORWARD, BACKWARD)
     if law.may_free:
         modes = (*modes, FREE)
     margins = tuple(_friction_margin(law, mode) for mode in modes)
     rests = ca.if_else(ca.fabs(law.w) <= ZONE, law.upper - law.lower - EPS, -1)
-    return Choice(law, modes, margins, rests if law.prescribed else None)
+    return LawModes(law, modes, margins, rests if law.prescribed else None)
 
 
 def _friction_margin(law: Friction, mode: float) -> Symbol:
@@ -130,7 +130,7 @@ def bounded(problem: Equilibrium) -> list[Symbol]:
     return [margin for e in [*problem.solved, *torques] for margin in (INFINITE - e, INFINITE + e)]
 
 
-def possible(choice: Choice, mode: float, hidden: Sequence[Symbol]) -> Symbol:
+def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
     """Negative where a mode is out of the question by what is given alone; ``hidden`` has to be found.
 
     Where it is not known yet whether a law is free, nor whether it slides, that need not be tried: between bounds of zero it slides

@@ -21,7 +21,7 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected
-from powertrain.equilibrium.laws import FORWARD, NO_WIDTH, REST, STUCK, Points, SteadyLaws
+from powertrain.equilibrium.laws import FORWARD, NO_WIDTH, REST, STUCK, Iterates, SteadyLaws
 from powertrain.modes.complementarity import Answer, Complementarity, Linear, Mask, Point
 from powertrain.numerics.buffers import Array
 
@@ -56,7 +56,7 @@ class _Step(Linear):
 
 
 @dataclass(frozen=True)
-class Found:
+class OperatingPoint:
     """An operating point, and what it tells its neighbours."""
 
     y: Array
@@ -78,7 +78,7 @@ class _StepLaws:
         """The laws near ``tau``; nan where an equation has no value there."""
         assert isinstance(point, _Trial)
         laws, n = self.laws, point.x.size
-        one = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        one = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
         many = laws.values(one, point.lossless)
         moves, alongs = euler_step(laws, many, point.step)
         givens, reaches, rate_slopes = mobilities(many, alongs)
@@ -114,7 +114,7 @@ class Continuation:
         self.laws, self._steps = laws, _StepLaws(laws)
         self.problem = Complementarity(laws.balance.dae, self._steps)
 
-    def solve(self, grid: Array, start: Array, side: Array) -> Found | None:
+    def solve(self, grid: Array, start: Array, side: Array) -> OperatingPoint | None:
         """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``."""
         laws, every = self.laws, np.ones(self.laws.count, bool)
         modes = np.zeros(laws.balance.modes.numel())
@@ -132,24 +132,24 @@ class Continuation:
         found = beginnings(self.laws, grid[None]).near
         return Near(found.given[0], found.yields[0])
 
-    def _held(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+    def _held(self, point: _Trial, tau: Array, side: Array) -> OperatingPoint | None:
         """The solution that semismooth Newton's method finds with all laws held at first."""
         near = self._near(point.p)
-        here = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
         value = self.laws.values(here, point.lossless)
         modes = self.laws.next_modes(here, value, near.given[None], side[None], None)[0]
         modes[self.laws.tied_modes] = FORWARD
         return self._corrected(replace(point, m=modes), tau, side)
 
-    def _corrected(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+    def _corrected(self, point: _Trial, tau: Array, side: Array) -> OperatingPoint | None:
         """The solution to which semismooth Newton's method leads from the modes of ``point``."""
         near = self._near(point.p)
-        here = Points(point.p[None], point.x[None], point.m[None], tau[None])
+        here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
         some = Near(near.given[None], near.yields[None])
         end, fine = corrected(self.laws, here, some, side[None], point.lossless, CHANGES, True)
-        return Found(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
+        return OperatingPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
 
-    def _settled(self, point: _Trial, tau: Array, side: Array) -> Found | None:
+    def _settled(self, point: _Trial, tau: Array, side: Array) -> OperatingPoint | None:
         """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
         laws, near = self.laws, self._near(point.p)
         for _ in range(ROUNDS):
@@ -162,10 +162,10 @@ class Continuation:
             y = point.x + step.move + step.along @ (answer.tau - tau)
             if not (np.abs(y) <= FAR).all():
                 return None
-            here = Points(point.p[None], y[None], m[None], answer.tau[None])
+            here = Iterates(point.p[None], y[None], m[None], answer.tau[None])
             end, fine = corrected(laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless)
             if fine[0]:
-                return Found(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
+                return OperatingPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
             value = laws.values(here, point.lossless)
             m[laws.switch_modes] = value.g[0] > 0.0
             turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0

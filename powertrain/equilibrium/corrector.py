@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Mask, Points, SteadyLaws, Values
+from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, Mask, SteadyLaws
 from powertrain.numerics.buffers import Array
 
 LAST_STEP = 1e7
@@ -32,8 +32,14 @@ class Near:
 
 
 def corrected(
-    laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool = False, changes: int = 1, firm: bool = False
-) -> tuple[Points, Mask]:
+    laws: SteadyLaws,
+    at: Iterates,
+    near: Near,
+    side: Array,
+    lossless: bool = False,
+    changes: int = 1,
+    firm: bool = False,
+) -> tuple[Iterates, Mask]:
     """The points with unknowns and torques for their modes, or for those that follow from these, and which of them are solutions.
 
     ``near`` and ``side`` have a row for each point.
@@ -41,7 +47,7 @@ def corrected(
     done, y, modes, tau = np.zeros(len(at.y), bool), at.y.copy(), at.modes.copy(), at.tau.copy()
     active, before = np.arange(len(y)), np.full(modes.shape, np.nan)
     for _ in range(changes):
-        here = Points(at.grid[active], y[active], modes[active], tau[active])
+        here = Iterates(at.grid[active], y[active], modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
         here, fine = _newton(laws, here, there, side[active], lossless, CORRECTIONS)
         here, drive = _shared(laws, here, there, side[active], lossless)
@@ -60,10 +66,10 @@ def corrected(
         modes[active] = new[go] if changes > 1 else modes[active]
         if not active.size:
             break
-    return Points(at.grid, y, modes, tau), done
+    return Iterates(at.grid, y, modes, tau), done
 
 
-def _shared(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool) -> tuple[Points, Array]:
+def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool) -> tuple[Iterates, Array]:
     """Solutions with the torques that the compliance of stuck laws gives them, and what then drives each law against its own."""
     n, tau, drive = laws.unknowns, at.tau.copy(), np.zeros_like(at.tau)
     stuck = (at.modes[:, laws.law_modes] == np.where(laws.contact, 1.0, STUCK)) & ~near.given
@@ -76,19 +82,21 @@ def _shared(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: boo
     tau[some] += step[:, n:]
     creep = value.speed + np.einsum("pij,pj->pi", value.speed_, step)
     drive[some] = creep - there.yields * tau[some]
-    shared = Points(here.grid, here.y, here.modes, tau[some])
+    shared = Iterates(here.grid, here.y, here.modes, tau[some])
     end, _ = _newton(laws, shared, there, side[some], lossless, PROXIMAL)
     y, tau = at.y.copy(), at.tau.copy()
     y[some], tau[some] = end.y, end.tau
-    return Points(at.grid, y, at.modes, tau), drive
+    return Iterates(at.grid, y, at.modes, tau), drive
 
 
-def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: bool, most: int) -> tuple[Points, Mask]:
+def _newton(
+    laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, most: int
+) -> tuple[Iterates, Mask]:
     """Newton's steps at all points, and where they became small; stuck laws yield to what their torque changes."""
     y, tau, n = at.y.copy(), at.tau.copy(), laws.unknowns
     fine, active = np.zeros(len(y), bool), np.arange(len(y))
     for _ in range(most):
-        here = Points(at.grid[active], y[active], at.modes[active], tau[active])
+        here = Iterates(at.grid[active], y[active], at.modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
         matrix, right = _bordered(laws, here, laws.values(here, lossless), there, side[active], True)
         step = solved(matrix, right)
@@ -101,10 +109,10 @@ def _newton(laws: SteadyLaws, at: Points, near: Near, side: Array, lossless: boo
         active = active[~still & np.isfinite(step).all(axis=1)]
         if not active.size:
             break
-    return Points(at.grid, y, at.modes, tau), fine
+    return Iterates(at.grid, y, at.modes, tau), fine
 
 
-def undetermined(laws: SteadyLaws, at: Points, near: Near, side: Array) -> Mask:
+def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mask:
     """Where an unknown, or the torque of a law that slides, is not determined: unit changes of the equations move it without limit."""
     n = laws.unknowns
     matrix, right = _bordered(laws, at, laws.values(at), near, side, True)
@@ -120,7 +128,7 @@ def undetermined(laws: SteadyLaws, at: Points, near: Near, side: Array) -> Mask:
 
 
 def _bordered(
-    laws: SteadyLaws, at: Points, value: Values, near: Near, side: Array, proximal: bool
+    laws: SteadyLaws, at: Iterates, value: LawValues, near: Near, side: Array, proximal: bool
 ) -> tuple[Array, Array]:
     """Newton's equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
     n, k, mode = laws.unknowns, np.arange(laws.count), at.modes[:, laws.law_modes]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from powertrain.symbols import Symbol, free_symbols, key
+from powertrain.language.symbols import Symbol, free_symbols, key
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ BALANCED = 1e-7
 
 
 @dataclass(frozen=True)
-class Points:
+class Iterates:
     """Iterates, a row each: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
 
     grid: Array
@@ -35,13 +35,13 @@ class Points:
     modes: Array
     tau: Array
 
-    def some(self, which: Index | Mask) -> Points:
+    def some(self, which: Index | Mask) -> Iterates:
         """Some of them."""
-        return Points(self.grid[which], self.y[which], self.modes[which], self.tau[which])
+        return Iterates(self.grid[which], self.y[which], self.modes[which], self.tau[which])
 
 
 @dataclass(frozen=True)
-class Values:
+class LawValues:
     """Rows, speeds, limits and conditions (point, quantity), and their derivatives by (y, tau) (point, quantity, unknown)."""
 
     rows: Array
@@ -95,7 +95,7 @@ class SteadyLaws:
         """Parameters and inputs that are the same for all points."""
         self._columns.set_common(values)
 
-    def values(self, at: Points, lossless: bool = False) -> Values:
+    def values(self, at: Iterates, lossless: bool = False) -> LawValues:
         """Everything at the points; ``lossless``: torques that follow others are left out."""
         with np.errstate(all="ignore"):
             found = self._columns(np.hstack([at.grid, at.y, at.modes, self._sign * at.tau]).T)
@@ -106,17 +106,17 @@ class SteadyLaws:
             parts.append(part[:, :, 0] if k < 5 else part)
         for slope in parts[5:]:
             slope[:, :, self.unknowns :] *= self._sign
-        value = Values(*parts)
+        value = LawValues(*parts)
         if lossless:
             for each in (value.lower, value.upper, value.lower_, value.upper_):
                 each[:, self.tied] = 0.0
         return value
 
-    def zone(self, value: Values, at: Points) -> Array:
+    def zone(self, value: LawValues, at: Iterates) -> Array:
         """Speeds below this are rest."""
         return REST * (1.0 + _times(np.abs(value.speed_[:, :, : self.unknowns]), np.abs(at.y)))
 
-    def next_modes(self, at: Points, value: Values, given: Mask, side: Array, drive: Array | None) -> Array:
+    def next_modes(self, at: Iterates, value: LawValues, given: Mask, side: Array, drive: Array | None) -> Array:
         """The modes that the values say; the same as those of ``at`` where these hold.
 
         ``given`` are laws whose own torque does not move them; ``side`` the direction from which these are looked at where they rest.
@@ -144,7 +144,7 @@ class SteadyLaws:
         modes[:, self.switch_modes] = np.where((2.0 * was - 1.0) * value.g >= -terms, was, 1.0 - was)
         return modes
 
-    def balanced(self, at: Points, value: Values) -> Mask:
+    def balanced(self, at: Iterates, value: LawValues) -> Mask:
         """Whether the rows are zero."""
         sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
         terms = BALANCED * (1.0 + _times(np.abs(value.rows_), sizes))

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Contact, Friction
-from powertrain.equilibrium.choices import Choice, Group, possible
+from powertrain.equilibrium.choices import Group, LawModes, possible
 from powertrain.equilibrium.points import NONE, Index, Mask, Trials
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
-from powertrain.symbols import Symbol
 
 _COLUMNS = 1 << 15
 _SAME = 1e-9
@@ -24,7 +24,7 @@ _SAME = 1e-9
 class Search:
     """All combinations of the modes of a group. Serves one thread."""
 
-    def __init__(self, problem: Equilibrium, found: Sequence[Choice], group: Group) -> None:
+    def __init__(self, problem: Equilibrium, found: Sequence[LawModes], group: Group) -> None:
         first = len(problem.grid)
         self.group, self.choices = group, [found[k] for k in group.laws]
         self.places = [first + k for k in group.laws]
@@ -116,7 +116,7 @@ class Search:
 class _Table:
     """All margins of some laws and what else tells modes apart, at many points; ``k`` is the number of a law among them."""
 
-    def __init__(self, problem: Equilibrium, found: list[Choice]) -> None:
+    def __init__(self, problem: Equilibrium, found: list[LawModes]) -> None:
         rows: list[Symbol] = []
         self._first, self._extra = [], []
         for c in found:

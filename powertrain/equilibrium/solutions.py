@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from powertrain.equilibrium.beginnings import beginnings
-from powertrain.equilibrium.continuation import Continuation, Found
+from powertrain.equilibrium.continuation import Continuation, OperatingPoint
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
-from powertrain.equilibrium.laws import BACKWARD, NO_WIDTH, STUCK, Mask, Points, SteadyLaws
+from powertrain.equilibrium.laws import BACKWARD, NO_WIDTH, STUCK, Iterates, Mask, SteadyLaws
 from powertrain.numerics.buffers import Array
 
 Index = NDArray[np.intp]
@@ -30,7 +30,7 @@ MOST_SOURCES = 8
 
 
 @dataclass
-class Solved:
+class SolvedPoints:
     """The solutions from one start, a row each; no values where there is none."""
 
     done: Mask
@@ -40,12 +40,12 @@ class Solved:
     given: Mask
     yields: Array
 
-    def take(self, which: Mask, other: Solved) -> None:
+    def take(self, which: Mask, other: SolvedPoints) -> None:
         """Takes over some of the solutions of others."""
         for name in ("done", "y", "modes", "tau", "given", "yields"):
             getattr(self, name)[which] = getattr(other, name)[which]
 
-    def put(self, p: int, found: Found) -> None:
+    def put(self, p: int, found: OperatingPoint) -> None:
         """Takes over one solution."""
         self.done[p] = True
         for name in ("y", "modes", "tau", "given", "yields"):
@@ -56,7 +56,7 @@ class Solved:
 class Best:
     """One solution of every point, the number of different ones (2: several), laws at rest under a given motion, laws that differ."""
 
-    solved: Solved
+    solved: SolvedPoints
     number: NDArray[np.intp]
     rest: Mask
     differing: Mask
@@ -87,22 +87,22 @@ class Solutions:
         self._rest_of(best, grid, side)
         number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
-        at = Points(grid[known], best.y[known], best.modes[known], best.tau[known])
+        at = Iterates(grid[known], best.y[known], best.modes[known], best.tau[known])
         number[known[undetermined(laws, at, Near(best.given[known], best.yields[known]), side[known])]] = 2
         return Best(best, number, self._rest(grid, best), differing)
 
-    def _nothing(self, near: Near) -> Solved:
+    def _nothing(self, near: Near) -> SolvedPoints:
         laws, count = self.laws, len(near.given)
         sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
         y, modes, tau = (np.zeros((count, n)) for n in sizes)
-        return Solved(np.zeros(count, bool), y, modes, tau, near.given.copy(), near.yields.copy())
+        return SolvedPoints(np.zeros(count, bool), y, modes, tau, near.given.copy(), near.yields.copy())
 
-    def _from(self, moved: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> Solved:
+    def _from(self, moved: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> SolvedPoints:
         """The solutions from one start, with the modes that its speeds say; at points where another began with these there are none."""
         laws, count = self.laws, len(grid)
         found = self._nothing(near)
         found.y += laws.balance.start + moved
-        at = Points(grid, found.y, found.modes, found.tau)
+        at = Iterates(grid, found.y, found.modes, found.tau)
         modes = laws.next_modes(at, laws.values(at), found.given, side, None)
         seen = np.zeros(count, bool)
         for other in begun:
@@ -111,12 +111,12 @@ class Solutions:
         begun.append(modes)
         found.modes[:] = modes
         some = Near(found.given[new], found.yields[new])
-        start = Points(grid[new], found.y[new], modes[new], found.tau[new])
+        start = Iterates(grid[new], found.y[new], modes[new], found.tau[new])
         end, found.done[new] = corrected(laws, start, some, side[new], changes=CHANGES, firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
 
-    def _rest_of(self, best: Solved, grid: Array, side: Array) -> None:
+    def _rest_of(self, best: SolvedPoints, grid: Array, side: Array) -> None:
         """Solves the points that have no solution yet: as their neighbours, else by continuation."""
         failed, tries = np.zeros(len(grid), bool), np.zeros(len(grid), int)
         place, fresh = _scaled(grid), np.flatnonzero(best.done)
@@ -136,9 +136,9 @@ class Solutions:
                 best.put(p, one)
                 fresh = np.array([p])
 
-    def _spread(self, found: Solved, grid: Array, side: Array, left: Index, sources: Index) -> Index:
+    def _spread(self, found: SolvedPoints, grid: Array, side: Array, left: Index, sources: Index) -> Index:
         """Begins at points with the solutions of others; which points have one now."""
-        start = Points(grid[left], found.y[sources], found.modes[sources], found.tau[sources])
+        start = Iterates(grid[left], found.y[sources], found.modes[sources], found.tau[sources])
         near = Near(found.given[sources], found.yields[sources])
         end, good = corrected(self.laws, start, near, side[left], changes=CHANGES, firm=True)
         done, source = left[good], sources[good]
@@ -147,7 +147,7 @@ class Solutions:
         found.given[done], found.yields[done] = found.given[source], found.yields[source]
         return done
 
-    def _differ(self, grid: Array, one: Solved, other: Solved) -> Mask:
+    def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a law that slides."""
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
         slides = ~self._at_rest(grid, one)
@@ -155,19 +155,19 @@ class Solutions:
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
         return np.asarray(y.any(axis=1) | tau.any(axis=1))
 
-    def _at_rest(self, grid: Array, found: Solved) -> Mask:
-        at = Points(grid, found.y, found.modes, found.tau)
+    def _at_rest(self, grid: Array, found: SolvedPoints) -> Mask:
+        at = Iterates(grid, found.y, found.modes, found.tau)
         value = self.laws.values(at)
         return np.asarray(np.abs(value.speed) <= self.laws.zone(value, at))
 
-    def _rest(self, grid: Array, found: Solved) -> Mask:
+    def _rest(self, grid: Array, found: SolvedPoints) -> Mask:
         """The laws at rest under a given motion, whose torque is not determined."""
-        at = Points(grid, found.y, found.modes, found.tau)
+        at = Iterates(grid, found.y, found.modes, found.tau)
         value = self.laws.values(at)
         still = np.abs(value.speed) <= self.laws.zone(value, at)
         return np.asarray(found.done[:, None] & found.given & still & (value.upper - value.lower > NO_WIDTH))
 
-    def _rank(self, found: Solved) -> NDArray[np.intp]:
+    def _rank(self, found: SolvedPoints) -> NDArray[np.intp]:
         """Laws at rest come before laws that slide, and forward before backward."""
         modes = found.modes[:, : self.laws.frictions]
         rank: NDArray[np.intp] = 2 * (modes != STUCK).sum(axis=1) + (modes == BACKWARD).any(axis=1)

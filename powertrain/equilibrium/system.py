@@ -23,10 +23,10 @@ from powertrain.compiler.matching import Matching, components
 from powertrain.equilibrium.balance import Balance, changed, opened, start_of
 from powertrain.equilibrium.fraction import root_of_fraction
 from powertrain.errors import ParameterError
+from powertrain.language.symbols import Symbol, column, key
 from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
-from powertrain.symbols import Symbol, column, key
 
 Law = Friction | Switch | Contact
 Turning = dict[int, dict[int, float]]
@@ -34,7 +34,7 @@ Turning = dict[int, dict[int, float]]
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """What is asked for: the grid's names, those that prescribe variables, those held (states), what is to be found, expressions wanted."""
 
     axes: tuple[str, ...]
@@ -73,7 +73,7 @@ class Equilibrium:
 
 
 def formulate(
-    compiled: Compiled, asked: Asked, time: float, guesses: Mapping[str, float], parameters: Array
+    compiled: Compiled, asked: Request, time: float, guesses: Mapping[str, float], parameters: Array
 ) -> Equilibrium:
     """The steady problem of a model. ParameterError where the conditions do not determine it."""
     dae = compiled.dae
@@ -107,7 +107,7 @@ class Unknown:
 class _Stage:
     """Symbols of the grid in the place of held values, inputs and parameters."""
 
-    def __init__(self, compiled: Compiled, asked: Asked, time: float, parameters: Array) -> None:
+    def __init__(self, compiled: Compiled, asked: Request, time: float, parameters: Array) -> None:
         dae = self.dae = compiled.dae
         self.values = {key(dae.p[i]): float(value) for i, value in enumerate(parameters)}
         self.compiled, self.asked = compiled, asked
@@ -194,7 +194,7 @@ def _influential(dae: HybridDae, everything: Sequence[Symbol]) -> list[int]:
     return [i for i in range(dae.x.numel()) if found.size and found[:, i].any()]
 
 
-def _refuse_turning(asked: Asked, kept: Sequence[int], stage: _Stage) -> None:
+def _refuse_turning(asked: Request, kept: Sequence[int], stage: _Stage) -> None:
     for name in asked.held:
         if stage.state_of(name) not in kept:
             raise ParameterError(

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import casadi as ca
 
-from powertrain.integration.step import Step, combined
+from powertrain.integration.step import StepResult, combined
 
 ORDER = 5
 A = (
@@ -34,7 +34,7 @@ DENSE = (
 )
 
 
-def step(rhs: Callable[[ca.SX, ca.SX], ca.SX], t: ca.SX, h: ca.SX, y: ca.SX, k1: ca.SX) -> Step:
+def step(rhs: Callable[[ca.SX, ca.SX], ca.SX], t: ca.SX, h: ca.SX, y: ca.SX, k1: ca.SX) -> StepResult:
     """A step of size ``h`` from ``(t, y)`` with ``k1 = rhs(t, y)``; ``rhs`` returns dy/dt.
 
     ``stiffness`` is Hairer's estimate of h times the spectral radius from the last two stages.
@@ -51,4 +51,4 @@ def step(rhs: Callable[[ca.SX, ca.SX], ca.SX], t: ca.SX, h: ca.SX, y: ca.SX, k1:
     fourth = h * combined(DENSE, stages)
     dense = ca.horzcat(y, rise + bend, -bend + third + fourth, -third - 2 * fourth, fourth)
     stiffness = ca.sqrt(h**2 * ca.sumsqr(stages[6] - stages[5]) / (ca.sumsqr(end - points[5]) + 1e-300))
-    return Step(end=end, slope=stages[6], error=error, dense=dense, stiffness=stiffness)
+    return StepResult(end=end, slope=stages[6], error=error, dense=dense, stiffness=stiffness)

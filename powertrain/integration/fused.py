@@ -11,7 +11,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.integration import dopri5, rodas5p
-from powertrain.integration.step import Step, on_polynomial, slope_of_polynomial
+from powertrain.integration.step import StepResult, on_polynomial, slope_of_polynomial
 from powertrain.integration.step_control import verdict
 from powertrain.modes.indicators import indicators
 from powertrain.modes.rules import mode_pass, snapped, timed
@@ -116,7 +116,9 @@ def rosenbrock_step(model: Common) -> ca.Function:
     return _step_function(model, PREFIX + "rodas5p", slope, taken)
 
 
-def _step_function(model: Common, name: str, slope: ca.SX, taken: Step, defect: ca.SX | None = None) -> ca.Function:
+def _step_function(
+    model: Common, name: str, slope: ca.SX, taken: StepResult, defect: ca.SX | None = None
+) -> ca.Function:
     t, h = model.time[0], model.time[1]
     scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 
 import casadi as ca
 
-from powertrain.integration.step import Step, combined
+from powertrain.integration.step import StepResult, combined
 from powertrain.numerics.sparse_lu import factorize
 
 ORDER = 5
@@ -98,7 +98,7 @@ def step(
     h: ca.SX,
     y: ca.SX,
     rows: Sequence[int] | None = None,
-) -> Step:
+) -> StepResult:
     """A step of size ``h`` from ``(t, y)``; ``rhs`` returns (dx/dt, residual) for y = (x, z) with ``states`` entries in x.
 
     ``jacobian`` and ``time_slope`` are the derivatives of ``rhs`` at ``(t, y)`` with respect to y and t; ``rows`` the pivot rows of the
@@ -121,4 +121,4 @@ def step(
     rise = end - y
     first, second, third = (combined(row, stages) for row in DENSE)
     dense = ca.horzcat(y, rise + first, second - first, third - second, -third)
-    return Step(end=end, slope=zero, error=stages[7], dense=dense, stiffness=type(y)(0))
+    return StepResult(end=end, slope=zero, error=stages[7], dense=dense, stiffness=type(y)(0))

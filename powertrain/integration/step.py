@@ -9,7 +9,7 @@ import casadi as ca
 
 
 @dataclass(frozen=True)
-class Step:
+class StepResult:
     """The unknowns at the end, their slope there, the error estimate and the dense output of one step.
 
     ``dense`` has five columns c0 ... c4: y(t + q h) = c0 + q (c1 + q (c2 + q (c3 + q c4))), 0 <= q <= 1.

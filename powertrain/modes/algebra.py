@@ -19,7 +19,7 @@ class NotConsistent(ArithmeticError):
     """The algebraic equations have no solution near the guess; the message names the equation that stays open."""
 
 
-class Algebra:
+class AlgebraicSolver:
     """Solves 0 = residual(t, x, z, m, p) for z in place, on either side of the double-buffered unknowns."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:

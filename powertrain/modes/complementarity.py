@@ -69,7 +69,7 @@ class Answer:
     ray: tuple[int, ...]
 
 
-class Opened(Protocol):
+class TorqueLaws(Protocol):
     """Laws as functions of their torques, with their places in m (frictions, then contacts), and those of the conditions."""
 
     count: int
@@ -154,8 +154,8 @@ class _Bends:
 class Complementarity:
     """Solves the complementarity problem of one model at any point."""
 
-    def __init__(self, dae: HybridDae, laws: Opened | None = None) -> None:
-        self.laws: Opened = Laws(dae) if laws is None else laws
+    def __init__(self, dae: HybridDae, laws: TorqueLaws | None = None) -> None:
+        self.laws: TorqueLaws = Laws(dae) if laws is None else laws
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
         known = ca.vertcat(*[f.hysteresis for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
@@ -226,7 +226,7 @@ def _widened(near: Linear, bend: _Bends, factor: Array, added: Array) -> tuple[L
 class _Problem:
     """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
 
-    def __init__(self, laws: Opened, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+    def __init__(self, laws: TorqueLaws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
         size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
         bend = replace(bend, rate=bend.rate * size, lower=bend.lower * size, upper=bend.upper * size)
         self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone

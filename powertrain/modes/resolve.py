@@ -13,7 +13,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Contact, HybridDae, When
 from powertrain.errors import SimulationError
-from powertrain.modes.algebra import Algebra, NotConsistent
+from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
@@ -33,11 +33,16 @@ REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
 
-class Resolver:
+class ModeResolver:
     """Brings ``memory.m`` (and x, z after resets and impacts) to a consistent state on one side of the buffers."""
 
     def __init__(
-        self, dae: HybridDae, memory: Memory, update: Sequence[Bound], fresh: Sequence[Bound], algebra: Algebra | None
+        self,
+        dae: HybridDae,
+        memory: Memory,
+        update: Sequence[Bound],
+        fresh: Sequence[Bound],
+        algebra: AlgebraicSolver | None,
     ) -> None:
         self.dae, self.memory, self.algebra = dae, memory, algebra
         self.n = dae.x.numel()

@@ -14,8 +14,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
-from powertrain.symbols import Symbol, column
 
 Rows = NDArray[np.float64]
 """One row per quantity, one column per point."""

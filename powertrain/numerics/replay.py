@@ -12,8 +12,8 @@ from typing import Any
 
 import casadi as ca
 
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import called
-from powertrain.symbols import Symbol
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from powertrain.symbols import Symbol
+from powertrain.language.symbols import Symbol
 
 
 @dataclass(frozen=True)

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from reprlib import repr as short
-from typing import Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 
-from powertrain.arguments import by_name, listed, number
+from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Schedule
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import by_name, listed, number
+from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.plant import Plant
 from powertrain.result import Result
 from powertrain.signals import signals_of
-from powertrain.symbols import Symbol, column
 
 Selector = str | Callable[[Any], Any]
 Modes = Mapping[str, float] | tuple[Result[Any], float]
@@ -80,8 +80,17 @@ class Dynamics:
         )
 
 
+class _Source(Protocol):
+    """What gives the equations and the point that the modes not named are taken from: a plant."""
+
+    @property
+    def compiled(self) -> Compiled: ...
+    def initialize(self) -> tuple[Array, Array, Array, Any]: ...
+    def parameter_vector(self) -> Array: ...
+
+
 def dynamics(
-    plant: Plant[Any],
+    plant: _Source,
     outputs: Selector | Sequence[Selector] = (),
     inputs: str | Sequence[str] | None = None,
     modes: Modes | None = None,
@@ -125,7 +134,7 @@ def dynamics(
     )  # fmt: skip
 
 
-def _checked(plant: Plant[Any], inputs: str | Sequence[str]) -> list[str]:
+def _checked(plant: _Source, inputs: str | Sequence[str]) -> list[str]:
     driven: list[str] = listed("inputs", inputs)
     known = [*plant.compiled.inputs, *plant.compiled.parameters]
     for name in driven:
@@ -140,7 +149,7 @@ def _laws(dae: HybridDae) -> list[Any]:
     return [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
 
 
-def _point(plant: Plant[Any], modes: Modes | None) -> tuple[Array, Array, Array, Array]:
+def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Array]:
     """States, algebraic unknowns, held values with the modes, and parameters."""
     if isinstance(modes, tuple):
         result, t = modes[0], number("modes: t", modes[1], "s") if len(modes) == 2 else 0.0

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.arguments import by_name, number, row
-from powertrain.arguments import path as argument_path
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import by_name, number, row
+from powertrain.language.arguments import path as argument_path
 from powertrain.numerics.buffers import Array
 
 if TYPE_CHECKING:

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import by_name, limits, listed, number, positive
-from powertrain.arguments import names as argument_names
-from powertrain.component import Component
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.language.arguments import by_name, limits, listed, number, positive
+from powertrain.language.arguments import names as argument_names
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.experiment import Experiment
 from powertrain.plant import Plant
@@ -38,7 +38,7 @@ _PART = 0.05
 
 
 @dataclass(frozen=True)
-class Unknown:
+class FitUnknown:
     """One unknown: a parameter of all experiments, or (``experiment``) the start of a variable in one of them."""
 
     label: str
@@ -169,7 +169,7 @@ def fit(
     if not asked:
         raise ParameterError("wrt: nothing is to be found; name parameters or variables")
     tolerances = {"rtol": positive("rtol", rtol), "atol": positive("atol", atol)}
-    problem = _Problem(plant, experiments, asked, {**tolerances, "points": 1})
+    problem = _LeastSquares(plant, experiments, asked, {**tolerances, "points": 1})
     scale = np.array([u.scale for u in asked])
     bound = np.array([u.low for u in asked]) / scale, np.array([u.high for u in asked]) / scale
     start = np.clip(np.array([u.first for u in asked]) / scale, *bound)
@@ -184,8 +184,8 @@ def fit(
 
 def _unknowns(
     plant: Plant[Any], experiments: Sequence[Experiment], wrt: Any, first: Mapping[str, Any], bounds: Mapping[str, Any]
-) -> list[Unknown]:
-    found: list[Unknown] = []
+) -> list[FitUnknown]:
+    found: list[FitUnknown] = []
     compiled = plant.compiled
     asked = argument_names("wrt", wrt)
     for what, given in (("first", first), ("bounds", bounds)):
@@ -197,23 +197,27 @@ def _unknowns(
         if name in compiled.parameters:
             entry = compiled.parameters[name]
             value = number(f"first: {name}", first.get(name, plant.parameters[name]))
-            found.append(Unknown(name, name, entry.unit, None, value, low, high))
+            found.append(FitUnknown(name, name, entry.unit, None, value, low, high))
         elif name in compiled.signals:
             for k, experiment in enumerate(experiments):
                 label = name if len(experiments) == 1 else f"{name} (experiment {k})"
                 value = number(f"first: {name}", first.get(name, experiment.starts.get(name, 0.0)))
-                found.append(Unknown(label, name, compiled.signals[name].unit, k, value, low, high))
+                found.append(FitUnknown(label, name, compiled.signals[name].unit, k, value, low, high))
         else:
             known = [*compiled.parameters, *compiled.signals]
             raise ParameterError(f"wrt: the model has no parameter or variable {name}{suggestion(name, known)}")
     return found
 
 
-class _Problem:
+class _LeastSquares:
     """Residuals of all experiments and their derivatives, one set of runs at a time."""
 
     def __init__(
-        self, plant: Plant[Any], experiments: Sequence[Experiment], asked: Sequence[Unknown], options: Mapping[str, Any]
+        self,
+        plant: Plant[Any],
+        experiments: Sequence[Experiment],
+        asked: Sequence[FitUnknown],
+        options: Mapping[str, Any],
     ) -> None:
         self.plant, self.experiments, self.asked, self.options = plant, list(experiments), asked, options
         signals = signals_of(plant.compiled)
@@ -274,7 +278,7 @@ class _Problem:
         return np.concatenate(found)
 
 
-def _summary(problem: _Problem, asked: Sequence[Unknown], values: Array, message: str) -> Fit:
+def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array, message: str) -> Fit:
     left, jacobian = problem.residuals(values), problem.jacobian(values)
     size = np.maximum(np.abs(values), [u.scale for u in asked])
     spread = float(np.sqrt(left @ left / max(len(left) - len(asked), 1)))

@@ -10,10 +10,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.arguments import by_name, count, number
-from powertrain.arguments import limits as bounded
-from powertrain.component import Component
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.language.arguments import by_name, count, number
+from powertrain.language.arguments import limits as bounded
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Phase, guess
@@ -91,7 +91,7 @@ def optimal_control(
 
     Raises ParameterError for unknown names and empty ranges; SimulationError if the guess has impacts or resets, or the replay fails.
     """
-    problem = _Problem(
+    problem = _Programme(
         plant if isinstance(plant, Plant) else Plant(plant),
         objective(minimize),
         complete(guess),
@@ -105,7 +105,7 @@ def optimal_control(
     return problem.solve()
 
 
-class _Problem:
+class _Programme:
     """The nonlinear programme: unknowns, equations and bounds of all phases, joined."""
 
     def __init__(

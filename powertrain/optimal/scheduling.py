@@ -19,8 +19,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import count, number, row
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import count, number, row
 from powertrain.numerics.buffers import Array
 
 Indices = NDArray[np.intp]

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
+from powertrain.power.circulation import Strand
 from powertrain.power.directedflow import FLOOR
-from powertrain.power.powerflow import Branch, PowerFlow
+from powertrain.power.paths import Branch
+from powertrain.power.powergraph import PowerGraph
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 Points = NDArray[np.float64]
@@ -23,7 +26,7 @@ _BOX, _BAR, _GAP, _SPACE, _LEAST, _TIP = 1.9, 0.14, 2.3, 0.75, 0.035, 0.22
 
 
 @dataclass
-class _Vertex:
+class _Bar:
     """A component, a connection, or a band where it passes a column: that column, the middle of its height, and the bands at its sides."""
 
     name: str
@@ -45,7 +48,19 @@ class _Vertex:
         return self.column * (_BOX + _GAP) + (_BOX - self.width) / 2
 
 
-def plot_power_flow(flow: PowerFlow, ax: Axes | None = None, *, names: dict[str, str] | None = None) -> Axes:
+class _Drawn(Protocol):
+    """The power flow of one point, as the diagram reads it."""
+
+    @property
+    def branches(self) -> list[Branch]: ...
+    @property
+    def graph(self) -> PowerGraph: ...
+    @property
+    def data(self) -> xr.Dataset: ...
+    def strands(self) -> tuple[list[Strand], list[Strand]]: ...
+
+
+def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, str] | None = None) -> Axes:
     """Sankey diagram of one point: power from part to part, circulating power in orange, losses downwards.
 
     ``names``: other names for components and connections. Raises ParameterError for more than one point, or one without a solution.
@@ -83,7 +98,7 @@ def plot_power_flow(flow: PowerFlow, ax: Axes | None = None, *, names: dict[str,
     return ax
 
 
-def _circulating(flow: PowerFlow, branches: Sequence[Branch]) -> list[float]:
+def _circulating(flow: _Drawn, branches: Sequence[Branch]) -> list[float]:
     """What of each branch circulates."""
     by_port: dict[str, float] = {}
     for strand in flow.strands()[0]:
@@ -93,10 +108,10 @@ def _circulating(flow: PowerFlow, branches: Sequence[Branch]) -> list[float]:
     return [min(by_port.get(port, 0.0) for port in b.ports) for b in branches]
 
 
-def _layers(flow: PowerFlow, branches: Sequence[Branch]) -> dict[str, _Vertex]:
+def _layers(flow: _Drawn, branches: Sequence[Branch]) -> dict[str, _Bar]:
     """Columns by the longest way from the sources, without the edges that close loops at the vertex nearest to the source."""
     components = set(flow.graph.components)
-    vertices = {n: _Vertex(n, n in components) for b in branches for n in (b.source, b.target)}
+    vertices = {n: _Bar(n, n in components) for b in branches for n in (b.source, b.target)}
     supplied = flow.data["supplied"].to_series()
     starts = [n for n in vertices if n in components and float(supplied[n]) > 0]
     starts = starts or [n for n in vertices if all(b.target != n for b in branches)] or [next(iter(vertices))]
@@ -126,14 +141,14 @@ def _leads(branches: Sequence[Branch], start: str, end: str) -> bool:
 
 
 def _passes(
-    vertices: dict[str, _Vertex], branches: Sequence[Branch], width: Sequence[float], back: Sequence[bool]
-) -> list[list[_Vertex]]:
+    vertices: dict[str, _Bar], branches: Sequence[Branch], width: Sequence[float], back: Sequence[bool]
+) -> list[list[_Bar]]:
     """For each branch its places in the columns between its ends, so that it does not go through what stands there."""
     return [
         []
         if leads_back
         else [
-            _Vertex("", False, column, height=w)
+            _Bar("", False, column, height=w)
             for column in range(vertices[b.source].column + 1, vertices[b.target].column)
         ]
         for b, w, leads_back in zip(branches, width, back, strict=True)
@@ -141,11 +156,11 @@ def _passes(
 
 
 def _arrange(
-    vertices: dict[str, _Vertex],
+    vertices: dict[str, _Bar],
     branches: Sequence[Branch],
     width: Sequence[float],
     back: Sequence[bool],
-    passes: Sequence[Sequence[_Vertex]],
+    passes: Sequence[Sequence[_Bar]],
 ) -> None:
     """Heights, vertical places and the order of the bands at both sides."""
     first = [way[0] if way else vertices[b.target] for way, b in zip(passes, branches, strict=True)]
@@ -173,7 +188,7 @@ def _arrange(
         v.leaving.sort(key=lambda k: (back[k], -first[k].y))
 
 
-def _wish(v: _Vertex, last: Sequence[_Vertex], back: Sequence[bool], before: _Vertex | None) -> float:
+def _wish(v: _Bar, last: Sequence[_Bar], back: Sequence[bool], before: _Bar | None) -> float:
     """Where a vertex would like to stand: at the height of its neighbours to the left; loads above what leads back, passing bands above."""
     if before is not None:
         return before.y + 0.1
@@ -183,13 +198,13 @@ def _wish(v: _Vertex, last: Sequence[_Vertex], back: Sequence[bool], before: _Ve
 
 
 def _centre_line(
-    vertices: dict[str, _Vertex],
+    vertices: dict[str, _Bar],
     branches: Sequence[Branch],
     k: int,
     width: Sequence[float],
     back: bool,
     low: float,
-    passes: Sequence[_Vertex],
+    passes: Sequence[_Bar],
 ) -> tuple[Points, float]:
     """The middle line of a band, and the lowest line that is free below it."""
     source, target = vertices[branches[k].source], vertices[branches[k].target]
@@ -218,7 +233,7 @@ def _curve(start: tuple[float, float], end: tuple[float, float]) -> Points:
     return np.asarray(line, float)
 
 
-def _offset(v: _Vertex, bands: Sequence[int], k: int, width: Sequence[float]) -> float:
+def _offset(v: _Bar, bands: Sequence[int], k: int, width: Sequence[float]) -> float:
     before = sum(width[j] for j in bands[: bands.index(k)])
     return v.y + sum(width[j] for j in bands) / 2 - before - width[k] / 2
 
@@ -265,7 +280,7 @@ def _label_band(ax: Axes, line: Points, text: str, back: bool, width: float) -> 
     ax.text(middle[0], place, text, ha="center", va="bottom" if thin else "center", fontsize=9, zorder=5)
 
 
-def _draw_vertex(ax: Axes, v: _Vertex, name: str) -> None:
+def _draw_vertex(ax: Axes, v: _Bar, name: str) -> None:
     from matplotlib.patches import FancyBboxPatch, Rectangle
 
     corner, colour = (v.x, v.y - v.height / 2), "0.25"
@@ -280,7 +295,7 @@ def _draw_vertex(ax: Axes, v: _Vertex, name: str) -> None:
     ax.text(v.x + v.width / 2, v.y, text, ha="center", va="center", fontsize=9, zorder=6)
 
 
-def _draw_sinks(ax: Axes, flow: PowerFlow, v: _Vertex, largest: float, scale: float, unit: str) -> None:
+def _draw_sinks(ax: Axes, flow: _Drawn, v: _Bar, largest: float, scale: float, unit: str) -> None:
     """Losses and storage of a component, as arrows downwards."""
     values = flow.data.sel(component=v.name)
     x = v.x + v.width * 0.35

@@ -7,22 +7,22 @@ direction in which it flows. Losses, deliveries to loads, supplies and storage a
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import by_name, names, text
 from powertrain.compiler.assemble import Compiled
-from powertrain.component import Component
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import by_name, names, text
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.plant import compile as compile_plant
 from powertrain.power.circulation import Strand
 from powertrain.power.directedflow import FLOOR, DirectedFlow
+from powertrain.power.paths import Branch, Way
 from powertrain.power.powergraph import PowerGraph
 from powertrain.power.powerterms import from_result, from_steady, power_outputs
 from powertrain.power.variator import NEGATIVE, VARIATOR_CASES, kinematic_share
@@ -90,28 +90,6 @@ def _share(
         raise ParameterError(f"shafts = {shafts!r}: give two ports, at the input and at the output")
     share = kinematic_share(compiled, text("ratio", ratio or f"{variator}.ratio"), (ends[0], ends[1]))
     return {f"share({variator})": lambda _: share}
-
-
-@dataclass(frozen=True)
-class Branch:
-    """Power (W) from one vertex (a component, or a connection of several) to another, through the ports named."""
-
-    source: str
-    target: str
-    power: float
-    ports: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Way:
-    """A path of power from a source to where it ends (``end``: delivered, loss or stored), or a loop (``end``: loop); power in W."""
-
-    power: float
-    through: tuple[str, ...]
-    end: str
-
-    def __str__(self) -> str:
-        return f"{self.power:.6g} W: {' → '.join(self.through)} ({self.end})"
 
 
 class PowerFlow:

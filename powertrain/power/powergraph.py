@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import Part
-from powertrain.arguments import names
 from powertrain.compiler.flatten import Face, Flat
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import names
 from powertrain.signals import fits_pattern
 
 Matrix = NDArray[np.float64]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
+from powertrain.figures.plot import unit_text
 from powertrain.numerics.buffers import Array
-from powertrain.plot import unit_text
 from powertrain.power.powerflow import PowerFlow
 from powertrain.power.variator import VARIATOR_CASES
 

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.analysis.energy_terms import EnergyTerms, Part, own_power, written_terms
-from powertrain.arguments import array
 from powertrain.compiler.assemble import Compiled
-from powertrain.component import Component
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import array
+from powertrain.language.component import Component
+from powertrain.language.symbols import Symbol
 from powertrain.plant import Plant
 from powertrain.plant import compile as compile_plant
 from powertrain.power.powergraph import PowerGraph, power_graph
 from powertrain.power.variator import named_port, pair, port_motion
 from powertrain.result import Result
 from powertrain.signals import Picked, Samples, signals_of
-from powertrain.symbols import Symbol
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,14 +8,14 @@ from dataclasses import replace
 import casadi as ca
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.component import Component, Variable
-from powertrain.connectors import Connector
 from powertrain.errors import ParameterError, suggestion
-from powertrain.laws import der
+from powertrain.language.component import Component, Variable
+from powertrain.language.connectors import Connector
+from powertrain.language.laws import der
+from powertrain.language.recorder import reading
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.power.circulation import Edge
-from powertrain.recorder import reading
 from powertrain.signals import signals_of
-from powertrain.symbols import Symbol, column, free_symbols, key
 
 VARIATOR_CASES = ("idle", "split", "series", "positive recirculation", "negative recirculation")
 IDLE, SPLIT, SERIES, POSITIVE, NEGATIVE = range(5)

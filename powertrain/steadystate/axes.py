@@ -21,7 +21,7 @@ _PIECE = 1 << 20
 
 
 @dataclass(frozen=True)
-class Axis:
+class GridAxis:
     """The values of one name, over its own dimensions; ``coords`` are the coordinates of a DataArray."""
 
     name: str
@@ -34,7 +34,7 @@ class Axis:
 class Grid:
     """Axes that span the dimensions ``dims``, whose sizes are ``shape``."""
 
-    axes: tuple[Axis, ...]
+    axes: tuple[GridAxis, ...]
     dims: tuple[str, ...]
     shape: tuple[int, ...]
 
@@ -59,7 +59,7 @@ class Grid:
         ]
         return shape, np.array([np.broadcast_to(r, shape).ravel() for r in rows]).reshape(len(rows), prod(shape))
 
-    def of(self, axes: Sequence[Axis]) -> tuple[list[str], Rows]:
+    def of(self, axes: Sequence[GridAxis]) -> tuple[list[str], Rows]:
         """The names of some of the axes, and all sets of values that they have together."""
         sizes = {d: n for d, n in zip(self.dims, self.shape, strict=True) if any(d in a.dims for a in axes)}
         part = Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
@@ -107,7 +107,7 @@ class Grid:
                 first += prod(shape)
 
     def _part(
-        self, axis: Axis, outer: tuple[int, ...], low: int, high: int, inner: int, shape: tuple[int, ...]
+        self, axis: GridAxis, outer: tuple[int, ...], low: int, high: int, inner: int, shape: tuple[int, ...]
     ) -> Array:
         spread = self._spread(axis)
         index: list[Any] = [k if spread.shape[i] > 1 else 0 for i, k in enumerate(outer)]
@@ -118,7 +118,7 @@ class Grid:
         part[prod(shape) :] = part[prod(shape) - 1]
         return part
 
-    def _spread(self, axis: Axis) -> NDArray[np.float64]:
+    def _spread(self, axis: GridAxis) -> NDArray[np.float64]:
         """The values with a dimension of one where the axis has none."""
         order = sorted(axis.dims, key=self.dims.index)
         values = axis.values.transpose([axis.dims.index(d) for d in order])
@@ -130,7 +130,7 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
         raise ParameterError(f'grid = {short(given)}: pass values by name, such as {{"engine.w": [100.0, 200.0]}}')
     last = [n.rpartition(".")[2] for n in given]
-    axes: list[Axis] = []
+    axes: list[GridAxis] = []
     sizes: dict[str, int] = {}
     for name, end in zip(given, last, strict=True):
         value = given[name]
@@ -146,7 +146,7 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
         for d, n in zip(dims, values.shape, strict=True):
             if sizes.setdefault(d, n) != n:
                 raise ParameterError(f"grid: {name} has {n} values along {d}, but others have {sizes[d]}")
-        axes.append(Axis(name, dims, values, {str(n): c.variable for n, c in getattr(value, "coords", {}).items()}))
+        axes.append(GridAxis(name, dims, values, {str(n): c.variable for n, c in getattr(value, "coords", {}).items()}))
     return Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
 from powertrain.equilibrium.system import Equilibrium
-from powertrain.steadystate.axes import Axis, Grid
+from powertrain.steadystate.axes import Grid, GridAxis
 from powertrain.steadystate.results import MOST_LAWS, MapResults
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ _PROBLEMS = {
 
 
 @dataclass(frozen=True)
-class Quantity:
+class DataVariable:
     """A variable of the result."""
 
     name: str
@@ -52,7 +52,7 @@ class Quantity:
 def dataset(
     compiled: Compiled,
     problem: Equilibrium,
-    quantities: list[Quantity],
+    quantities: list[DataVariable],
     grid: Grid,
     ordered: Grid,
     results: MapResults,
@@ -84,13 +84,13 @@ def dataset(
     return xr.Dataset(data, coords=coords, attrs={"problems": _problems(results, grid.size, named)})
 
 
-def _coordinate(axis: Axis) -> str:
+def _coordinate(axis: GridAxis) -> str:
     """The name of an axis in the result: that of its dimension, if this is its own."""
     own = axis.dims == (axis.name.rpartition(".")[2],)
     return axis.dims[0] if own else axis.name
 
 
-def _axis(compiled: Compiled, axis: Axis) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]]:
+def _axis(compiled: Compiled, axis: GridAxis) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]]:
     unit, doc = _described(compiled, axis.name)
     return axis.dims, axis.values, {"units": unit, "long_name": doc or axis.name, "signal": axis.name}
 

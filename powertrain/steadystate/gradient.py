@@ -10,18 +10,18 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import names as texts
 from powertrain.compiler.hybrid import Friction
-from powertrain.component import Component
 from powertrain.equilibrium.choices import STUCK, held_rows
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK, STUCK_POINT
 from powertrain.equilibrium.system import Equilibrium, formulate
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import names as texts
+from powertrain.language.component import Component
+from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant
 from powertrain.steadystate.steady import What, question, steady
-from powertrain.symbols import Symbol, column
 
 if TYPE_CHECKING:
     import xarray as xr

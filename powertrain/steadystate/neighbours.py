@@ -19,11 +19,11 @@ from powertrain.compiler.hybrid import Switch
 from powertrain.equilibrium.choices import bounded, with_modes
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.symbols import Symbol
 from powertrain.modes.indicators import guard_margin
 from powertrain.modes.tolerances import EPS
 from powertrain.numerics.batch import LANES, Tape, all_hold, dependence, different
 from powertrain.numerics.buffers import Array
-from powertrain.symbols import Symbol
 
 WIDTHS = (128, 1024, 4096)
 _TAPES = 64

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import Rows, Tape, lifted
 from powertrain.numerics.buffers import Array, Bound, zeros
 from powertrain.numerics.replay import Form, RowForms, row_forms
 from powertrain.steadystate.neighbours import Key, Walker
-from powertrain.symbols import Symbol
 
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -103,7 +103,7 @@ class _Curved:
 
 
 @dataclass(frozen=True)
-class Plan:
+class RowPieces:
     """Columns before which the rows of a grid are cut; and what fitted each piece of each row last: a number of a combination, or -1."""
 
     cuts: list[int]
@@ -138,7 +138,7 @@ class RowMap:
         fast: int,
         x: Array,
         slow: Rows,
-        plan: Plan,
+        plan: RowPieces,
         common: Array,
         results: Sequence[Array],
         rest: Callable[[Index], None],
@@ -264,7 +264,7 @@ def _value(form: Form, x: Symbol) -> Symbol:
     return a if form.b is None else a + form.b * x
 
 
-def make_plan(rows: int, columns: int, modes: Modes) -> Plan | None:
+def make_plan(rows: int, columns: int, modes: Modes) -> RowPieces | None:
     """Cuts where modes change on sample rows; None where there are too many for a map by rows."""
     probes = np.unique(np.linspace(0, rows - 1, _PROBES).round().astype(np.intp))
     places = np.unique(np.linspace(0, columns - 1, min(columns, _COARSE)).round().astype(np.intp))
@@ -281,4 +281,4 @@ def make_plan(rows: int, columns: int, modes: Modes) -> Plan | None:
     cuts = sorted(set(high.tolist()))
     if len(cuts) > _MOST_CUTS or columns > _WIDEST:
         return None
-    return Plan(cuts, np.full((len(cuts) + 1, rows), -1))
+    return RowPieces(cuts, np.full((len(cuts) + 1, rows), -1))

@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.arguments import by_name, flag, listed, names, number, numbers_by_name, text
-from powertrain.component import Component
 from powertrain.equilibrium.points import Look
-from powertrain.equilibrium.system import Asked, formulate, state_of
+from powertrain.equilibrium.system import Request, formulate, state_of
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
+from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
-from powertrain.steadystate.dataset import Quantity, dataset, rate_unit
+from powertrain.steadystate.dataset import DataVariable, dataset, rate_unit
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Question:
 
     grid: Grid
     wanted: list[Wanted]
-    asked: Asked
+    asked: Request
     guesses: dict[str, float]
     common: Array
 
@@ -148,7 +148,7 @@ def asked_for(
     inputs: Mapping[str, float],
     free: Sequence[str] | None,
     held: Sequence[str] | None = None,
-) -> Asked:
+) -> Request:
     """Sorts the names of the grid, and decides what is to be found."""
     compiled = plant.compiled
     names = [a.name for a in grid.axes]
@@ -175,7 +175,7 @@ def asked_for(
     held = (states if len(states) == missing else []) if held is None else _states(held, states)
     if missing != len(held):
         raise ParameterError(_miscounted(prescribed, list(free), loose, states))
-    return Asked(
+    return Request(
         tuple(names),
         tuple(prescribed),
         tuple(held),
@@ -255,6 +255,10 @@ def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) ->
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
     kept = [k for k, lost in enumerate(problem.turning) if not lost]
     problem.outputs = [problem.outputs[k] for k in kept]
-    quantities = [Quantity(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in kept)]
-    quantities += [Quantity(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held]
+    quantities = [
+        DataVariable(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in kept)
+    ]
+    quantities += [
+        DataVariable(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
+    ]
     return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters))

@@ -14,11 +14,11 @@ from powertrain.equilibrium.system import Equilibrium
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD, Grid
-from powertrain.steadystate.dataset import Quantity
+from powertrain.steadystate.dataset import DataVariable
 from powertrain.steadystate.neighbours import Walker
 from powertrain.steadystate.progress import Bar
 from powertrain.steadystate.results import MapResults, block
-from powertrain.steadystate.rowwise import Plan, RowMap, make_plan
+from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
 _SLOW_BLOCK = 8192
@@ -29,7 +29,7 @@ class SteadyMap:
     """One question about a plant: what is given, found and wanted. Solves any grid of it."""
 
     def __init__(
-        self, problem: Equilibrium, quantities: list[Quantity], parameters: Array, given: frozenset[str]
+        self, problem: Equilibrium, quantities: list[DataVariable], parameters: Array, given: frozenset[str]
     ) -> None:
         self._given = given
         self.problem, self.quantities, self._parameters = problem, quantities, parameters
@@ -37,7 +37,7 @@ class SteadyMap:
         self.walker = None if problem.u else Walker(problem, self.solver)
         self._rows_map = RowMap(self.walker) if self.walker is not None else None
         self._orders: dict[Any, list[str]] = {}
-        self._plans: dict[Any, Plan | None] = {}
+        self._plans: dict[Any, RowPieces | None] = {}
 
     def valid(self, parameters: Array) -> bool:
         """Whether the problem is formulated rightly for these parameters too."""

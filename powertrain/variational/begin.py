@@ -13,10 +13,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.conditions import discretes_of
 from powertrain.errors import ParameterError
+from powertrain.initialization.conditions import discretes_of
+from powertrain.language.symbols import column
 from powertrain.result import Result
-from powertrain.symbols import column
 from powertrain.variational.partials import Partials, System
 from powertrain.variational.record import Record
 from powertrain.variational.saltation import NotDifferentiable

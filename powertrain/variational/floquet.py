@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import number
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import number
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result, complete
 from powertrain.signals import Samples
 from powertrain.variational.partials import System
 from powertrain.variational.record import Steps, record
 from powertrain.variational.saltation import Saltation
-from powertrain.variational.transitions import Flow, transitions
+from powertrain.variational.transitions import VariationalRates, transitions
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
             f"the period from {start:g} s to {end:g} s is outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
     system = System(result.compiled.dae, (), ())
-    flow = Flow(system, None)
+    flow = VariationalRates(system, None)
     run = record(result, np.array([start, end]))
     kept = (run.steps.times >= start) & (run.steps.times < end)
     points = np.repeat(kept, len(run.steps.samples.t) // max(len(kept), 1))

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from powertrain.errors import ParameterError
+from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Picked, Samples, signals_of
-from powertrain.symbols import Symbol, column
 from powertrain.variational.objectives import Objective, Reading, Term, weights_of
 
 _INSIDE = 9

@@ -10,12 +10,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.arguments import listed, row
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import listed, row
+from powertrain.language.symbols import column
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result, complete
 from powertrain.signals import Picked, Samples, Signals, signals_of
-from powertrain.symbols import column
 from powertrain.variational.functional import Functional, functional
 from powertrain.variational.objectives import Objective, objective
 from powertrain.variational.record import record

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import When
+from powertrain.language.symbols import column
 from powertrain.modes.resolve import REST_SPEED
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
-from powertrain.symbols import column
 from powertrain.variational.partials import Partials, Slopes, System
 from powertrain.variational.record import Record
 

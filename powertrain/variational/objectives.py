@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.arguments import number, row
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import number, row
 from powertrain.numerics.buffers import Array
 
 Signal = str | Callable[[Any], Any]

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import HybridDae
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Lanes, Samples
-from powertrain.symbols import Symbol
 
 Block = NDArray[np.float64]
 """One matrix per sample."""

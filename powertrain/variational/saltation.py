@@ -22,15 +22,15 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, Guard, Switch, When
 from powertrain.errors import SimulationError
+from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples, signals_of
-from powertrain.symbols import column
 from powertrain.variational.mapping import Mapping
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record
-from powertrain.variational.transitions import Flow
+from powertrain.variational.transitions import VariationalRates
 
 Law = Friction | Switch | Contact | When
 _SAME_TIME = 1e-9
@@ -56,7 +56,7 @@ class Shift:
 
 
 @dataclass(frozen=True)
-class Jump:
+class SaltationMap:
     """S+ = s S + left Q- + right Q+ at one event, Q the derivatives of q in the segments before and after.
 
     ``shifts``: how its instant moves, by all laws that cause it. Where there are several and ``together``, they must agree.
@@ -77,7 +77,7 @@ class NotDifferentiable(SimulationError):
 class Saltation:
     """The jumps of derivatives at the events of a model's runs. Serves one thread."""
 
-    def __init__(self, compiled: Compiled, flow: Flow) -> None:
+    def __init__(self, compiled: Compiled, flow: VariationalRates) -> None:
         system = flow.system
         dae = system.dae
         self.compiled, self.flow, self.system = compiled, flow, system
@@ -90,7 +90,7 @@ class Saltation:
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.contacts else None
 
-    def jumps(self, run: Record) -> list[Jump]:
+    def jumps(self, run: Record) -> list[SaltationMap]:
         """One jump for each event of a run. NotDifferentiable names the event that has none."""
         events = run.instants
         if not len(events.times):
@@ -110,7 +110,7 @@ class Saltation:
 
     def _jump(
         self, run: Record, k: int, f_left: Array, f_right: Array, slopes: Slopes, falls: Array, earlier: Array
-    ) -> Jump:
+    ) -> SaltationMap:
         n, t = self.system.size, float(run.instants.times[k])
         shifts = self._shifts(run, k, slopes, falls, earlier)
         s, q, rate = np.eye(self.flow.size), np.zeros((self.flow.size, slopes.q.shape[1])), np.zeros(self.flow.size)
@@ -136,7 +136,7 @@ class Saltation:
             if right[law.index] == 0.0 and left[law.index] != 0.0 and law.index not in causes
         ]  # fmt: skip
         caught, at_q = self.caught(run.p, row_of(run.instants.right, k), fresh)
-        return Jump(t, caught @ s, caught @ q, at_q, tuple(shifts), alone is None and len(shifts) > 1)
+        return SaltationMap(t, caught @ s, caught @ q, at_q, tuple(shifts), alone is None and len(shifts) > 1)
 
     def _shifts(self, run: Record, k: int, slopes: Slopes, falls: Array, earlier: Array) -> list[Shift]:
         """The laws whose instant or indicator this event is."""

@@ -18,8 +18,8 @@ from powertrain.variational.functional import Functional
 from powertrain.variational.objectives import Reading
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import STAGES, Record, record
-from powertrain.variational.saltation import Jump, NotDifferentiable, Saltation, row_of
-from powertrain.variational.transitions import WEIGHTS, Flow, Reverse, batches, effects, transitions
+from powertrain.variational.saltation import NotDifferentiable, Saltation, SaltationMap, row_of
+from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRates, batches, effects, transitions
 from powertrain.variational.unknowns import Unknowns
 
 _APART = 1e-6
@@ -33,15 +33,15 @@ class Model:
         self.system = System(dae, wanted.parameters, wanted.segments)
         self.bare = System(dae, (), ())
         self.of = of
-        self.flow = Flow(self.system, of.integrand)
+        self.flow = VariationalRates(self.system, of.integrand)
         self.saltation = Saltation(result.compiled, self.flow)
         self.read = Partials(self.system, of.expressions)
         self.start = Start(result, self.system)
 
     @cached_property
-    def bare_flow(self) -> Flow:
+    def bare_flow(self) -> VariationalRates:
         """The flow without derivatives with respect to q."""
-        return Flow(self.bare, self.of.integrand)
+        return VariationalRates(self.bare, self.of.integrand)
 
     @cached_property
     def reverse(self) -> Reverse:
@@ -65,7 +65,7 @@ class Passage:
     """A run as the sweeps see it: steps, jumps at the boundaries before steps, readings there, and the start."""
 
     run: Record
-    jumps: list[Jump]
+    jumps: list[SaltationMap]
     boundaries: list[int]
     reads: list[Read]
     begin: NDArray[np.float64]
@@ -133,7 +133,7 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[A
     return gradient, kept
 
 
-def _refuse_apart(jump: Jump, s: NDArray[np.float64], chain: NDArray[np.float64], wanted: Unknowns) -> None:
+def _refuse_apart(jump: SaltationMap, s: NDArray[np.float64], chain: NDArray[np.float64], wanted: Unknowns) -> None:
     """Laws that switch at one instant and act on each other must stay together."""
     if not jump.together:
         return

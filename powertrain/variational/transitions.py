@@ -13,9 +13,9 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Lanes, Samples
-from powertrain.symbols import Symbol
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import POINTS, STAGES, Steps
 
@@ -27,7 +27,7 @@ _BATCH = 2000
 """Steps of one batch: their matrices stay in the cache of the processor or near it."""
 
 
-class Flow:
+class VariationalRates:
     """Rates of s and of the objective's integral, with their derivatives. Serves one thread."""
 
     def __init__(self, system: System, integrand: Symbol | None) -> None:
@@ -80,7 +80,7 @@ def effects(durations: Array, a: Block) -> Block:
     return np.asarray(np.linalg.solve(matrix, right).transpose(0, 2, 1), float)
 
 
-def transitions(flow: Flow, steps: Steps, p: Array) -> tuple[Block, Block]:
+def transitions(flow: VariationalRates, steps: Steps, p: Array) -> tuple[Block, Block]:
     """Phi and Psi of every step."""
     count, size = len(steps.times), flow.size
     phi, psi = np.empty((count, size, size)), np.empty((count, size, flow.system.free.numel()))

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.arguments import names as argument_names
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.arguments import names as argument_names
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import fits_pattern

@@ -3,8 +3,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
+from powertrain.language.symbols import Symbol
 from powertrain.numerics.replay import row_forms
-from powertrain.symbols import Symbol
 
 
 def test_a_choice_by_what_is_the_same_along_a_row_stays_affine() -> None:

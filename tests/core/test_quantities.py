@@ -10,7 +10,7 @@ import powertrain as pt
 from powertrain.components.body import VehicleBody
 from powertrain.components.engines import WillansEngine
 from powertrain.components.rotational import Inertia
-from powertrain.quantities import converted, quantity
+from powertrain.language.quantities import converted, quantity
 
 
 @pytest.mark.parametrize(

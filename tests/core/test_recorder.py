@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 READ = """
-from powertrain.recorder import Recorder
+from powertrain.language.recorder import Recorder
 
 def text(place):
     a, b = (place() for _ in range(2))

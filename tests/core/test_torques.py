@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.compiler.torques import Torque, compliance, solve_torques
+from powertrain.compiler.torques import LawTorque, compliance, solve_torques
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
-from powertrain.laws import FrictionLaw, UnilateralLaw
-from powertrain.recorder import Place
+from powertrain.language.laws import FrictionLaw, UnilateralLaw
+from powertrain.language.recorder import Place
 
 Matrix = np.ndarray[Any, Any]
 CAPACITY = 3.0
@@ -145,7 +145,7 @@ EPS = 1e-8
 
 def hand_made(
     rng: np.random.Generator, G: Matrix, contacts: int
-) -> tuple[list[Torque], list[ca.SX], ca.SX, Matrix, Matrix, Matrix]:
+) -> tuple[list[LawTorque], list[ca.SX], ca.SX, Matrix, Matrix, Matrix]:
     """Laws with rates a - G tau and bounds that are affine in all torques, the last ``contacts`` of them contacts (rate a + G f)."""
     n = len(G)
     tau, mode = [ca.SX.sym(f"tau{i}") for i in range(n)], ca.SX.sym("m", n)
@@ -160,7 +160,7 @@ def hand_made(
             law = FrictionLaw(ca.SX(0), tau[i], -bound, bound, ca.SX(1), "mode")
         else:
             law = UnilateralLaw(ca.SX(0), tau[i], ca.SX(0), "contact")
-        laws.append(Torque(Place("law", "hand", 1), law, tau[i], mode[i], rate=rates[i]))
+        laws.append(LawTorque(Place("law", "hand", 1), law, tau[i], mode[i], rate=rates[i]))
     return laws, tau, mode, a, b, slopes
 
 
@@ -223,7 +223,7 @@ def test_laws_that_are_not_linear_in_the_torques_stay_unknowns() -> None:
     rates = [3.0 - 2 * tau[0] - tau[1], 1.0 - tau[0] - 2 * tau[1]]
     bounds = [ca.SX(1.0), 1 + 0.1 * tau[0] ** 2]
     laws = [
-        Torque(
+        LawTorque(
             Place("law", "hand", 1), FrictionLaw(ca.SX(0), tau[i], -bounds[i], bounds[i], ca.SX(1), "mode"), tau[i], mode[i],
             rate=rates[i],
         )
@@ -250,7 +250,7 @@ def test_compliance_is_that_of_the_law_itself() -> None:
     cancelling = (p[0] - p[1]) * tau[0] + tau[1]
 
     def of(rate: ca.SX, *values: float) -> float:
-        law = Torque(
+        law = LawTorque(
             Place("", "", 1), FrictionLaw(rate, tau[0], ca.SX(-1), ca.SX(1), ca.SX(1), ""), tau[0], ca.SX(0), rate=rate
         )
         return float(ca.Function("f", [p], [compliance(law, tau[0], ca.vertcat(*tau))])(list(values)))
@@ -267,6 +267,6 @@ def test_a_law_that_its_torque_cannot_move_takes_the_least_torque(lower: float, 
     """At rest under a prescribed motion; sliding it takes its bound."""
     tau, mode = ca.SX.sym("tau"), ca.SX.sym("m")
     law = FrictionLaw(ca.SX(0), tau, ca.SX(lower), ca.SX(upper), ca.SX(1), "mode")
-    solved = solve_torques([Torque(Place("law"), law, tau, mode, rate=ca.SX.sym("given"))], [tau])
+    solved = solve_torques([LawTorque(Place("law"), law, tau, mode, rate=ca.SX.sym("given"))], [tau])
     function = ca.Function("f", [mode], solved.tau)
     assert [float(function(v)) for v in (-1.0, 0.0, 1.0)] == [lower, expected, upper]

@@ -10,13 +10,13 @@ import pytest
 from models import dae
 from scipy.optimize import brentq
 
-from powertrain.modes.algebra import Algebra, NotConsistent
+from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.numerics.buffers import Memory
 
 Matrix = np.ndarray[Any, Any]
 
 
-def algebra(residual: Any, unknowns: int, x: Any = (), m: Any = (), p: Any = ()) -> tuple[Algebra, Memory]:
+def algebra(residual: Any, unknowns: int, x: Any = (), m: Any = (), p: Any = ()) -> tuple[AlgebraicSolver, Memory]:
     """``residual(t, x, z, m, p)`` as a model of its own."""
     t, states, z = ca.SX.sym("t"), ca.SX.sym("x", len(x)), ca.SX.sym("z", unknowns)
     held, parameters = ca.SX.sym("m", len(m)), ca.SX.sym("p", len(p))
@@ -27,7 +27,7 @@ def algebra(residual: Any, unknowns: int, x: Any = (), m: Any = (), p: Any = ())
     memory.m[: len(m)], memory.p[: len(p)] = m, p
     for side in memory.y:
         side[: len(x)] = x
-    return Algebra(model, memory), memory
+    return AlgebraicSolver(model, memory), memory
 
 
 def solved(residual: Any, start: Any, **given: Any) -> Matrix:

@@ -11,7 +11,7 @@ import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 
 from powertrain.compiler.hybrid import Contact, Guard, HybridDae, Reset, Schedule, Switch, When
-from powertrain.engine.engine import Engine
+from powertrain.engine.simulator import Simulator
 from powertrain.errors import PowertrainError, SimulationError
 
 
@@ -40,7 +40,7 @@ def ball(restitution: float, lift: bool = False) -> HybridDae:
 
 
 def test_inelastic_stop_rests_and_lifts_off() -> None:
-    trajectory = Engine(ball(0.0, lift=True)).run([5.0, 0.0], [], stop=4.0)
+    trajectory = Simulator(ball(0.0, lift=True)).run([5.0, 0.0], [], stop=4.0)
     closed = [(e.time, e.new) for e in trajectory.events if e.kind == "contact"]
     assert [new for _, new in closed] == [1.0, 0.0]
     assert closed[0][0] == pytest.approx(1.0, abs=1e-8)
@@ -50,7 +50,7 @@ def test_inelastic_stop_rests_and_lifts_off() -> None:
 
 
 def test_bouncing_ball_comes_to_rest() -> None:
-    trajectory = Engine(ball(0.5)).run([5.0, 0.0], [], stop=4.0)
+    trajectory = Simulator(ball(0.5)).run([5.0, 0.0], [], stop=4.0)
     impacts = [e.time for e in trajectory.events if e.kind == "impact"]
     expected = [1.0, 2.0, 2.5, 2.75, 2.875]
     assert np.abs(np.array(impacts[:5]) - expected).max() < 1e-7
@@ -62,7 +62,7 @@ def test_reset_on_a_condition_uses_the_values_before() -> None:
     t, x, m, p = symbols(2, 2)
     resets = (Reset(False, 0, x[1]), Reset(False, 1, x[0]), Reset(True, 1, m[1] + 1))
     when = When("swap", "hand", 0, x[0] - 1.0, resets)
-    trajectory = Engine(dae(t, x, m, p, ca.SX([1.0, 0.0]), ["a", "b"], whens=(when,))).run([0.0, -0.5], [], stop=2.0)
+    trajectory = Simulator(dae(t, x, m, p, ca.SX([1.0, 0.0]), ["a", "b"], whens=(when,))).run([0.0, -0.5], [], stop=2.0)
     assert trajectory.final == pytest.approx([0.5, 1.0], abs=1e-8)
     assert trajectory.final_held[1] == 1.0
     instant = trajectory.instants[0]
@@ -74,7 +74,7 @@ def test_a_sampled_signal_counts_exact_instants() -> None:
     t, x, m, p = symbols(1, 3, 1)
     following = (m[1] + 1) * p[0]
     when = When("sample", "hand", 0, t - following, (Reset(True, 1, m[1] + 1), Reset(True, 2, x[0])), time=following)
-    trajectory = Engine(dae(t, x, m, p, ca.SX(1.0), ["a"], whens=(when,))).run([0.0], [0.1], stop=1.05)
+    trajectory = Simulator(dae(t, x, m, p, ca.SX(1.0), ["a"], whens=(when,))).run([0.0], [0.1], stop=1.05)
     assert trajectory.final_held[1] == 10.0
     assert trajectory.final_held[2] == pytest.approx(1.0, abs=1e-12)
     assert [i.time for i in trajectory.instants] == [pytest.approx(0.1 * k, abs=0) for k in range(1, 11)]
@@ -83,7 +83,7 @@ def test_a_sampled_signal_counts_exact_instants() -> None:
 def test_a_step_at_the_start_holds_from_the_start() -> None:
     t, x, m, p = symbols(1, 1)
     switch = Switch("step", "hand", 0, t - 0.0, time=ca.SX(0.0))
-    trajectory = Engine(dae(t, x, m, p, m[0], ["a"], switches=(switch,))).run([0.0], [], stop=1.0)
+    trajectory = Simulator(dae(t, x, m, p, m[0], ["a"], switches=(switch,))).run([0.0], [], stop=1.0)
     assert trajectory.final[0] == pytest.approx(1.0, abs=1e-12)
 
 
@@ -91,7 +91,7 @@ def test_continuous_switch_leaves_no_event() -> None:
     t, x, m, p = symbols(1, 1)
     switch = Switch("abs", "hand", 0, ca.sin(t), continuous=True)
     xdot = ca.if_else(m[0] > 0.5, ca.sin(t), -ca.sin(t))
-    trajectory = Engine(dae(t, x, m, p, xdot, ["a"], switches=(switch,))).run(
+    trajectory = Simulator(dae(t, x, m, p, xdot, ["a"], switches=(switch,))).run(
         [0.0], [], stop=10.0, rtol=1e-9, atol=1e-11
     )
     assert trajectory.events == []
@@ -102,10 +102,10 @@ def test_schedule_with_kinks_and_jumps() -> None:
     t, x, m, p = symbols(1, 3)
     schedule = Schedule("torque", 0, np.array([0.5, 1.0, 1.0, 2.0]), np.array([0.0, 1.0, 3.0, 3.5]))
     model = dae(t, x, m, p, m[1] + m[2] * (t - m[0]), ["a"], schedules=(schedule,))
-    trajectory = Engine(model).run([0.0], [], stop=3.0)
+    trajectory = Simulator(model).run([0.0], [], stop=3.0)
     assert trajectory.final[0] == pytest.approx(0.25 + 3.25 + 3.5, abs=1e-12)
     assert [i.time for i in trajectory.instants] == [1.0]
-    later = Engine(model).run([0.0], [], start=1.5, stop=2.0)
+    later = Simulator(model).run([0.0], [], start=1.5, stop=2.0)
     assert later.final[0] == pytest.approx((3.25 + 3.5) / 4, abs=1e-12)
 
 
@@ -113,13 +113,13 @@ def test_guards_stop_or_count() -> None:
     t, x, m, p = symbols(1, 0)
     stops = Guard("map", "car.py:3", x[0], ca.SX(-1.0), ca.SX(0.7), "rad/s", "error")
     counts = Guard("table", "car.py:4", x[0], ca.SX(-np.inf), ca.SX(0.5), "rad/s", "count")
-    counted = Engine(dae(t, x, m, p, ca.cos(t), ["a"], guards=(counts,))).run([0.0], [], stop=1.0)
+    counted = Simulator(dae(t, x, m, p, ca.cos(t), ["a"], guards=(counts,))).run([0.0], [], stop=1.0)
     assert counted.statistics["outside table"] > 0
     with pytest.raises(SimulationError, match=r"map \(car.py:3\) leaves its range .* rad/s") as caught:
-        Engine(dae(t, x, m, p, ca.cos(t), ["a"], guards=(stops, counts))).run([0.0], [], stop=3.0)
+        Simulator(dae(t, x, m, p, ca.cos(t), ["a"], guards=(stops, counts))).run([0.0], [], stop=3.0)
     assert caught.value.result.end == pytest.approx(np.arcsin(0.7), abs=1e-6)
     with pytest.raises(SimulationError, match="at t = 0 s: 2 rad/s"):
-        Engine(dae(t, x, m, p, ca.cos(t), ["a"], guards=(stops,))).run([2.0], [], stop=3.0)
+        Simulator(dae(t, x, m, p, ca.cos(t), ["a"], guards=(stops,))).run([2.0], [], stop=3.0)
 
 
 def test_chattering_is_named() -> None:
@@ -128,7 +128,7 @@ def test_chattering_is_named() -> None:
     model = dae(t, x, m, p, ca.if_else(m[0] > 0.5, -1.0, 1.0), ["a"], switches=(switch,))
     began = time.perf_counter()
     with pytest.raises(SimulationError, match=r"thermostat \(hand\) switches without end") as caught:
-        Engine(model).run([0.5], [], stop=1.0)
+        Simulator(model).run([0.5], [], stop=1.0)
     assert time.perf_counter() - began < 1.0
     assert caught.value.result.end == pytest.approx(0.5, abs=1e-3)
 
@@ -137,7 +137,7 @@ def test_a_derivative_that_is_not_finite_is_named() -> None:
     t, x, m, p = symbols(2, 0)
     model = dae(t, x, m, p, ca.vertcat(-1.0, ca.sqrt(x[0])), ["fuel", "power"])
     with pytest.raises(SimulationError, match=r"t = 1\.?\d* s the derivative of power is -?nan") as caught:
-        Engine(model).run([1.0, 0.0], [], stop=2.0)
+        Simulator(model).run([1.0, 0.0], [], stop=2.0)
     assert caught.value.result.end == pytest.approx(1.0, abs=1e-6)
     assert caught.value.result.at([0.5])[1][0, 0] == pytest.approx(0.5)
 
@@ -145,11 +145,11 @@ def test_a_derivative_that_is_not_finite_is_named() -> None:
 def test_a_singularity_names_the_state() -> None:
     t, x, m, p = symbols(1, 0)
     with pytest.raises(SimulationError, match="step size becomes too small at t = 1"):
-        Engine(dae(t, x, m, p, x**2, ["a"])).run([1.0], [], stop=2.0)
+        Simulator(dae(t, x, m, p, x**2, ["a"])).run([1.0], [], stop=2.0)
 
 
 def test_times_with_both_limits_and_without() -> None:
-    trajectory = Engine(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
+    trajectory = Simulator(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
     grid = np.linspace(0, 1.5, 16)
     t, _, z, m = trajectory.at(grid)
     assert len(t) == 16 + 2 * len(trajectory.instants) - 2  # 0.4 and 0.9 are on the grid
@@ -162,7 +162,7 @@ def test_times_with_both_limits_and_without() -> None:
 
 
 def test_a_second_run_does_not_depend_on_the_first() -> None:
-    engine = Engine(coupled_clutches())
+    engine = Simulator(coupled_clutches())
     first = engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5).final
     engine.run(COUPLED_START, 1.3 * COUPLED_PARAMETERS, stop=0.77)
     assert np.array_equal(engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5).final, first)
@@ -170,12 +170,12 @@ def test_a_second_run_does_not_depend_on_the_first() -> None:
 
 def test_progress_ends_at_the_stop_time() -> None:
     seen: list[float] = []
-    Engine(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, progress=seen.append)
+    Simulator(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, progress=seen.append)
     assert seen[-1] == 1.5
 
 
 def test_bad_calls() -> None:
-    engine = Engine(coupled_clutches())
+    engine = Simulator(coupled_clutches())
     with pytest.raises(ValueError, match="before start"):
         engine.run(COUPLED_START, COUPLED_PARAMETERS, start=2.0, stop=1.0)
     with pytest.raises(ValueError, match="x has 1 entries instead of 8"):
@@ -186,7 +186,7 @@ def test_bad_calls() -> None:
 def test_compiled_steps_give_the_same_run(tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("POWERTRAIN_CACHE", str(tmp_path))
     plain, compiled = (
-        Engine(coupled_clutches(), compile=c).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5) for c in (False, True)
+        Simulator(coupled_clutches(), compile=c).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5) for c in (False, True)
     )
     assert np.abs(plain.final - compiled.final).max() < 1e-10
 
@@ -196,4 +196,4 @@ def test_compiling_without_a_compiler_says_so(tmp_path: object, monkeypatch: pyt
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
     with pytest.raises(PowertrainError, match="needs a C compiler"):
-        Engine(coupled_clutches(), compile=True).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
+        Simulator(coupled_clutches(), compile=True).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)

@@ -10,7 +10,7 @@ from reference import load
 from scipy.optimize import brentq
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Switch
-from powertrain.engine.engine import Engine
+from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError
 
 
@@ -19,14 +19,14 @@ def symmetric(*limits: float) -> object:
 
 
 def modes(model: HybridDae, x: list[float], t: float = 0.0) -> list[float]:
-    engine = Engine(model)
+    engine = Simulator(model)
     return [float(v) for v in engine.resolve(t, x, [], model.held_start, [])[2]]
 
 
 def test_mass_with_coulomb_friction_on_a_sine_force() -> None:
     t = ca.SX.sym("t")
     model = bodies([1.0], [2.0 * ca.sin(t)], np.array([[1.0]]), symmetric(1.0), t)
-    events = Engine(model).run([0.0], [], stop=8.0, rtol=1e-9, atol=1e-11).events
+    events = Simulator(model).run([0.0], [], stop=8.0, rtol=1e-9, atol=1e-11).events
     breaks = np.arcsin(0.5)
     stops = brentq(lambda s: 2 * (np.cos(breaks) - np.cos(s)) - (s - breaks), 2, 4)
     assert [e.new for e in events[:3]] == [1.0, -1.0 if 2 * np.sin(stops) < -1 else 0.0, events[2].new]
@@ -41,10 +41,10 @@ def coupled_columns() -> list[str]:
 @pytest.mark.parametrize("method", ["dopri5", "rodas5p", "sparse"])
 def test_coupled_clutches_follow_the_reference(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if method == "sparse":
-        monkeypatch.setattr("powertrain.engine.engine._LARGE", 0)
+        monkeypatch.setattr("powertrain.engine.prepared._LARGE", 0)
         method = "rodas5p"
     reference = load("Rotational/CoupledClutches")
-    trajectory = Engine(coupled_clutches(), method).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)  # type: ignore[arg-type]
+    trajectory = Simulator(coupled_clutches(), method).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)  # type: ignore[arg-type]
     x = trajectory.at(reference.time, with_events=False)[1]
     for k, name in enumerate(coupled_columns()):
         assert np.abs(x[:, k] - reference.signals[name]).max() < 2e-4, name
@@ -56,7 +56,7 @@ def test_coupled_clutches_follow_the_reference(method: str, monkeypatch: pytest.
 
 
 def test_perturbed_coupled_clutches_keep_the_sequence_of_a_tight_run() -> None:
-    engine = Engine(coupled_clutches())
+    engine = Simulator(coupled_clutches())
     rng = np.random.default_rng(7)
     for _ in range(30):
         p = COUPLED_PARAMETERS * (1 + 0.05 * rng.standard_normal(8))
@@ -66,7 +66,7 @@ def test_perturbed_coupled_clutches_keep_the_sequence_of_a_tight_run() -> None:
 
 
 def test_event_times_converge_with_the_tolerance() -> None:
-    engine = Engine(coupled_clutches())
+    engine = Simulator(coupled_clutches())
     times = [
         np.array(
             [e.time for e in engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, rtol=r, atol=0.01 * r).events]
@@ -79,7 +79,7 @@ def test_event_times_converge_with_the_tolerance() -> None:
 
 
 def test_stuck_speeds_are_exactly_zero() -> None:
-    trajectory = Engine(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
+    trajectory = Simulator(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
     for instant in trajectory.instants:
         for k in range(3):
             if instant.held_right[k] == 0:
@@ -116,7 +116,7 @@ def test_many_laws_at_rest_agree_with_enumeration(seed: int) -> None:
     jacobian = rng.standard_normal((n, n))
     t = ca.SX.sym("t")
     model = bodies([1.0] * n, list(3 * rng.standard_normal(n)), jacobian, symmetric(*rng.uniform(0.1, 1.5, n)), t)
-    engine = Engine(model)
+    engine = Simulator(model)
     found = {tuple(engine.resolve(0.0, np.zeros(n), [], rng.integers(-1, 2, n), [])[2]) for _ in range(10)}
     assert len(found) == 1
 
@@ -129,7 +129,9 @@ def test_planetary_with_clutch_and_brake() -> None:
         model = bodies([1.0, 2.0], [torque + 0 * t, -0.1], jacobian, symmetric(brake, clutch), t)
         assert [abs(m) for m in modes(model, [0.0, 0.0])] == expected
     sliding = bodies([1.0, 2.0], [4.0 * ca.sin(3 * t), -0.1], jacobian, symmetric(0.7, 0.5), t)
-    loose, tight = (Engine(sliding).run([1.0, 0.0], [], stop=10.0, rtol=r, atol=0.01 * r).events for r in (1e-6, 1e-10))
+    loose, tight = (
+        Simulator(sliding).run([1.0, 0.0], [], stop=10.0, rtol=r, atol=0.01 * r).events for r in (1e-6, 1e-10)
+    )
     assert [(e.name, e.new) for e in loose] == [(e.name, e.new) for e in tight]
 
 
@@ -153,9 +155,9 @@ def lossy(drive: float, load: float, efficiency: float = 0.8) -> HybridDae:
 
 
 def test_lossy_gear_beside_a_bearing() -> None:
-    trajectory = Engine(lossy(5.0, 1.0)).run([0.0], [], stop=1.0)
+    trajectory = Simulator(lossy(5.0, 1.0)).run([0.0], [], stop=1.0)
     assert trajectory.final[0] == pytest.approx(5.0 - 1.0 - 0.3 - 0.2 * 4.7, rel=1e-9)
-    slowing = Engine(lossy(5.0, 6.0)).run([1.0], [], stop=3.0)
+    slowing = Simulator(lossy(5.0, 6.0)).run([1.0], [], stop=3.0)
     deceleration = 5.0 - 6.0 - 0.3 - 0.2 * 4.7
     assert slowing.events[0].time == pytest.approx(-1 / deceleration, rel=1e-6)
 
@@ -169,7 +171,7 @@ def self_locking(push: float) -> HybridDae:
 def test_a_jam_names_the_laws_and_their_torques() -> None:
     said = r"(?s)no modes are consistent \(the mechanism jams\).*law0 \(hand\): torque -?[\d.]+ N.m, bounds"
     with pytest.raises(InitializationError, match=said):
-        Engine(self_locking(-2.0)).run([0.0], [], stop=1.0)
+        Simulator(self_locking(-2.0)).run([0.0], [], stop=1.0)
 
 
 def test_laws_that_lock_the_same_motion_share_the_torque() -> None:
@@ -177,7 +179,9 @@ def test_laws_that_lock_the_same_motion_share_the_torque() -> None:
     t = ca.SX.sym("t")
     model = bodies([2.0], [4.0 * ca.sin(t)], np.array([[1.0], [1.0]]), symmetric(1.0, 2.0), t)
     single = bodies([2.0], [4.0 * ca.sin(t)], np.array([[1.0]]), symmetric(3.0), t)
-    trajectory, expected = (Engine(each).run([0.5], [], stop=12.0, rtol=1e-8, atol=1e-10) for each in (model, single))
+    trajectory, expected = (
+        Simulator(each).run([0.5], [], stop=12.0, rtol=1e-8, atol=1e-10) for each in (model, single)
+    )
     times = np.linspace(0, 12, 100)
     assert np.abs(trajectory.at(times, with_events=False)[1] - expected.at(times, with_events=False)[1]).max() < 1e-6
 
@@ -191,7 +195,9 @@ def test_massless_node_with_friction() -> None:
     law = Friction(
         "slider", "hand", 0, speed, torque, ca.SX(-2.0), ca.SX(2.0), ca.SX(1.0), speed, algebraic=True, may_free=False
     )
-    trajectory = Engine(dae(t, x, m, p, speed, ["s"], frictions=(law,))).run([0.0], [], stop=6.0, rtol=1e-9, atol=1e-11)
+    trajectory = Simulator(dae(t, x, m, p, speed, ["s"], frictions=(law,))).run(
+        [0.0], [], stop=6.0, rtol=1e-9, atol=1e-11
+    )
     events = trajectory.events
     assert [e.new for e in events] == [1, 0, -1, 0, 1]
     assert events[0].time == pytest.approx(np.arcsin(0.2), abs=1e-8)
@@ -215,7 +221,7 @@ def test_prescribed_motion_follows_the_sign_of_its_speed() -> None:
         prescribed=True,
         may_free=False,
     )
-    engine = Engine(dae(t, x, m, p, m[0] * 3.0, ["heat"], frictions=(law,)))
+    engine = Simulator(dae(t, x, m, p, m[0] * 3.0, ["heat"], frictions=(law,)))
     trajectory = engine.run([0.0], [1.0], stop=3.0)
     assert [e.time for e in trajectory.events] == [pytest.approx(np.pi / 2, abs=1e-9)]
     resting = engine.run([0.0], [0.0], stop=3.0)
@@ -225,7 +231,7 @@ def test_prescribed_motion_follows_the_sign_of_its_speed() -> None:
 
 def test_coupled_speeds_of_stuck_laws_are_set_to_zero_together() -> None:
     model = three_in_series(1.0, (2, 2, 2))
-    x, _, m = Engine(model).resolve(0.0, [1e-10, 0.5e-10, -0.5e-10], [], [0, 0, 0], [])
+    x, _, m = Simulator(model).resolve(0.0, [1e-10, 0.5e-10, -0.5e-10], [], [0, 0, 0], [])
     assert list(m) == [0, 0, 0]
     assert np.abs(np.array([[1.0, -1, 0], [0, 1, -1], [0, 0, 1]]) @ x).max() < 1e-20
 
@@ -235,5 +241,5 @@ def test_a_torque_excursion_between_samples_is_not_missed() -> None:
     t = ca.SX.sym("t")
     push = 3.0 * ca.exp(-(((t - 10.2) / 0.8) ** 2)) - 3.0 * ca.exp(-(((t - 31.7) / 0.8) ** 2)) + 0.1 * ca.sin(t)
     model = bodies([1.0], [push], np.array([[1.0]]), symmetric(2.0), t)
-    events = Engine(model).run([0.0], [], stop=40.0, rtol=1e-4, atol=1e-6).events
+    events = Simulator(model).run([0.0], [], stop=40.0, rtol=1e-4, atol=1e-6).events
     assert [e.new for e in events] == [1, 0, -1, 0]

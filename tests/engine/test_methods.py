@@ -10,7 +10,7 @@ import pytest
 from models import dae
 
 from powertrain.compiler.hybrid import HybridDae
-from powertrain.engine.engine import Engine
+from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError
 from powertrain.integration import fused as steps
 
@@ -67,7 +67,7 @@ def test_order_five_and_dense_output_of_order_four(name: str) -> None:
 
 def test_rodas5p_keeps_its_order_on_an_implicit_system() -> None:
     model = implicit()
-    z = Engine(model).consistent(0.0, [1.0], [0.5, 0.5, 0.5], [], [])
+    z = Simulator(model).consistent(0.0, [1.0], [0.5, 0.5, 0.5], [], [])
     start = np.concatenate([[1.0], z])
     reference, _ = march(model, "rodas5p", start, 2.0, 512)
     errors = [np.abs(march(model, "rodas5p", start, 2.0, n)[0] - reference).max() for n in (64, 128)]
@@ -75,7 +75,7 @@ def test_rodas5p_keeps_its_order_on_an_implicit_system() -> None:
 
 
 def test_an_implicit_system_runs_and_keeps_its_equations() -> None:
-    engine = Engine(implicit())
+    engine = Simulator(implicit())
     t, x, z, _ = engine.run([1.0], [], stop=2.0, rtol=1e-8, atol=1e-10).at(np.linspace(0, 2, 41))
     assert np.abs(z[:, 0] ** 3 + z[:, 0] - x[:, 0] - np.sin(t)).max() < 1e-6
     tight = engine.run([1.0], [], stop=2.0, rtol=1e-11, atol=1e-13).at([2.0])[1]
@@ -84,7 +84,7 @@ def test_an_implicit_system_runs_and_keeps_its_equations() -> None:
 
 @pytest.mark.parametrize("name", ["dopri5", "rodas5p"])
 def test_error_falls_with_the_tolerance(name: str) -> None:
-    engine = Engine(nonlinear(), name)  # type: ignore[arg-type]
+    engine = Simulator(nonlinear(), name)  # type: ignore[arg-type]
     errors = [
         np.abs(engine.run(exact(0), [], stop=3.0, rtol=r, atol=r).final - exact(3.0)).max()
         for r in (1e-4, 1e-6, 1e-8, 1e-10)
@@ -99,24 +99,24 @@ def van_der_pol(mu: float) -> HybridDae:
 
 
 def test_a_stiff_model_changes_the_method_during_the_run() -> None:
-    trajectory = Engine(van_der_pol(1000.0)).run([2.0, 0.0], [], stop=2000.0)
+    trajectory = Simulator(van_der_pol(1000.0)).run([2.0, 0.0], [], stop=2000.0)
     assert trajectory.statistics["steps"] < 2000
-    reference = Engine(van_der_pol(1000.0), "rodas5p").run([2.0, 0.0], [], stop=2000.0, rtol=1e-9, atol=1e-11)
+    reference = Simulator(van_der_pol(1000.0), "rodas5p").run([2.0, 0.0], [], stop=2000.0, rtol=1e-9, atol=1e-11)
     times = [100.0, 500.0, 1500.0]
     assert np.abs(trajectory.at(times)[1][:, 0] - reference.at(times)[1][:, 0]).max() < 1e-4
 
 
 def test_explicit_method_refuses_algebraic_unknowns() -> None:
     with pytest.raises(ParameterError, match="algebraic unknowns"):
-        Engine(implicit(), "dopri5")
+        Simulator(implicit(), "dopri5")
     with pytest.raises(ParameterError, match="must be one of"):
-        Engine(nonlinear(), "euler")  # type: ignore[arg-type]
+        Simulator(nonlinear(), "euler")  # type: ignore[arg-type]
 
 
 def test_large_models_use_a_sparse_solver_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
     times = np.linspace(0, 2, 21)
-    fused = Engine(implicit()).run([1.0], [], stop=2.0).at(times)
-    monkeypatch.setattr("powertrain.engine.engine._LARGE", 0)
-    sparse = Engine(implicit()).run([1.0], [], stop=2.0).at(times)
+    fused = Simulator(implicit()).run([1.0], [], stop=2.0).at(times)
+    monkeypatch.setattr("powertrain.engine.prepared._LARGE", 0)
+    sparse = Simulator(implicit()).run([1.0], [], stop=2.0).at(times)
     assert np.abs(fused[1] - sparse[1]).max() < 1e-9
     assert np.abs(fused[2] - sparse[2]).max() < 1e-9

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from powertrain.integration import dopri5, rodas5p
-from powertrain.integration.step import Step, combined, on_polynomial
+from powertrain.integration.step import StepResult, combined, on_polynomial
 
 Matrix = np.ndarray[Any, Any]
 Tree = tuple[Any, ...]
@@ -85,7 +85,7 @@ def weights_of(expression: ca.SX, k: ca.SX, count: int) -> Matrix:
     return np.array(ca.DM(ca.jacobian(expression, k)))[0, :count]
 
 
-def explicit() -> tuple[Matrix, ca.SX, Step]:
+def explicit() -> tuple[Matrix, ca.SX, StepResult]:
     """A, the stages, and a step of size one from zero, linear in its stages, which are symbols."""
     A = np.zeros((7, 7))
     for i, row in enumerate(dopri5.A, 1):

@@ -13,9 +13,9 @@ from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Schedule
-from powertrain.engine.engine import Engine
+from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
-from powertrain.modes.resolve import Resolver
+from powertrain.modes.resolve import ModeResolver
 
 COMPILER = pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
 
@@ -44,9 +44,9 @@ def test_compiled_runs_switch_as_interpreted_ones(
     method: Any, long: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("POWERTRAIN_CACHE", str(tmp_path))
-    monkeypatch.setattr("powertrain.engine.engine._LONG", long)
+    monkeypatch.setattr("powertrain.engine.prepared._LONG", long)
     plain, compiled = (
-        Engine(coupled_clutches(), method, compile=c).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
+        Simulator(coupled_clutches(), method, compile=c).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
         for c in (False, True)
     )
     assert [(e.name, e.old, e.new) for e in plain.events] == [(e.name, e.old, e.new) for e in compiled.events]
@@ -68,14 +68,14 @@ def on_a_moving_ground() -> HybridDae:
 
 def test_corners_are_passed_at_once_unless_a_law_has_to_change(monkeypatch: pytest.MonkeyPatch) -> None:
     resolved: list[float] = []
-    resolve = Resolver.resolve
+    resolve = ModeResolver.resolve
 
-    def count(resolver: Resolver, side: int) -> None:
+    def count(resolver: ModeResolver, side: int) -> None:
         resolved.append(float(resolver.memory.time[0]))
         resolve(resolver, side)
 
-    monkeypatch.setattr(Resolver, "resolve", count)
-    run = Engine(on_a_moving_ground()).run([0.0], [], stop=5.0)
+    monkeypatch.setattr(ModeResolver, "resolve", count)
+    run = Simulator(on_a_moving_ground()).run([0.0], [], stop=5.0)
     assert [(e.old, e.new) for e in run.events] == [(0, -1), (-1, 0)]
     assert [e.time for e in run.events] == pytest.approx([1.0, 3.0], abs=1e-9)
     assert resolved == pytest.approx([0.0, 1.0, 3.0], abs=1e-9)
@@ -85,7 +85,7 @@ def test_corners_are_passed_at_once_unless_a_law_has_to_change(monkeypatch: pyte
 
 
 def test_the_quick_search_for_algebraic_unknowns_ends_where_the_careful_one_ends() -> None:
-    engine = Engine(implicit())
+    engine = Simulator(implicit())
     engine.run([1.0], [], stop=0.1)
     assert engine.algebra is not None
     quick = engine.algebra._quick
@@ -100,7 +100,7 @@ def test_the_quick_search_for_algebraic_unknowns_ends_where_the_careful_one_ends
 
 def test_an_indicator_that_is_flat_below_zero_is_located_in_few_calls() -> None:
     """The first clutch's force ends at 1.25 s; from then on its width is zero."""
-    engine = Engine(coupled_clutches())
+    engine = Simulator(coupled_clutches())
     engine.run(COUPLED_START, COUPLED_PARAMETERS, stop=0.1)
     calls, call = [0], engine.locator._call
 

@@ -18,13 +18,13 @@ from powertrain.components.body import (
 from powertrain.components.control import OpenPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
+from powertrain.trials import CycleRun, drive_cycle
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import CycleRun, drive_cycle
 from powertrain.vehicles.variator_car import VariatorCar
 
 CARS: dict[str, Any] = {

@@ -18,10 +18,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 import powertrain as pt
-from powertrain.vehicles.cli import main
-from powertrain.vehicles.cli.catalogue import assembled, components, vehicles
-from powertrain.vehicles.cli.files import applied, read, written
-from powertrain.vehicles.cli.settings import assigned, places
+from powertrain.cli import main
+from powertrain.presets.catalogue import assembled, components, vehicles
+from powertrain.presets.files import applied, read, written
+from powertrain.presets.settings import assigned, places
 from powertrain.vehicles.split_path_car import SplitPathCar
 
 PNG = b"\x89PNG"
@@ -70,10 +70,10 @@ def test_version() -> None:
 
 def test_real_process_help_is_light() -> None:
     """Nothing heavy is imported for a help text (so it comes in half a second)."""
-    heavy = ["scipy", "pandas", "xarray", "matplotlib", "powertrain.components.cycles", "powertrain.vehicles.trials"]
+    heavy = ["scipy", "pandas", "xarray", "matplotlib", "powertrain.components.cycles", "powertrain.trials"]
     program = f"""
 import sys
-from powertrain.vehicles.cli import main
+from powertrain.cli import main
 main(["--help"], standalone_mode=False)
 print(*(name for name in {heavy!r} if name in sys.modules), file=sys.stderr)
 """
@@ -83,7 +83,7 @@ print(*(name for name in {heavy!r} if name in sys.modules), file=sys.stderr)
 
 
 def test_real_process_exit_codes() -> None:
-    command = [sys.executable, "-W", "error", "-m", "powertrain.vehicles.cli"]
+    command = [sys.executable, "-W", "error", "-m", "powertrain.cli"]
     ran = subprocess.run([*command, "info", "Inertia"], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     assert "J der(w)" in ran.stdout or "kg.m2" in ran.stdout
@@ -145,7 +145,7 @@ def test_info_fills_prose_to_the_terminal_and_leaves_formulas_their_lines(monkey
 
 
 def test_a_reader_that_goes_away_gets_no_message() -> None:
-    program = "import sys; from powertrain.vehicles.cli import main; main(['list'])"
+    program = "import sys; from powertrain.cli import main; main(['list'])"
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.close()

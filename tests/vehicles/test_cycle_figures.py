@@ -14,10 +14,10 @@ import powertrain as pt
 from powertrain.components.cvu import VariableUnit
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.wheels import WheelBrake
+from powertrain.trials import CycleRun, drive_cycle
+from powertrain.trials import figures as draw
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import CycleRun, drive_cycle
-from powertrain.vehicles.trials import figures as draw
 
 
 @lru_cache

@@ -9,7 +9,7 @@ from powertrain.components.differentials import BevelDifferential, Differential,
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
 from powertrain.components.gearless.linkage import LinkageDifferential
 from powertrain.components.gearless.spherical_cam import SphericalCamDifferential
-from powertrain.vehicles.trials.differential import differential_map, plot_differential_map
+from powertrain.trials.differential import differential_map, plot_differential_map
 
 DIFFERENCES, TORQUES = [4.0, 17.6], [-200.0, 100.0, 400.0]
 

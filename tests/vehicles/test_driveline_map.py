@@ -9,18 +9,18 @@ import xarray as xr
 import powertrain as pt
 from powertrain.components.body import Body, DrivenAxle, RoadProfile
 from powertrain.components.cycles import DriveCycle
+from powertrain.trials import drive_cycle
+from powertrain.trials.backward import backward
+from powertrain.trials.driveline import driveline_map
+from powertrain.trials.driveline_figure import plot_driveline_map
+from powertrain.trials.gears import in_gear
+from powertrain.trials.operating import on_rolling_road, operating_map
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import drive_cycle
-from powertrain.vehicles.trials.backward import backward
-from powertrain.vehicles.trials.driveline import driveline_map
-from powertrain.vehicles.trials.driveline_figure import plot_driveline_map
-from powertrain.vehicles.trials.gears import in_gear
-from powertrain.vehicles.trials.operating import on_rolling_road, operating_map
 from powertrain.vehicles.variator_car import VariatorCar
 
 OK, SEVERAL = 0, 2

@@ -7,9 +7,9 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
+from powertrain.trials import CycleRun, charge_corrected, drive_cycle
+from powertrain.trials.anatomy import anatomy
 from powertrain.vehicles.electric_car import ElectricCar
-from powertrain.vehicles.trials import CycleRun, charge_corrected, drive_cycle
-from powertrain.vehicles.trials.anatomy import anatomy
 
 STOP = DriveCycle("stop", ((0.0, 0.0), (12.0, 20.0), (20.0, 20.0), (32.0, 0.0), (36.0, 0.0)))
 

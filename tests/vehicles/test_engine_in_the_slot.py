@@ -10,9 +10,9 @@ import pytest
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
+from powertrain.trials import CycleRun, drive_cycle
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import CycleRun, drive_cycle
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
 VEHICLES: tuple[type[pt.Component], ...] = (SplitPathCar, PowerSplitHybrid)

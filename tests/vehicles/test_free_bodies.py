@@ -11,8 +11,8 @@ import pytest
 from powertrain.components.gearless.circular_cam import TABLE_1, TORQUE
 from powertrain.components.gearless.circular_cam.forces import forces
 from powertrain.components.gearless.linkage.forces import Drive, reactions
-from powertrain.vehicles.reproductions import chaudhary, free_bodies, sketches
-from powertrain.vehicles.reproductions.madhavan_data import DUTY, LINKAGE
+from powertrain.reproductions import chaudhary, free_bodies, sketches
+from powertrain.reproductions.madhavan_data import DUTY, LINKAGE
 
 
 def test_lever_and_cage_balance() -> None:

@@ -8,11 +8,11 @@ import pytest
 import powertrain as pt
 from powertrain.components.control import PlannedPowerSplit
 from powertrain.components.cycles import DriveCycle
+from powertrain.trials import flywheel_management, power_split_management
+from powertrain.trials.management import looked_up
+from powertrain.trials.management_power_split import PowerSplitBench
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
-from powertrain.vehicles.trials import flywheel_management, power_split_management
-from powertrain.vehicles.trials.management import looked_up
-from powertrain.vehicles.trials.management_power_split import PowerSplitBench
 
 HILL = DriveCycle.named("udds").part(0, 130)
 

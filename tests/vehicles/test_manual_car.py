@@ -11,10 +11,10 @@ import powertrain as pt
 from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
+from powertrain.trials import CycleRun, drive_cycle
+from powertrain.trials.anatomy import anatomy
+from powertrain.trials.cycle import _standing
 from powertrain.vehicles.manual_car import ManualCar
-from powertrain.vehicles.trials import CycleRun, drive_cycle
-from powertrain.vehicles.trials.anatomy import anatomy
-from powertrain.vehicles.trials.cycle import _standing
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
 """Rest, starts, up to the fourth gear, rest."""

@@ -11,12 +11,12 @@ import pytest
 from scipy.optimize import least_squares
 
 import powertrain as pt
-from powertrain.vehicles.measured.building import PROGRESSION, RADIUS, build, ratios
-from powertrain.vehicles.measured.fitting import NOISE, Sensitivities
-from powertrain.vehicles.measured.prediction import predict
-from powertrain.vehicles.measured.published import published
-from powertrain.vehicles.measured.record import TestCar
-from powertrain.vehicles.measured.technology import SPREAD, Technology, family, priors
+from powertrain.measured.building import PROGRESSION, RADIUS, build, ratios
+from powertrain.measured.fitting import NOISE, Sensitivities
+from powertrain.measured.prediction import predict
+from powertrain.measured.published import published
+from powertrain.measured.record import TestCar
+from powertrain.measured.technology import SPREAD, Technology, family, priors
 
 CARS = {f"{car.name} {car.transmission}": car for car in TestCar.shipped()}
 MIRAGE = CARS["Mitsubishi Mirage manual"]

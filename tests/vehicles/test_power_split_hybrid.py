@@ -10,8 +10,8 @@ import pytest
 import powertrain as pt
 from powertrain.components.control import PowerSplitControl
 from powertrain.components.cycles import DriveCycle
+from powertrain.trials import CycleRun, charge_corrected, drive_cycle
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
-from powertrain.vehicles.trials import CycleRun, charge_corrected, drive_cycle
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
 

@@ -14,8 +14,8 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.electric import cells_in_series
 from powertrain.components.engines import MappedEngine, WillansEngine
 from powertrain.components.transmissions import ManualGearbox
+from powertrain.presets.files import applied, written
 from powertrain.vehicles import load, names, save
-from powertrain.vehicles.cli.files import applied, written
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
 
@@ -48,7 +48,7 @@ def test_what_is_not_plain_goes_through_a_file(car: Any) -> None:
 
 
 def test_same_consumption_after_saving_and_loading(tmp_path: Path) -> None:
-    from powertrain.vehicles.trials import drive_cycle
+    from powertrain.trials import drive_cycle
 
     car = pt.replace(load("nissan-versa-manual"), {"cycle.cycle": DriveCycle.named("udds").part(0, 125)})
     save(car, tmp_path / "car.toml")

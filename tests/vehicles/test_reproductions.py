@@ -10,9 +10,9 @@ import matplotlib as mpl
 import pytest
 
 import powertrain as pt
-from powertrain.vehicles.reproductions import PAPERS, Paper, Picture, Row, Table, paper, write_report
-from powertrain.vehicles.reproductions.report import markdown_table
-from powertrain.vehicles.reproductions.table import agree
+from powertrain.reproductions import PAPERS, Paper, Picture, Row, Table, paper, write_report
+from powertrain.reproductions.report import markdown_table
+from powertrain.reproductions.table import agree
 
 mpl.use("agg")
 TABLES = [(name, compute) for name in PAPERS for compute in paper(name).tables]

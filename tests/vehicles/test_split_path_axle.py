@@ -13,8 +13,8 @@ from powertrain.components.body import DrivenAxle
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.differentials import CrownGear
 from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
+from powertrain.trials import CycleRun, drive_cycle
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import CycleRun, drive_cycle
 
 TYRES: dict[str, Wheel] = {"linear": SlipWheel(), "magic": MagicFormulaWheel()}
 HALT = (0.0, 0.0), (1.0, 0.0), (6.0, 6.0), (9.0, 6.0), (13.0, 0.0), (16.0, 0.0), (19.0, 3.0), (20.0, 3.0)

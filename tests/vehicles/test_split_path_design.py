@@ -17,7 +17,7 @@ import powertrain as pt
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential, Planets, Ring, Sun
 from powertrain.components.transmissions import SplitPathTransmission
-from powertrain.vehicles.split_path import Duty, SplitPathDesigns, refine_ratio, sets_near, split_path_designs
+from powertrain.design import Duty, SplitPathDesigns, refine_ratio, sets_near, split_path_designs
 
 ETA, ETA_V = 0.95, 0.9
 

@@ -12,7 +12,7 @@ import powertrain as pt
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential
 from powertrain.components.transmissions import TYPES, SplitPathTransmission
-from powertrain.vehicles.split_path import Duty, SplitPathBench, SplitPathDesigns, split_path_designs
+from powertrain.design import Duty, SplitPathBench, SplitPathDesigns, split_path_designs
 
 COLUMNS = ("min_efficiency", "max_K", "V_min", "V_max", "unit_torque", "unit_speed", "unit_power")
 CVU_AT = "transmission.cvu"

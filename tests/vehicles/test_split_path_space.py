@@ -11,7 +11,7 @@ import pytest
 import powertrain as pt
 from powertrain.components.cvu import CVU, HydrostaticUnit, VBelt
 from powertrain.components.transmissions import UnitLoss, flow
-from powertrain.vehicles.split_path import (
+from powertrain.design import (
     COMMON,
     Designs,
     Duty,
@@ -21,7 +21,7 @@ from powertrain.vehicles.split_path import (
     Variator,
     split_path_space,
 )
-from powertrain.vehicles.split_path.space import bounds, cvu_of, front, geared, rate
+from powertrain.design.space import bounds, cvu_of, front, geared, rate
 
 R = np.linspace(0.1, 1.5, 15)
 DUTY = Duty.over(
@@ -181,7 +181,7 @@ def test_variator_of_a_hydrostatic_unit_is_the_unit() -> None:
 
 
 def _bench(unit: Any) -> Any:
-    from powertrain.vehicles.split_path.units import UnitBench
+    from powertrain.design.units import UnitBench
 
     return UnitBench(unit=unit)
 
@@ -225,7 +225,7 @@ def test_what_is_no_structure() -> None:
 def test_figures(found: SplitPathSpace, tmp_path: Any) -> None:
     import matplotlib.pyplot as plt
 
-    from powertrain.vehicles.split_path.figures import design_figure, front_figure
+    from powertrain.design.figures import design_figure, front_figure
 
     for figure in (design_figure(found, 0, tmp_path / "a.png"), front_figure(found, tmp_path / "b.png")):
         plt.close(figure)
@@ -237,8 +237,8 @@ def test_a_design_drives_in_a_car(tmp_path: Any) -> None:
     """Half a minute: a network like the car's own transmission uses its fuel; one of the program with auxiliary gears drives as well."""
     from powertrain.components.cycles import DriveCycle
     from powertrain.components.transmissions import Network, NetworkRatio, NetworkTransmission
+    from powertrain.trials import drive_cycle
     from powertrain.vehicles.split_path_car import SplitPathCar
-    from powertrain.vehicles.trials import drive_cycle
 
     path = tmp_path / "short.csv"
     path.write_text("time_s,speed_km_h\n0,0\n3,0\n13,30\n18,30\n27,0\n30,0\n")

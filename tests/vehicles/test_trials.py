@@ -10,10 +10,10 @@ from matplotlib.patches import Wedge
 import powertrain as pt
 from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
+from powertrain.trials import CycleRun, drive_cycle
+from powertrain.trials.performance import climbs, time_between
+from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.split_path_car import SplitPathCar
-from powertrain.vehicles.trials import CycleRun, drive_cycle
-from powertrain.vehicles.trials.performance import climbs, time_between
-from powertrain.vehicles.trials.sankey import plot_energy_flow
 
 WLTC = DriveCycle.named("wltc")
 

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from powertrain import ParameterError
 from powertrain.components.gearless.solids import shell, volume
+from powertrain.components.gearless.spherical_cam.curves import Array, lowest
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
-from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, lowest
+from powertrain.components.gearless.spherical_cam.profile import SphericalCam
 from powertrain.components.gearless.spherical_cam.rollers import contact
 
 POINTS = 721

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from powertrain import ParameterError
-from powertrain.components.gearless.spherical_cam.profile import FINE, Array
-
-if TYPE_CHECKING:
-    from powertrain.components.gearless.spherical_cam.profile import CamGeometry
+from powertrain.components.gearless.spherical_cam.curves import FINE, Array, CamCurves
 
 LEAST = 3
 """The fewest lobes or rollers that keep two strokes apart."""
@@ -19,20 +15,20 @@ TOUCH = 1e-9
 """What a roller may seem to cut into the profile by round-off [rad]."""
 
 
-def check_numbers(cam: CamGeometry) -> None:
+def check_numbers(cam: CamCurves) -> None:
     """Refuses what has no geometry at all. Errors: ParameterError."""
     _check_counts(cam)
     for name in ("alpha_1", "alpha_3", "alpha_4"):
         _between(cam, name, 0.0, math.pi / 2, "it is an angle between crossing axes, or of a cone")
 
 
-def _check_counts(cam: CamGeometry) -> None:
+def _check_counts(cam: CamCurves) -> None:
     for name, value, what in (("M", cam.M, "lobes"), ("N", cam.N, "rollers")):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < LEAST:
             raise _refused(cam, f"{name} = {value!r} {what} must be a whole number of at least {LEAST}")
 
 
-def check_angles(cam: CamGeometry) -> None:
+def check_angles(cam: CamCurves) -> None:
     """Refuses numbers and angles before anything is computed. Errors: ParameterError."""
     _check_counts(cam)
     if cam.M == cam.N:
@@ -58,7 +54,7 @@ def check_angles(cam: CamGeometry) -> None:
         raise _refused(cam, f"alpha_3 + alpha_4 = {total} must be less than 90°: rollers of both carriers meet there")
 
 
-def check_cut(cam: CamGeometry) -> None:
+def check_cut(cam: CamCurves) -> None:
     """Refuses a profile that does not close, or is undercut. Errors: ParameterError."""
     sigma = cam.sigma
     if not sigma > 0:
@@ -76,7 +72,7 @@ def check_cut(cam: CamGeometry) -> None:
         )
 
 
-def check_profile(cam: CamGeometry) -> None:
+def check_profile(cam: CamCurves) -> None:
     """Refuses a cam that cannot be cut or does not keep contact. Errors: ParameterError."""
     check_cut(cam)
     if (crossings := double_points(cam)).size:
@@ -91,10 +87,10 @@ def check_profile(cam: CamGeometry) -> None:
         )
 
 
-def cusps(cam: CamGeometry) -> Array:
+def cusps(cam: CamCurves) -> Array:
     """Cam angles after the middle of a stroke at which the profile turns back [rad]; those before it are their mirror images.
 
-    The profile's speed (see ``CamGeometry.profile_speed``) changes its sign there. Searched up to the lobe's tip, sigma, or to pi/M where
+    The profile's speed (see ``CamCurves.profile_speed``) changes its sign there. Searched up to the lobe's tip, sigma, or to pi/M where
     the profile does not reach that.
     """
     psi = np.linspace(-cam.half, _end(cam), FINE)
@@ -104,7 +100,7 @@ def cusps(cam: CamGeometry) -> Array:
     return np.concatenate([psi[:1], found]) if back[0] else found
 
 
-def double_points(cam: CamGeometry, points: int = 400) -> Array:
+def double_points(cam: CamCurves, points: int = 400) -> Array:
     """Pairs of cam angles at which one valley of the profile meets itself, one row each [rad], to a step of the chain of points.
 
     The chain is projected from the pole at -z, and every two of its segments are tried. The tip, where two valleys meet, is not among them.
@@ -122,7 +118,7 @@ def double_points(cam: CamGeometry, points: int = 400) -> Array:
     return np.stack([psi[i[apart]], psi[j[apart]]], axis=-1)
 
 
-def _end(cam: CamGeometry) -> float:
+def _end(cam: CamCurves) -> float:
     return cam.half if math.isnan(cam.sigma) else cam.sigma - 1e-9
 
 
@@ -130,24 +126,24 @@ def _cross(a: Array, b: Array) -> Array:
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
-def clearance(cam: CamGeometry, points: int = 241, positions: int = 60) -> float:
+def clearance(cam: CamCurves, points: int = 241, positions: int = 60) -> float:
     """Least distance of any of the N rollers from the whole profile, over a whole turn of the carrier [rad]; 0 where they just touch.
 
     All N rollers over one stroke are one roller over N strokes, and by symmetry over half of them.
     """
     psi = -cam.half + np.linspace(0.0, cam.N * cam.half, cam.N * positions + 1)
-    nearest = (cam.pitch_curve(psi) @ cam.whole_profile(points).T).max(axis=1)
+    nearest = (cam.pitch_curve(psi) @ cam.valleys(points).T).max(axis=1)
     return float(np.arccos(np.clip(nearest, -1, 1)).min()) - cam.alpha_4
 
 
-def _between(cam: CamGeometry, name: str, low: float, high: float, reason: str, *, open_end: bool = False) -> None:
+def _between(cam: CamCurves, name: str, low: float, high: float, reason: str, *, open_end: bool = False) -> None:
     value = float(getattr(cam, name))
     if not (low < value < high or (value == high and not open_end)):
         bracket = ")" if open_end else "]"
         raise _refused(cam, f"{name} = {_deg(value)} must lie in (0°, {_deg(high)}{bracket}: {reason}")
 
 
-def _refused(cam: CamGeometry, why: str) -> ParameterError:
+def _refused(cam: CamCurves, why: str) -> ParameterError:
     return ParameterError(f"{type(cam).__name__}(M={cam.M}, N={cam.N}): {why}")
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain import ParameterError
-from powertrain.components.gearless.spherical_cam.profile import Array, SphericalCam, bisected
+from powertrain.components.gearless.spherical_cam.curves import Array, bisected
+from powertrain.components.gearless.spherical_cam.profile import SphericalCam
 from powertrain.components.gearless.spherical_cam.rollers import (
     Rollers,
     Sharing,

@@ -11,16 +11,10 @@ from fractions import Fraction
 import numpy as np
 
 from powertrain import ParameterError
+from powertrain.components.gearless.spherical_cam.curves import FINE, Array, bisected, lowest
 from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.final_drive import STANDARD_RATIOS
-from powertrain.components.gearless.spherical_cam.profile import (
-    FINE,
-    Array,
-    CamGeometry,
-    SphericalCam,
-    bisected,
-    lowest,
-)
+from powertrain.components.gearless.spherical_cam.profile import CamGeometry, SphericalCam
 
 COMBINATIONS = tuple((M, N) for M in (3, 4) for N in range(M, 9) if (M, N) != (3, 8))
 """Lobes and rollers in the tables of the paper."""

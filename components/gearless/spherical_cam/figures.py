@@ -15,8 +15,9 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
 from powertrain.components.gearless.solids import shaded
 from powertrain.components.gearless.spherical_cam.body import CamBody, cone_solid
+from powertrain.components.gearless.spherical_cam.curves import Array, turned, unit
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
-from powertrain.components.gearless.spherical_cam.profile import Array, CamGeometry, SphericalCam, turned, unit
+from powertrain.components.gearless.spherical_cam.profile import CamGeometry, SphericalCam
 
 CAM = SphericalCam(4, 5)
 CYCLE = Cycle(CAM)

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.engines import Engine, MappedEngine, WillansEngine, best_fuel_line, throttle_table
+from powertrain.components.engines import (
+    Engine,
+    MappedEngine,
+    WillansEngine,
+    best_fuel_line,
+    operating_line,
+    throttle_table,
+)
 
 ENGINES = [WillansEngine(), MappedEngine.gasoline(), MappedEngine.diesel(), MappedEngine.diesel(method="linear")]
 
@@ -53,7 +60,7 @@ def test_a_control_on_the_operating_line_takes_hardly_more_than_the_least_fuel(e
     slowest = 1.35 * float(engine.w_idle)
     top = best_fuel_line(engine, w_min=slowest, share=share, points=2).power[-1]
     best = best_fuel_line(engine, top * np.sin(np.linspace(0, np.pi / 2, 301)), w_min=slowest, share=share)
-    w = np.asarray(engine.operating_line(share)(best.power))
+    w = np.asarray(operating_line(engine, share)(best.power))
     assert np.all(engine.fuel_flow(w, best.power / w) < 1.003 * best.fuel_rate)
     assert np.all(best.power / w < 1.003 * share * engine.full_load(w))
 

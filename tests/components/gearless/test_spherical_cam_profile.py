@@ -16,7 +16,7 @@ from powertrain.components.gearless.spherical_cam import (
     clearance,
     pressure_angle_range,
 )
-from powertrain.components.gearless.spherical_cam.profile import turned
+from powertrain.components.gearless.spherical_cam.curves import turned
 
 PAPER = SphericalCam(4, 5)
 CAMS = [

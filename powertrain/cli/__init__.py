@@ -1,0 +1,11 @@
+"""The command line ``powertrain``: what there is, vehicles on cycles, maps, reproduced papers, the design of split-path transmissions.
+
+Every command is a module that imports what it computes with only when it runs, so that help comes at once.
+Exit codes: 0 done; 1 the model, the simulation or a file failed, said in one paragraph; 2 the command line is wrong; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+from powertrain.cli.app import main
+
+__all__ = ["main"]

@@ -1,0 +1,72 @@
+"""``powertrain performance``: what a vehicle can do with a full accelerator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from powertrain.cli.options import (
+    DATA,
+    PICTURE,
+    Command,
+    VehicleName,
+    configured,
+    of_the_command_line,
+    progress,
+    settings,
+)
+from powertrain.cli.text import columns, number
+
+if TYPE_CHECKING:
+    from powertrain.presets.catalogue import Entry
+
+DIGITS = 3
+
+
+@click.command(
+    "performance",
+    cls=Command,
+    short_help="Acceleration times, top speed and gradeability of a vehicle.",
+    examples=(
+        "performance ManualCar",
+        "performance SplitPathCar --set 'engine=MappedEngine.diesel()' --plot acceleration.png",
+        "performance PowerSplitHybrid --set body.m=1700 --out acceleration.csv",
+    ),
+)
+@click.argument("vehicle", type=VehicleName())
+@settings
+@click.option(
+    "--out",
+    type=DATA,
+    help="Write the signals of the acceleration to a netCDF file (.nc), with units, or to a .csv file.",
+)
+@click.option("--plot", type=PICTURE, help="Plot speed and acceleration over time (.png, .pdf, .svg).")
+def command(vehicle: Entry, texts: tuple[str, ...], params: Path | None, out: Path | None, plot: Path | None) -> None:
+    """Accelerate a vehicle with the pedal fully pressed and print acceleration times, top speed and gradeability.
+
+    The vehicle starts at rest with the engine idling and the stores at their initial charge. The top speed is the highest speed
+    reached, which a battery or a flywheel may increase for a short time. Gradeability is the steepest grade on which the vehicle moves
+    off, to half a percent. Rigid wheels do not slip: if the ground limits traction, set `front=DrivenAxle`, which has tyres.
+    """
+    import powertrain as pt
+    from powertrain.presets.settings import free_or_error
+    from powertrain.trials import full_accelerator, performance
+
+    model, paths = configured(vehicle, params, texts)
+    with of_the_command_line():
+        free_or_error(paths, model, pt.compile(model).parameters)
+    run = full_accelerator(model, progress=progress())
+    table = performance(model, run, progress=progress())
+    rows = [(what, number(value, DIGITS), unit) for what, (value, unit) in zip(table.index, table.values, strict=True)]
+    click.echo(f"{vehicle.name} with the accelerator fully pressed\n\n{columns(rows, right=[1])}")
+    if out is not None:
+        run.to_dataframe().to_csv(out) if out.suffix == ".csv" else run.save(out)
+    if plot is not None:
+        from powertrain.trials.figures import acceleration_figure
+
+        acceleration_figure(run, vehicle.name).savefig(plot, dpi=120)
+    for path in (out, plot):
+        if path is not None:
+            click.echo(f"wrote {path}")

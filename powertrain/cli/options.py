@@ -1,0 +1,234 @@
+"""Types of arguments and the options that several commands share."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from powertrain import Component, ModelError, ParameterError, SimulationError
+
+if TYPE_CHECKING:
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.presets.catalogue import Entry
+
+    ArgumentType = click.ParamType[Any]
+else:
+    ArgumentType = click.ParamType  # has parameters in newer versions only
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Command(click.Command):
+    """A command with examples at the end of its help."""
+
+    def __init__(self, *args: Any, examples: Sequence[str] = (), **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.examples = examples
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The examples, a line each."""
+        write_examples(self.examples, formatter)
+
+
+def write_examples(examples: Sequence[str], formatter: click.HelpFormatter) -> None:
+    """A section of commands as they are typed."""
+    with formatter.section("Examples"):
+        for example in examples:
+            formatter.write(f"{' ' * formatter.current_indent}powertrain {example}\n")
+
+
+@contextmanager
+def of_the_command_line() -> Iterator[None]:
+    """What the library refuses here is wrong on the command line: exit code 2."""
+    try:
+        yield
+    except (ParameterError, ModelError) as error:
+        raise click.UsageError(str(error)) from None
+
+
+class VehicleName(ArgumentType):
+    """The name of a vehicle or a bench."""
+
+    name = "vehicle"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Entry:
+        """By the class's name; case, - and _ do not matter."""
+        from powertrain.presets import catalogue
+
+        with of_the_command_line():
+            return catalogue.find(str(value), catalogue.vehicles(), "vehicle")
+
+
+class CycleName(ArgumentType):
+    """A legislated cycle's name, or a CSV file."""
+
+    name = "cycle"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> DriveCycle:
+        """A name first."""
+        from powertrain.components.cycles import CYCLES, DriveCycle
+        from powertrain.errors import suggestion
+
+        text = str(value)
+        if text.lower() not in CYCLES and not Path(text).is_file():
+            near = suggestion(text.lower(), CYCLES)
+            self.fail(
+                f"{text!r} is neither a cycle ({', '.join(CYCLES)}) nor a CSV file that is there{near}", param, ctx
+            )
+        with of_the_command_line():
+            return DriveCycle.named(text.lower()) if text.lower() in CYCLES else DriveCycle.from_csv(text)
+
+
+class Span(ArgumentType):
+    """``low:high``, and ``low:high:number`` where ``counted``."""
+
+    def __init__(self, counted: bool = False) -> None:
+        self.counted = counted
+        self.name = "low:high:number" if counted else "low:high"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+        """Two increasing numbers, and how many."""
+        if isinstance(value, tuple):
+            return value
+        numbers: list[float] = []
+        with suppress(ValueError):
+            numbers = [float(text) for text in str(value).split(":")]
+        if len(numbers) not in ((2, 3) if self.counted else (2,)):
+            self.fail(f"{value!r} is not {self.name}, such as {'-4:-0.25:16' if self.counted else '0.5:2'}", param, ctx)
+        if not numbers[0] < numbers[1]:
+            self.fail(f"{value!r} does not go upwards", param, ctx)
+        if len(numbers) == 3 and (numbers[2] < 2 or numbers[2] % 1):
+            self.fail(f"{value!r}: the number of points is a whole number from 2 on", param, ctx)
+        return tuple(numbers)
+
+
+class OutputFile(click.Path):
+    """A file to be written, of one of some formats; looked at before anything is computed."""
+
+    name = "file"
+
+    def __init__(self, *suffixes: str) -> None:
+        super().__init__(dir_okay=False, writable=True, path_type=Path)
+        self.suffixes = suffixes
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Its ending is known, it can be written."""
+        path = Path(str(super().convert(value, param, ctx)))
+        if path.suffix.lower() not in self.suffixes:
+            self.fail(f"{str(path)!r} ends in none of {', '.join(self.suffixes)}", param, ctx)
+        if not path.parent.is_dir():
+            self.fail(f"the folder {str(path.parent)!r} is not there", param, ctx)
+        try:
+            there = path.exists()
+            with path.open("ab"):
+                pass
+        except OSError as error:
+            self.fail(f"{str(path)!r} cannot be written: {error.strerror}", param, ctx)
+        if not there:
+            path.unlink()
+        return path
+
+
+PICTURE = OutputFile(".png", ".pdf", ".svg")
+DATA = OutputFile(".nc", ".csv")
+
+
+def settings(function: F) -> F:
+    """The options --set and --params."""
+    texts = click.option(
+        "--set",
+        "texts",
+        multiple=True,
+        metavar="PATH=VALUE",
+        help="Set a parameter, a field, or the component in a slot, by its path; see the examples. May be repeated.",
+    )
+    params = click.option(
+        "--params",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="TOML file with parameters and components; --set overrides it.",
+    )
+    return params(texts(function))
+
+
+def configured(entry: Entry, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
+    """The model with the file's and then the command line's values, and the paths that were set."""
+    from powertrain.presets import files
+    from powertrain.presets.settings import assigned, assignments
+
+    paths: list[str] = []
+    with of_the_command_line():
+        model = entry.kind()
+        if params is not None:
+            model, paths = files.applied(model, files.read(params), params.parent)
+        for path, value in assignments(texts):
+            model = assigned(model, path, value)
+            paths.append(path)
+    return model, [path for path in paths if _is_there(model, path)]
+
+
+def _is_there(model: Component, path: str) -> bool:
+    """A part that was exchanged later took its parameters with it."""
+    from powertrain.presets.settings import places
+
+    return any(found.path == path for found in places(model))
+
+
+def progress() -> bool:
+    """Bars are for terminals."""
+    return sys.stderr.isatty()
+
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C."""
+
+
+class Interrupted(click.ClickException):
+    """A command that kept what it had reached at Ctrl-C."""
+
+    exit_code = INTERRUPTED
+
+
+class Interruption:
+    """Ctrl-C as an end of the simulation, so that what was reached is kept; a second one ends the command at once.
+
+    ``with Interruption(start, stop) as watch: plant.simulate(..., progress=watch)``; draws a bar on terminals.
+    """
+
+    def __init__(self, start: float, stop: float) -> None:
+        self.asked, self._reached = False, start
+        self._stop, self._bar = stop, None if not progress() else self._drawn(start, stop)
+
+    @staticmethod
+    def _drawn(start: float, stop: float) -> Any:
+        from tqdm.auto import tqdm
+
+        return tqdm(total=stop - start, unit="s", desc="simulated")
+
+    def __call__(self, t: float) -> None:
+        """The time that the simulation has reached [s]."""
+        if self._bar is not None:
+            self._bar.update(t - self._reached)
+        self._reached = t
+        if self.asked and t < self._stop:
+            raise SimulationError("interrupted")
+
+    def __enter__(self) -> Interruption:
+        self._before = signal.signal(signal.SIGINT, self._ask)
+        return self
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
+
+    def __exit__(self, *error: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+        if self._bar is not None:
+            self._bar.close()

@@ -1,0 +1,285 @@
+"""``powertrain run``: a vehicle over a drive cycle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from powertrain.cli.options import (
+    DATA,
+    PICTURE,
+    Command,
+    CycleName,
+    Interrupted,
+    Interruption,
+    OutputFile,
+    Span,
+    VehicleName,
+    of_the_command_line,
+    settings,
+)
+from powertrain.cli.text import columns, number, title
+
+if TYPE_CHECKING:
+    import powertrain as pt
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.presets.catalogue import Entry
+    from powertrain.trials import CycleRun
+
+WORTH_A_REPORT = 1.0
+"""Distance [m] from which a run that ended early is reported."""
+MAP = 47, 61
+"""Speeds and positions of the accelerator of a map."""
+COUNTED = ("sources", "lost", "stored")
+"""Columns of the audit that are shown."""
+PRINTED_FROM = 50.0
+"""Energy [J] below which a component is not listed: half of the last digit."""
+
+
+@click.command(
+    "run",
+    cls=Command,
+    short_help="Drive a vehicle over a cycle: consumption, energy audit, figures.",
+    examples=(
+        "run SplitPathCar --cycle wltc --plot run.png",
+        "run SplitPathCar --cycle udds --set body.m=1500 --set body.Cd=0.28 --out run.nc",
+        "run SplitPathCar --backward",
+        "run SplitPathCar --span 0:200 --set transmission.cvu=HydrostaticUnit --set 'engine=MappedEngine.gasoline()'",
+        "run SplitPathCar --write-params car.toml",
+        "run SplitPathCar --params car.toml --cycle my_cycle.csv",
+    ),
+)
+@click.argument("vehicle", type=VehicleName())
+@click.option(
+    "--cycle",
+    type=CycleName(),
+    help="wltc, udds, hwfet, nedc, ..., or a CSV file (header time_s,speed_km_h). Default: that of the vehicle.",
+)
+@click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
+@settings
+@click.option(
+    "--write-params", type=OutputFile(".toml"), help="Write all parameters with units and ranges to this TOML file."
+)
+@click.option("--out", type=DATA, help="Write the signals to a netCDF file (.nc), with units, or to a .csv file.")
+@click.option(
+    "--signals",
+    multiple=True,
+    metavar="PATTERN",
+    help="Write only these signals to --out, such as 'engine.*'; may be repeated.",
+)
+@click.option(
+    "--plot", type=PICTURE, help="Plot speed, engine and ratio, power, energy and operating points (.png, .pdf, .svg)."
+)
+@click.option(
+    "--map",
+    "chart",
+    type=PICTURE,
+    help="Plot the efficiency map from tank to road with the operating points of the cycle, and print it.",
+)
+@click.option(
+    "--backward",
+    is_flag=True,
+    help="Also compute the fuel quasi-statically, from the operating points of the map, without transients.",
+)
+@click.option(
+    "--rtol",
+    type=click.FloatRange(1e-12, 1e-2),
+    default=1e-6,
+    show_default=True,
+    help="Relative tolerance of the integrator.",
+)
+def command(
+    vehicle: Entry,
+    cycle: DriveCycle | None,
+    span: tuple[float, float] | None,
+    texts: tuple[str, ...],
+    params: Path | None,
+    write_params: Path | None,
+    out: Path | None,
+    signals: tuple[str, ...],
+    plot: Path | None,
+    chart: Path | None,
+    backward: bool,
+    rtol: float,
+) -> None:
+    """Simulate a vehicle over a drive cycle and print its consumption and energy balance.
+
+    `powertrain list vehicles` lists the vehicles, `powertrain info VEHICLE` the parameters and slots that can be set.
+
+    The vehicle starts at rest, so a span of a cycle should also start at rest.
+    """
+    import powertrain as pt
+    from powertrain.cli.options import configured
+    from powertrain.presets import files
+    from powertrain.presets.settings import free_or_error
+    from powertrain.trials import drive_cycle
+    from powertrain.trials.anatomy import anatomy, value_at
+    from powertrain.trials.driveline import check_map
+
+    model, paths = configured(vehicle, params, texts)
+    own = anatomy(model).the("cycle")
+    driven: DriveCycle = cycle or value_at(model, own).cycle
+    if span is not None:
+        with of_the_command_line():
+            driven = _part(driven, *span)
+    model = pt.replace(model, {f"{own}.cycle": driven})
+    if chart is not None or backward:
+        with of_the_command_line():
+            check_map(model)
+    plant = pt.compile(model)
+    with of_the_command_line():
+        free_or_error(paths, model, plant.parameters)
+    chosen = _chosen(plant, out, signals)
+    if write_params is not None:
+        write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
+    with Interruption(float(driven.times[0]), float(driven.times[-1])) as watch:
+        run = drive_cycle(plant, progress=watch, rtol=rtol)
+    if out is not None:
+        run.result.save(out, *chosen)
+    if not run.message or run.distance >= WORTH_A_REPORT:
+        click.echo(report(run))
+        if backward:
+            click.echo(_beside(run, model))
+        if plot is not None:
+            _draw_run(run, plot)
+        if chart is not None:
+            click.echo(f"\n{_draw_map(run, model, chart)}")
+    for path in (write_params, out, plot, chart):
+        if path is not None and path.exists():
+            click.echo(f"wrote {path}")
+    if run.message:
+        kind = Interrupted if watch.asked else click.ClickException
+        early = run.result.time[-1] < run.cycle.times[-1]
+        raise kind(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message)
+
+
+def _beside(run: CycleRun, model: pt.Component) -> str:
+    """The fuel of the same drive from steady operating points, and how far it is from the simulation's."""
+    from powertrain.trials import backward
+
+    end = float(run.result.time[-1])
+    back = backward(model, run.cycle.part(float(run.cycle.times[0]), end) if run.message else run.cycle)
+    litres = run.litres_per_100km * back.fuel / run.fuel
+    rows = [("fuel", number(back.fuel), "kg"), ("consumption", number(litres), "l/100 km")]
+    rows += [("against the simulation", f"{back.fuel / run.fuel - 1:+.2%}", "")]
+    if back.missing.any():
+        rows += [("force that the vehicle lacks, at most", number(float(back.missing.max())), "N")]
+    return f"{title('Backward, from steady operating points')}\n{columns(rows, right=[1])}"
+
+
+def _draw_run(run: CycleRun, plot: Path) -> None:
+    """The picture of the run."""
+    from powertrain.trials.figures import cycle_figure
+
+    cycle_figure(run).savefig(plot, dpi=120)
+
+
+def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
+    """The picture of the vehicle's map up to the cycle's speeds; what it says in text."""
+    import numpy as np
+
+    from powertrain.cli.driveline import mapped
+    from powertrain.trials.driveline import SLOWEST
+
+    speeds = np.linspace(SLOWEST, 1.05 * max(run.cycle.top_speed, 10.0), MAP[0])
+    text, _, figure = mapped(model, speeds, MAP[1], run=run)
+    assert figure is not None
+    figure.savefig(chart, dpi=120)
+    return text
+
+
+def report(run: CycleRun) -> str:
+    """The results in text: the run, its table, the energy audit."""
+    from powertrain.trials.charge import charge_corrected, stores_of
+
+    cycle, name = run.cycle, type(run.plant.model).__name__
+    about = f"{cycle.duration:.0f} s, {cycle.distance / 1e3:.2f} km, up to {cycle.top_speed * 3.6:.1f} km/h"
+    results = [
+        (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)
+    ]
+    if stores := stores_of(run):
+        results.append(
+            (
+                f"consumption, corrected to equal charge ({' and '.join(stores)})",
+                number(charge_corrected(run)),
+                "l/100 km",
+            )
+        )
+    return "\n".join(
+        [
+            f"{name} over {cycle.name} ({about})",
+            "",
+            columns(results, right=[1]),
+            *_not_followed(run),
+            title("Energy by component"),
+            _energies(run),
+        ]
+    )
+
+
+def _not_followed(run: CycleRun) -> list[str]:
+    """A sentence where the vehicle leaves the speed tolerance."""
+    if run.time_outside == 0:
+        return []
+    k = int(abs(run.excess).argmax())
+    how = "fast" if run.excess[k] > 0 else "slow"
+    most = (
+        f", most at {run.result.time[k]:.0f} s: {abs(run.excess[k]) * 3.6:.1f} km/h too {how}" if run.excess[k] else ""
+    )
+    return [
+        "",
+        f"The vehicle does not follow the cycle: {run.time_outside:.1f} s outside the speed tolerance (±2 km/h, ±1 s){most}.",
+    ]
+
+
+def _energies(run: CycleRun) -> str:
+    """A line for every component that supplied, lost or stored energy; parts stand below their whole, indented."""
+    table = run.audit.components
+    supplied = float(table.sources[""])
+    rows = []
+    amounts = {str(path): [float(row[name]) for name in COUNTED] for path, row in table.iterrows()}
+    for path, own in amounts.items():
+        alone = amounts.get(path.rpartition(".")[0]) == own  # the only part of its whole that does anything
+        if path and not alone and max(map(abs, own)) >= PRINTED_FROM:
+            rows.append((_indented(path), table.type[path], *map(_kilojoules, own), _share(own[1], supplied)))
+    total = amounts[""]
+    rows.append(("all", "", *map(_kilojoules, total), _share(total[1], supplied)))
+    head = ("component", "kind", "supplied [kJ]", "lost [kJ]", "stored [kJ]", "lost/supplied")
+    closes = f"  energy residual: {number(run.audit.residual, 3)} J ({run.audit.closure:.1e} of the energy exchanged)"
+    return "\n".join([columns(rows, head, right=[2, 3, 4, 5]), closes])
+
+
+def _indented(path: str) -> str:
+    return "  " * path.count(".") + path.rpartition(".")[2]
+
+
+def _kilojoules(energy: float) -> str:
+    return f"{energy / 1e3:.1f}" if abs(energy) >= PRINTED_FROM else "-"
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{part / whole:.1%}" if whole > 0 and abs(part) > 5e-4 * whole else "-"
+
+
+def _part(cycle: DriveCycle, start: float, stop: float) -> DriveCycle:
+    from powertrain import ParameterError
+
+    first, last = float(cycle.times[0]), float(cycle.times[-1])
+    if start < first or stop > last:
+        raise ParameterError(f"--span {start:g}:{stop:g} s is not within the cycle {cycle.name}, {first:g}:{last:g} s")
+    return cycle.part(start, stop)
+
+
+def _chosen(plant: pt.Plant[Any], out: Path | None, patterns: tuple[str, ...]) -> list[str]:
+    """The signals that are written; what cannot be written is refused before the simulation."""
+    from powertrain.export import engine
+    from powertrain.signals import signals_of
+
+    if patterns and out is None:
+        raise click.UsageError("--signals selects what --out writes: also give --out")
+    with of_the_command_line():
+        if out is not None and out.suffix.lower() == ".nc":
+            engine("--out")
+        return signals_of(plant.compiled).matching(patterns)

@@ -1,0 +1,101 @@
+"""The basic ratio of a split-path transmission that suits a duty best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+import powertrain as pt
+from powertrain.design.bench import SplitPathBench
+from powertrain.design.duty import Duty, Unit
+from powertrain.design.evaluation import Demands, Evaluated, row
+
+Rank = Literal["mean_efficiency", "min_efficiency", "max_K", "unit_range"]
+SIGN: dict[Rank, int] = {"mean_efficiency": -1, "min_efficiency": -1, "max_K": 1, "unit_range": 1}
+"""What designs are ranked by: 1 where less is better."""
+_FIRST, _ZOOM = 25, 9
+_NARROW = 1e-9
+"""Width, in parts of the bounds, to which the best ratio is located."""
+
+
+@dataclass(frozen=True)
+class Refined:
+    """The best basic ratio by the criterion ``by``, with its ``value`` and the value ``before``.
+
+    ``edge``: it lies at the edge of the bounds, so there may be a better one beyond. ``path``: the ratios that were evaluated.
+    """
+
+    R_o: float
+    by: Rank
+    value: float
+    before: float
+    mean_efficiency: float
+    max_K: float
+    V_min: float
+    V_max: float
+    edge: bool
+    path: tuple[float, ...]
+
+    def __str__(self) -> str:
+        said = f"R_o = {self.R_o:.6g}: {self.by} {self.value:.6g} (before: {self.before:.6g})"
+        return f"{said}; at the edge of the bounds, a better one may lie beyond" if self.edge else said
+
+
+def refine_ratio(
+    plants: Sequence[pt.Plant[SplitPathBench]],
+    duty: Duty,
+    start: float,
+    bounds: tuple[float, float],
+    *,
+    unit: Unit = None,
+    max_K: float = math.inf,
+    demands: Demands | None = None,
+    by: Rank = "mean_efficiency",
+) -> Refined:
+    """The R_o within bounds that is best by one column of ``SplitPathDesigns.table`` and meets the demands on the unit.
+
+    ``plants``: one, or those below and above r = 1. ``demands`` replaces ``unit`` and ``max_K``. The best ratio usually lies on a
+    ridge, where two ends of the range are equally bad or where the range of the unit ends, and derivatives do not lead there. Therefore
+    the bounds are sampled, then repeatedly the neighbourhood of the best sample, with all samples of a round in one array. Raises
+    ParameterError if the start does not meet the duty or nothing is found.
+    """
+    wanted = demands or Demands(unit, {}, max_K)
+    known: dict[float, dict[str, float]] = {}
+
+    def look(ratios: list[float]) -> None:
+        new = [x for x in dict.fromkeys(map(float, ratios)) if x not in known]
+        if new:
+            layouts = [Evaluated.of(plant, duty, np.array(new)) for plant in plants]
+            known.update({x: row(layouts, k, duty, wanted) for k, x in enumerate(new)})
+
+    low, high = min(bounds), max(bounds)
+    look([start, *np.linspace(low, high, _FIRST)])
+    if not math.isfinite(known[start]["mean_efficiency"]):
+        raise pt.ParameterError(f"R_o = {start:g} does not meet this duty, so there is nothing to refine")
+    width = (high - low) / (_FIRST - 1)
+    while True:
+        met = [x for x, found in known.items() if not found["problem"] and low <= x <= high]
+        if not met:
+            raise pt.ParameterError(f"no basic ratio between {low:g} and {high:g} meets this duty within its limits")
+        best = min(met, key=lambda x: SIGN[by] * known[x][by])
+        if width < _NARROW * max(high - low, abs(best)):
+            break
+        look([x for x in best + width * np.linspace(-1, 1, _ZOOM) if low <= x <= high])
+        width *= 2 / (_ZOOM - 1)
+    found = known[best]
+    return Refined(
+        R_o=best,
+        by=by,
+        value=found[by],
+        before=known[start][by],
+        mean_efficiency=found["mean_efficiency"],
+        max_K=found["max_K"],
+        V_min=found["V_min"],
+        V_max=found["V_max"],
+        edge=high > low and min(best - low, high - best) <= _NARROW * (high - low),
+        path=tuple(known),
+    )

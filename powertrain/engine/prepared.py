@@ -1,0 +1,267 @@
+"""The functions and arrays with which one compiled model is simulated, built at their first use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.compiler.hybrid import Guard, HybridDae, Switch
+from powertrain.engine.catalogue import catalogue
+from powertrain.engine.continuity import Continuity
+from powertrain.engine.location import Locator
+from powertrain.engine.schedules import Schedules
+from powertrain.engine.waves import Waves
+from powertrain.engine.zeno import Zeno, resetting
+from powertrain.errors import InitializationError, ParameterError
+from powertrain.integration import fused as steps
+from powertrain.integration.specialized import Calls, SpecialSteps
+from powertrain.modes.admissible import Admissible
+from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
+from powertrain.modes.indicators import Indicator, indicators
+from powertrain.modes.resolve import ModeResolver
+from powertrain.modes.rules import timed
+from powertrain.numerics.buffers import Array, Bound, Memory
+from powertrain.numerics.compiled import compile_functions
+from powertrain.numerics.pivots import match_rows
+
+Method = Literal["auto", "dopri5", "rodas5p"]
+_METHODS = ("auto", "dopri5", "rodas5p")
+_LARGE = 100
+"""Unknowns above which linear systems are solved numerically instead of by expressions."""
+_MANY = 50
+"""Unknowns above which a step calls functions and adds vectors, instead of one instruction for each number."""
+_LONG = 8000
+"""Instructions of a step above which its machine code does so: written out it takes longer to compile, and to run."""
+_EXPLICIT_STEPS = 5000.0
+"""With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
+
+
+class Prepared:
+    """The functions of a :class:`HybridDae`, bound to one memory; what they are called for is in ``engine`` and ``loop``."""
+
+    def __init__(self, dae: HybridDae, method: Method = "auto", compile: bool = False) -> None:
+        if method not in _METHODS:
+            raise ParameterError(f"method = {method!r} must be one of {', '.join(_METHODS)}")
+        if method == "dopri5" and dae.z.numel():
+            raise ParameterError(
+                "method='dopri5' is explicit, but the model has algebraic unknowns; use 'rodas5p' or 'auto'"
+            )
+        self.dae, self.method, self.compile = dae, method, compile
+        self.indicators: tuple[Indicator, ...] = indicators(dae)
+        self.guard_places = [k for k, indicator in enumerate(self.indicators) if isinstance(indicator.law, Guard)]
+        self.bends = _bends(self.indicators)
+        self.waves = Waves(dae, self.indicators)
+        self._turning = bool(dae.schedules or self.bends)
+        self.timed = timed(dae)[1]
+        self.sizes = (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
+        self.large = sum(self.sizes[:2]) > _LARGE  # linear systems are solved numerically
+        self.catalogue = catalogue(dae)
+        self.schedules = Schedules(dae.schedules)
+        self.memory = Memory(dae, len(self.indicators), len(self.timed))
+        self.algebra = AlgebraicSolver(dae, self.memory) if dae.z.numel() else None
+        self._model: steps.Common | None = None
+        self._steps: dict[str, Calls] = {}
+        self._kept: list[Bound] = []
+        self.special = SpecialSteps(dae.m, self.catalogue.modes, self._step)
+        self._ready = False
+        self._speeds: ca.Function | None = None
+        self.continuity = Continuity(dae, self.memory) if dae.smooth else None
+        self.zeno = Zeno(dae, self.memory) if resetting(dae) else None
+
+    def stepper(self, name: str, numeric: bool = False) -> Calls:
+        """The steps of a method for both directions of the double buffer; ``numeric`` takes the sparse solver that pivots at run time."""
+        if name == "rodas5p" and (numeric or self.large):
+            name = "sparse"
+        if name not in self._steps:
+            model = self._shared()
+            if name == "sparse":
+                from powertrain.integration.sparse_step import SparseStep
+
+                large = [SparseStep(model, self.memory, side) for side in (0, 1)]
+                self._steps[name] = (large[0].call, large[1].call)
+            else:
+                self._steps[name] = self._step(name, None)
+        return self._steps[name]
+
+    def _step(self, method: str, held: ca.SX | None) -> Calls:
+        """The step for any modes, or for those that ``held`` has as numbers."""
+        make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
+        rows = self._shared().rows
+        function = None
+        if sum(self.sizes[:2]) <= _MANY:
+            function = make(steps.common(self.dae, rows, held))
+        if function is None or (self.compile and function.n_instructions() > _LONG):
+            function = make(steps.common(self.dae, rows, held, ca.MX))
+        function = self._finished({method: function})[method]
+        self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
+        return bound[0].call, bound[1].call
+
+    def first_method(self, span: float) -> str:
+        """The method a run begins with, from the start that memory holds."""
+        if self.method != "auto":
+            return self.method
+        n, nz, _, _ = self.sizes
+        if nz or self.large:
+            return "rodas5p"
+        self.jacobian.call()
+        size = float(self.memory.worst[0])
+        if not size < np.inf or size * span < _EXPLICIT_STEPS:
+            return "dopri5"
+        matrix = self.memory.jacobian[: n * n].reshape(n, n)
+        if not np.isfinite(matrix).all():
+            return "dopri5"
+        radius = float(np.abs(np.linalg.eigvals(matrix)).max())
+        return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
+
+    def _bind_step(self, function: ca.Function, side: int) -> Bound:
+        memory, other = self.memory, 1 - side
+        arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
+        return Bound(
+            function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
+        )
+
+    def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
+        memory, (n, nz, held, parameters) = self.memory, self.sizes
+        y = memory.y[0]
+        y[:n] = vector("x", x, n)
+        y[n : n + nz] = 0.0 if z is None else vector("z", z, nz)
+        memory.m[:held] = vector("m", self.dae.held_start if m is None else m, held)
+        memory.p[:parameters] = vector("p", p, parameters)
+        memory.time[:] = t, 0.0
+
+    def _load(
+        self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike, rtol: float, atol: float
+    ) -> None:
+        self._fill(t, x, z, m, p)
+        memory = self.memory
+        memory.tolerance[:2] = rtol, atol
+        if self.schedules:
+            self.schedules.enter(memory.m, t)
+        if self.algebra is not None and not self._ready:
+            self._solve_start(t)
+        if not self._ready:
+            self._build()
+        for when, function in self._untimed_whens:
+            y, n, dae = memory.y[0], self.dae.x.numel(), self.dae
+            value = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
+            memory.m[when.index] = float(value) > 0.0
+
+    def _solve_start(self, t: float) -> None:
+        """The algebraic unknowns where the pivots are chosen; with laws whose modes are not known yet there may be no solution."""
+        assert self.algebra is not None
+        guess = self.memory.y[0].copy()
+        try:
+            self.algebra.solve(0)
+        except NotConsistent as error:
+            if not (self.dae.frictions or self.dae.switches or self.dae.contacts):
+                raise InitializationError(f"at t = {t:.9g} s {error}") from None
+            self.memory.y[0][:] = guess
+
+    def fire(self, t: float) -> None:
+        """Mark the timed laws whose instant is ``t``, within rounding."""
+        near = 1e-12 * max(1.0, abs(t))
+        for k, instant in enumerate(self._known_instants()):
+            if abs(instant - t) <= near:
+                self.memory.fire[k] = 1.0
+
+    def next_instant(self, t: float) -> float:
+        """The first known instant of a timed law after ``t``."""
+        after = t + 1e-12 * max(1.0, abs(t))
+        later = [instant for instant in self._known_instants() if instant > after]
+        return min(later) if later else np.inf
+
+    def _known_instants(self) -> list[float]:
+        """The instants of the timed laws, for the present held values."""
+        if not self.timed:
+            return []
+        self.instants.call()
+        instants: list[float] = self.memory.instants.tolist()
+        return instants
+
+    def _shared(self) -> steps.Common:
+        if self._model is None:
+            rows = None
+            if self.algebra is not None:
+                jacobian = self.dae.residual
+                pattern = ca.jacobian(jacobian, self.dae.z).sparsity()
+                try:
+                    rows = match_rows(pattern, self.algebra.jacobian(0))
+                except ValueError as error:
+                    raise InitializationError(f"the algebraic equations are {error}") from None
+            self._model = steps.common(self.dae, rows)
+        return self._model
+
+    def _build(self) -> None:
+        """Build and bind what every method needs."""
+        model, memory = self._shared(), self.memory
+        functions = {"fresh": steps.fresh(model), "locate": steps.locate(model), "update": steps.update(model)}
+        if self.timed:
+            functions["instants"] = steps.instants(self.dae)
+        if self._turning:
+            functions["corner"] = steps.corner(model)
+        if 0 < self.sizes[1] <= _LARGE:
+            functions["newton"] = steps.newton(model)
+        functions = self._finished(functions)
+        m, p, tolerance = memory.m, memory.p, memory.tolerance
+        self.fresh = [
+            Bound(
+                functions["fresh"],
+                [memory.time, memory.y[k], m, p, tolerance],
+                [memory.y[1 - k], memory.slope[1 - k], memory.start],
+            )
+            for k in (0, 1)
+        ]
+        located, at = (
+            [memory.time, memory.fraction, memory.above, memory.dense, m, p],
+            [memory.at, memory.g, memory.worst],
+        )
+        self.locator = Locator(Bound(functions["locate"], located, at), memory)
+        results = [memory.held, memory.flags, memory.edges, memory.closing]
+        update = [
+            Bound(functions["update"], [memory.time, memory.y[k], m, p, memory.fire, memory.jumped], results)
+            for k in (0, 1)
+        ]
+        if self.method == "auto" and not self.sizes[1] and not self.large:
+            found = [memory.jacobian, memory.worst]
+            self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], found)
+        if self.timed:
+            self.instants = Bound(functions["instants"], [m, p], [memory.instants])
+        if self._turning:
+            self.corner = [
+                Bound(
+                    functions["corner"],
+                    [memory.time, memory.y[k], m, p],
+                    [memory.y[1 - k], memory.slope[1 - k], memory.corner],
+                )
+                for k in (0, 1)
+            ]
+        if self.algebra is not None and "newton" in functions:
+            self.algebra.hasten(functions["newton"], memory)
+        self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra)
+        self.admissible = Admissible(self.dae, memory, self.resolver.notes)
+        inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
+        self._untimed_whens = [
+            (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None
+        ]
+        self._ready = True
+
+    def _finished(self, functions: dict[str, ca.Function]) -> dict[str, ca.Function]:
+        return compile_functions(functions) if self.compile else functions
+
+
+def _bends(indicators: Sequence[Indicator]) -> dict[int, int]:
+    """Indicators of laws whose values bend and do not jump: which one -> the place of the law's mode."""
+    laws = [(k, indicator.law) for k, indicator in enumerate(indicators)]
+    return {k: law.index for k, law in laws if isinstance(law, Switch) and law.continuous}
+
+
+def vector(name: str, values: ArrayLike, size: int) -> Array:
+    """The numbers as a flat array of this size. Raises ValueError for another size."""
+    vector = np.asarray(values, dtype=np.float64).ravel()
+    if vector.size != size:
+        raise ValueError(f"{name} has {vector.size} entries instead of {size}")
+    return vector

@@ -1,0 +1,139 @@
+"""The simulation engine of one compiled model: consistent starts, runs, and runs that go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.engine.loop import Run
+from powertrain.engine.prepared import Prepared, vector
+from powertrain.engine.trajectory import Trajectory
+from powertrain.errors import InitializationError, SimulationError
+from powertrain.modes.algebra import NotConsistent
+from powertrain.modes.projection import project
+from powertrain.modes.tolerances import ZONE
+from powertrain.numerics.buffers import Array
+
+
+class Simulator(Prepared):
+    """Runs a :class:`HybridDae` any number of times. Functions are built at their first use; one instance serves one thread.
+
+    ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto", which begins with the first
+    where it can and begins with or changes to the second where the model is stiff. ``compile`` passes the functions through the C compiler.
+    """
+
+    def run(
+        self,
+        x0: ArrayLike,
+        p: ArrayLike,
+        m0: ArrayLike | None = None,
+        z0: ArrayLike | None = None,
+        *,
+        start: float = 0.0,
+        stop: float,
+        rtol: float = 1e-6,
+        atol: float = 1e-8,
+        max_step: float = np.inf,
+        progress: Callable[[float], None] | None = None,
+    ) -> Trajectory:
+        """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns are resolved at the start from the guesses.
+
+        Raises SimulationError with the trajectory so far as ``result``, InitializationError if the start cannot be made consistent.
+        """
+        if not stop >= start:
+            raise ValueError(f"stop = {stop:g} s lies before start = {start:g} s")
+        self._load(start, x0, z0, m0, p, rtol, atol)
+        self._settle(start)
+        return Run(self, start, stop, rtol, max_step, progress).execute()
+
+    def resume(
+        self,
+        x: ArrayLike,
+        p: ArrayLike,
+        m: ArrayLike,
+        z: ArrayLike,
+        *,
+        start: float,
+        stop: float,
+        rtol: float,
+        atol: float,
+        max_step: float,
+        jumped: bool,
+    ) -> Trajectory:
+        """Simulate on from the end of another run; ``jumped``: signals of time were changed since. Raises SimulationError."""
+        self._load(start, x, z, m, p, rtol, atol)
+        self.memory.m[: self.sizes[2]] = vector("m", m, self.sizes[2])
+        if jumped:
+            self.memory.jumped[0] = 0.0
+            self.memory.fire.fill(0.0)
+            try:
+                self.resolver.resolve(0)
+                self.admissible.check(0)
+            except (NotConsistent, SimulationError) as error:
+                raise SimulationError(f"at t = {start:.9g} s {error}") from None
+        return Run(self, start, stop, rtol, max_step, None).execute(resumed=not jumped)
+
+    def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
+        """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
+        self._load(t, x, z, m, p, 1e-6, 1e-8)
+        side = self._settle(t)
+        self.fresh[side].call()
+        if self.memory.start[1] > 1e-13:
+            project(self.dae, self.memory, 1 - side)
+        n, nz, held, _ = self.sizes
+        y = self.memory.y[1 - side]
+        return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[:held].copy()
+
+    def consistent(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> Array:
+        """The algebraic unknowns for given modes, from the guess ``z``. Raises InitializationError."""
+        self._fill(t, x, z, m, p)
+        if self.algebra is not None:
+            try:
+                self.algebra.solve(0)
+            except NotConsistent as error:
+                raise InitializationError(f"at t = {t:.9g} s {error}") from None
+        n = self.dae.x.numel()
+        return self.memory.y[0][n : n + self.dae.z.numel()].copy()
+
+    def _guess_modes(self) -> None:
+        """Laws that move slide: with implicit unknowns the equations need not have a solution for other modes."""
+        dae, memory = self.dae, self.memory
+        if self._speeds is None:
+            speeds = ca.densify(ca.vertcat(*[law.w for law in dae.frictions]))
+            self._speeds = ca.Function("powertrain_speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], [speeds])
+        n, nz, y = dae.x.numel(), dae.z.numel(), memory.y[0]
+        values = self._speeds(
+            memory.time[0], y[:n], y[n : n + nz], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
+        )
+        for law, w in zip(dae.frictions, np.array(values, float).ravel().tolist(), strict=True):
+            if not law.algebraic and memory.m[law.index] == 0.0 and abs(w) > ZONE:
+                memory.m[law.index] = 1.0 if w > 0.0 else -1.0
+
+    def _settle(self, t: float) -> int:
+        """Resolve the modes of a start on side 0 of the buffers."""
+        if self.algebra is not None and self.dae.frictions:
+            self._guess_modes()
+        self.memory.jumped[0] = 1.0
+        self.memory.fire.fill(0.0)
+        self.resolver.forget()
+        self.fire(t)
+        try:
+            self._resolve_start()
+            self.admissible.check(0)
+            self.resolver.check_unique(0)
+        except (NotConsistent, SimulationError) as error:
+            said = str(error).removeprefix(f"at t = {t:.9g} s ")
+            raise InitializationError(f"start at t = {t:.9g} s: {said}") from None
+        return 0
+
+    def _resolve_start(self) -> None:
+        m, y = self.memory.m.copy(), self.memory.y[0].copy()
+        try:
+            self.resolver.resolve(0)
+        except SimulationError:
+            self.memory.m[:], self.memory.y[0][:] = m, y
+            self.admissible.check_speeds(0)
+            raise

@@ -1,0 +1,111 @@
+"""Plots: each function takes and returns an ``Axes``. matplotlib is imported here only, when it is needed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from powertrain.errors import ParameterError
+from powertrain.events import MODES, EventTable
+from powertrain.numerics.buffers import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class _Run(Protocol):
+    """What is plotted: a result, or anything else that has signals over time."""
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def events(self) -> EventTable: ...
+    @property
+    def modes(self) -> Mapping[str, str]: ...
+    def names(self, pattern: str = "*") -> list[str]: ...
+    def label(self, what: Any) -> str: ...
+    def unit(self, what: Any) -> str: ...
+    def description(self, what: Any) -> str: ...
+    def __getitem__(self, what: Any) -> Array: ...
+
+
+def plot_signals(result: _Run, *what: Any, ax: Axes | None = None, events: bool | str = False, **line: Any) -> Axes:
+    """Signals over time, with a legend, in one Axes: signals of a second unit are dashed and have their axis on the right.
+
+    ``what``: names, patterns ("clutch*.w_rel") and selectors. ``events``: True marks every event with a thin line, a
+    pattern those of the laws that fit. ``line``: options of matplotlib's lines. ParameterError for more than two units.
+    """
+    import matplotlib.pyplot as plt
+
+    groups: dict[str, list[tuple[str, str, Array]]] = {}
+    for label, unit, doc, values in _signals(result, what):
+        groups.setdefault(unit, []).append((label, doc, values))
+    if len(groups) > 2:
+        said = "; ".join(f"{', '.join(label for label, _, _ in group)} [{unit}]" for unit, group in groups.items())
+        raise ParameterError(f"a plot shows at most two units, not {said}; plot the others in separate Axes (ax=...)")
+    if ax is None:
+        ax = plt.subplots(layout="constrained")[1]
+    axes = [ax, ax.twinx()] if len(groups) == 2 else [ax]
+    drawn = len(ax.lines)
+    for side, style, (unit, group) in zip(axes, ("-", "--"), groups.items(), strict=False):
+        for label, _, values in group:
+            side.plot(result.time, values, **{"color": f"C{drawn % 10}", "linestyle": style, "label": label, **line})
+            drawn += 1
+        side.set_ylabel(axis_label([(label, doc) for label, doc, _ in group], unit))
+        _name_modes(result, side, [label for label, _, _ in group])
+    if events:
+        mark_events(result, ax, "*" if events is True else events)
+    ax.set_xlabel("Time [s]")
+    ax.margins(x=0)
+    ax.grid(visible=True, alpha=0.3)
+    handles = [handle for side in axes for handle in side.get_legend_handles_labels()[0]]
+    axes[-1].legend(handles=handles, loc="best")
+    return ax
+
+
+def mark_events(result: _Run, ax: Axes, pattern: str = "*") -> Axes:
+    """A thin vertical line at every event of the laws that fit."""
+    for time in dict.fromkeys(result.events[pattern].times.tolist()):
+        ax.axvline(time, color="0.5", linewidth=0.7, linestyle=":", zorder=0)
+    return ax
+
+
+def axis_label(signals: Sequence[tuple[str, str]], unit: str) -> str:
+    """What (name, meaning up to its first comma) have in common, with the unit: 'Angular velocity [rad/s]', 'w [rad/s]' or '[rad/s]'."""
+    meanings = {doc.partition(",")[0] for _, doc in signals if doc}
+    names = {label.rpartition(".")[2] for label, _ in signals}
+    common = meanings.pop() if len(meanings) == 1 and all(doc for _, doc in signals) else ""
+    if not common and len(names) == 1 and all(doc for _, doc in signals):
+        common = names.pop()
+    shown = f"[{unit_text(unit)}]" if unit not in ("", "1") else ""
+    return " ".join(part for part in (common, shown) if part)
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed: 'kg·m²', 'N·m/rad'."""
+    raised = re.sub(r"(?<=[A-Za-z])-?\d+", lambda match: match.group().translate(_SUPERSCRIPTS), unit)
+    return raised.replace(".", "·")
+
+
+def _signals(result: _Run, what: Sequence[Any]) -> list[tuple[str, str, str, Array]]:
+    """Label, unit, meaning and values of all that is asked for."""
+    if not what:
+        raise ParameterError('plot needs the names of signals: result.plot("J1.w"); result.names() lists them')
+    found: list[tuple[str, str, str, Array]] = []
+    for item in what:
+        patterned = isinstance(item, str) and ("*" in item or "?" in item)
+        for one in result.names(str(item)) if patterned else [item]:
+            found.append((result.label(one), result.unit(one), result.description(one), result[one]))
+    return found
+
+
+def _name_modes(result: _Run, ax: Axes, labels: Sequence[str]) -> None:
+    """Where all signals are modes of one kind, their names stand at the axis."""
+    kinds = {result.modes.get(label, "") for label in labels}
+    named = MODES.get(kinds.pop(), {}) if len(kinds) == 1 else {}
+    if named:
+        ax.set_yticks(sorted(named), [named[mode] for mode in sorted(named)])
+        ax.set_ylabel("Mode")

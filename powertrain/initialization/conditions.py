@@ -1,0 +1,129 @@
+"""What holds at the start of a run: equations of ``initial()``, declared starts, values given by name, discrete variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.errors import InitializationError, ParameterError, suggestion
+from powertrain.language.symbols import Symbol, column, free_symbols, key
+
+Array = NDArray[np.float64]
+DECLARED = "start of the variable"
+_DEPTH = 10
+"""How deep expressions are compared."""
+
+
+@dataclass(frozen=True)
+class StartCondition:
+    """What holds at the start: a name or a place in the text, where it comes from, and the value."""
+
+    label: str
+    source: str
+    value: float
+    unit: str = "1"
+
+
+@dataclass(frozen=True)
+class StartEquation:
+    """expression = value at the start."""
+
+    label: str
+    source: str
+    expression: Symbol
+    value: float
+    unit: str = "1"
+
+
+class Discretes:
+    """The equations of ``initial()`` that give discrete variables their values, from parameters and time alone.
+
+    ``discretes`` are the names of the discrete variables by the keys of their symbols, ``places`` their places in ``m``; ``given`` are the
+    places of those with such an equation, and ``values`` what these give, of (t, m, p).
+    """
+
+    def __init__(self, dae: HybridDae, equations: Sequence[StartEquation], discretes: Mapping[int, str]) -> None:
+        self.others: list[StartEquation] = []
+        self.given: list[int] = []
+        values: list[Symbol] = []
+        unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
+        place = {key(dae.m[i]): i for i in range(dae.m.numel())}
+        self.places = {name: place[k] for k, name in discretes.items()}
+        for asked in equations:
+            inside = free_symbols(asked.expression)
+            own = [s for s in inside if key(s) in discretes and place[key(s)] not in self.given]
+            slope = ca.jacobian(asked.expression, own[0]) if own else Symbol(0)
+            if not own or any(key(s) in unknowns for s in inside) or key(own[0]) in map(key, free_symbols(slope)):
+                self.others.append(asked)
+                continue
+            value = -ca.substitute(asked.expression, own[0], 0) / slope
+            known = column([dae.m[i] for i in self.given])
+            values.append(ca.substitute(value, known, column(values)) if values else value)
+            self.given.append(place[key(own[0])])
+        self.values = column(values)
+        self._evaluated = ca.Function("powertrain_discretes", [dae.t, dae.m, dae.p], [ca.densify(self.values)])
+
+    def set(self, t: float, m: Array, p: Array) -> None:
+        """Puts the values into ``m``."""
+        if self.given:
+            m[self.given] = np.array(self._evaluated(t, m, p)).ravel()
+
+
+def discretes_of(compiled: Compiled) -> Discretes:
+    """The discrete variables of a model that its ``initial()`` gives."""
+    names = {key(d.symbol): d.name for d in compiled.flat.discretes}
+    return Discretes(compiled.dae, text_conditions(compiled), names)
+
+
+def text_conditions(compiled: Compiled) -> list[StartEquation]:
+    """The equations of ``initial()`` of all parts."""
+    flat, dae = compiled.flat, compiled.dae
+    residuals = compiled.resolve([e.residual for e in flat.initial])
+    inside = {key(s) for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in ca.symvar(group)}
+    for equation, residual in zip(flat.initial, residuals, strict=True):
+        strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
+        if strange:
+            raise InitializationError(
+                f"{equation.place}\n  {strange[0]} is not a variable of the reduced model; state the condition in another way"
+            )
+    return [StartEquation(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
+
+
+def signal_condition(compiled: Compiled, name: str, value: float, source: str) -> StartEquation:
+    """A variable of the model has a value."""
+    if name not in compiled.signals:
+        raise ParameterError(f"starts: the model has no variable {name}{suggestion(name, compiled.signals)}")
+    signal = compiled.signals[name]
+    return StartEquation(name, source, signal.expression, value, signal.unit)
+
+
+def declared_conditions(compiled: Compiled) -> list[StartEquation]:
+    """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
+    declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
+    declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
+    return [signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
+
+
+def unsettled(compiled: Compiled, conditions: Sequence[StartEquation]) -> str:
+    """The message for modes that each start changes again: what depends on them, and what to give instead."""
+    dae = compiled.dae
+    laws = [f.name for f in dae.frictions] + [s.name for s in dae.switches] + [c.name for c in dae.contacts]
+    said = f"{', '.join(laws[:8])}: the modes of these laws at the start do not settle"
+    depending = [c.label for c in conditions if ca.depends_on(c.expression, dae.m)]
+    speeds = [name for f in dae.frictions if (name := _name(compiled, f.w))]
+    if not depending:
+        return f"{said}; give more of the start"
+    instead = f"give the speeds of the laws ({', '.join(speeds[:4])}) too, or" if speeds else "give"
+    return f"{said}, and they decide {', '.join(depending[:4])}; {instead} states in its place"
+
+
+def _name(compiled: Compiled, expression: Symbol) -> str | None:
+    """The shortest name of a signal that is this expression."""
+    names = [name for name, s in compiled.signals.items() if ca.is_equal(s.expression, expression, _DEPTH)]
+    return min(names, key=lambda name: (name.count("."), len(name)), default=None)

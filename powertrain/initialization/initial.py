@@ -1,0 +1,398 @@
+"""Initialisation: which conditions fix the start, the solution for the states, and a report of what was used.
+
+Conditions in the order of their right: values given for this run, the equations of ``initial()``, declared ``start`` values, and zero
+for the states that are left. A condition that follows from those before it is not needed; it must agree with them unless a value
+of the run replaces it. Guesses only say where the search begins.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Mapping, Sequence, Set
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.engine.simulator import Simulator
+from powertrain.errors import InitializationError, ParameterError, suggestion
+from powertrain.initialization.conditions import (
+    DECLARED,
+    StartCondition,
+    StartEquation,
+    declared_conditions,
+    discretes_of,
+    signal_condition,
+    unsettled,
+)
+from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.numerics.buffers import Bound, zeros
+
+Array = NDArray[np.float64]
+_ROUNDS = 20
+_ITERATIONS = 60
+_DENSE = 200
+_KEPT = 16
+
+
+class InitialReport:
+    """The start of one run: the conditions that were used, those that follow from others, and the states they give."""
+
+    def __init__(
+        self,
+        asked: Sequence[StartEquation],
+        values: Array,
+        chosen: Set[int],
+        states: Sequence[str],
+        y: Array,
+        open_states: Sequence[int],
+    ) -> None:
+        self._asked, self._values, self._chosen, self._names, self._y, self._open = (
+            asked,
+            values,
+            chosen,
+            states,
+            y,
+            open_states,
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"used": self.used, "implied": self.implied, "states": self.states}
+
+    @property
+    def solved(self) -> tuple[StartEquation, ...]:
+        """The conditions that were solved, with their expressions; a pickled report has none."""
+        return tuple(a for i, a in enumerate(self._asked) if i in self._chosen)
+
+    @property
+    def open(self) -> tuple[int, ...]:
+        """The places of the states that no condition reaches."""
+        return tuple(self._open)
+
+    @cached_property
+    def used(self) -> tuple[StartCondition, ...]:
+        """The conditions that were solved, and the states that none of them reaches."""
+        rest = [StartCondition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self._open]
+        return (*self._conditions(True), *rest)
+
+    @cached_property
+    def implied(self) -> tuple[StartCondition, ...]:
+        """The conditions that follow from those before them."""
+        return self._conditions(False)
+
+    @cached_property
+    def states(self) -> dict[str, float]:
+        """The states at the start."""
+        return dict(zip(self._names, self._y.tolist(), strict=False))
+
+    def _conditions(self, used: bool) -> tuple[StartCondition, ...]:
+        pairs = enumerate(zip(self._asked, self._values.tolist(), strict=True))
+        return tuple(StartCondition(a.label, a.source, v, a.unit) for i, (a, v) in pairs if (i in self._chosen) == used)
+
+    def __str__(self) -> str:
+        rows = [(c.label, f"{c.value:.6g} {c.unit}", c.source) for c in self.used]
+        rows += [
+            (c.label, f"{c.value:.6g} {c.unit}", f"{c.source}; not needed, it follows from the others")
+            for c in self.implied
+        ]
+        rows += [(name, f"{value:.6g}", "state") for name, value in self.states.items()]
+        widths = [max((len(row[k]) for row in rows), default=0) for k in (0, 1)]
+        return "\n".join(f"{a:<{widths[0]}}  {b:>{widths[1]}}  {c}" for a, b, c in rows)
+
+
+class Initializer:
+    """Solves the initial conditions of one compiled model; keeps what it built for each set of given names. Serves one thread."""
+
+    def __init__(self, compiled: Compiled) -> None:
+        self.compiled = compiled
+        self._discretes = discretes_of(compiled)
+        self._text = self._discretes.others
+        self._declared = declared_conditions(compiled)
+        self._plans: dict[tuple[str, ...], _Plan] = {}
+
+    def solve(
+        self, engine: Simulator, t: float, p: Array, m: Array, starts: Mapping[str, float], guesses: Mapping[str, float]
+    ) -> tuple[Array, Array, Array, InitialReport]:
+        """States, algebraic unknowns, held values and the report. Raises InitializationError where the conditions cannot be met."""
+        held = self._discretes.places.keys() & starts.keys()
+        names = tuple(name for name in starts if name not in held)
+        if names not in self._plans:
+            given = [signal_condition(self.compiled, n, 0.0, "given for this run") for n in names]
+            self._plans[names] = _Plan(self.compiled, [*given, *self._text, *self._declared], len(given))
+        self._discretes.set(t, m, p)
+        for name in held:
+            m[self._discretes.places[name]] = starts[name]
+        return self._plans[names].solve(engine, t, p, m, np.array([float(starts[n]) for n in names]), guesses)
+
+
+def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:
+    """The algebraic equations, unless they depend on modes and no condition needs their unknowns: then both are found together, later."""
+    if not dae.z.numel():
+        return []
+    needed = bool(conditions) and any(ca.which_depends(column(conditions), dae.z, 1, True))
+    modal = bool(dae.m.numel()) and any(ca.which_depends(dae.residual, dae.m, 1, True))
+    return ca.vertsplit(dae.residual) if needed or not modal else []
+
+
+class _Plan:
+    """The conditions for one set of given names, made independent at the point where they are solved, by Newton's method."""
+
+    def __init__(self, compiled: Compiled, conditions: list[StartEquation], given: int) -> None:
+        self.compiled, self.conditions, self.given = compiled, conditions, given
+        dae = compiled.dae
+        self.n, self.size = dae.x.numel(), dae.x.numel() + dae.z.numel()
+        residuals = _residuals_to_solve(dae, [c.expression for c in conditions])
+        self.nz = len(residuals)
+        rows = column([*residuals, *(c.expression for c in conditions)])
+        jacobian = ca.jacobian(rows, ca.vertcat(dae.x, dae.z))
+        inputs = [dae.t, ca.vertcat(dae.x, dae.z), dae.m, dae.p]
+        function = ca.Function("powertrain_initial", inputs, [ca.densify(rows), ca.densify(jacobian.nz[:])])
+        self.arguments = [zeros(function.nnz_in(i)) for i in range(4)]
+        self.results = [zeros(function.nnz_out(i)) for i in range(2)]
+        self.values = Bound(function, self.arguments, self.results)
+        self.rows, self.columns = (np.array(k, int) for k in jacobian.sparsity().get_triplet())
+        outputs = ca.vertcat(rows, ca.vec(jacobian.nz[:])) if rows.numel() else rows
+        self.linear = not self.nz and not ca.depends_on(jacobian.nz[:], ca.vertcat(dae.x, dae.z))
+        self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
+        self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
+        guesses = {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}
+        self.guess = self._guess(guesses, np.zeros(self.size))
+        places = [None if self.linear else self._place(c.label) for c in conditions[:given]]
+        self.known = [place for place in places if place is not None]
+        self.plain = np.array([place is not None for place in places], bool)
+        self.declared = np.array([c.value for c in conditions[given:]])
+        self.implied = np.array(
+            [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
+        )
+        self.choices: dict[bytes, _Choice] = {}
+
+    def solve(
+        self, engine: Simulator, t: float, p: Array, m: Array, given: Array, guesses: Mapping[str, float]
+    ) -> tuple[Array, Array, Array, InitialReport]:
+        y = self._guess(guesses, self.guess.copy(), asked=True) if guesses else self.guess.copy()
+        target = np.concatenate([np.zeros(self.nz), given, self.declared])
+        for (place, slope, offset), value in zip(self.known, given[self.plain].tolist(), strict=True):
+            y[place] = (value - offset) / slope  # from elsewhere Newton's method may not get there
+        for _ in range(_ROUNDS):
+            choice = self._newton(t, y, m, p, target)
+            if not self.modal:
+                break
+            x, z, resolved = engine.resolve(t, y[: self.n], y[self.n :], m, p)
+            y = np.concatenate([x, z])
+            if np.array_equal(resolved, m):
+                break
+            m = resolved
+        else:
+            raise InitializationError(unsettled(self.compiled, self.conditions))
+        return y[: self.n], y[self.n :], m, self._report(t, y, m, p, target, choice)
+
+    @cached_property
+    def places(self) -> dict[str, tuple[int, float, float]]:
+        """The signals that are slope * unknown + offset with numbers: name -> (place of the unknown, slope, offset)."""
+        found = {name: self._place(name) for name in self.compiled.signals}
+        return {name: place for name, place in found.items() if place is not None}
+
+    def _place(self, name: str) -> tuple[int, float, float] | None:
+        signal = self.compiled.signals.get(name)
+        inside = free_symbols(signal.expression) if signal else []
+        if signal is None or len(inside) != 1 or key(inside[0]) not in self.position:
+            return None
+        slope = ca.jacobian(signal.expression, inside[0])
+        if not slope.is_constant() or not float(slope):
+            return None
+        offset = float(ca.substitute(signal.expression, inside[0], 0))
+        return self.position[key(inside[0])], float(slope), offset
+
+    def _guess(self, guesses: Mapping[str, float], y: Array, asked: bool = False) -> Array:
+        for name, value in guesses.items():
+            found = self._place(name)
+            if found is not None:
+                place, slope, offset = found
+                y[place] = (value - offset) / slope
+            elif asked:
+                raise ParameterError(self._no_guess(name))
+        return y
+
+    def _no_guess(self, name: str) -> str:
+        if name not in self.compiled.signals:
+            return f"guesses: the model has no variable {name}{suggestion(name, self.compiled.signals)}"
+        return (
+            f"guesses: {name} is computed from others, a guess of it would change nothing; guess one of "
+            f"{', '.join(list(self.places)[:12])}, or give it a value with starts"
+        )
+
+    def _evaluate(self, t: float, y: Array, m: Array, p: Array) -> tuple[Array, Array]:
+        """All rows and the nonzeros of their Jacobian, until the next call."""
+        self.arguments[0][0] = t
+        for array, value in zip(self.arguments[1:], (y, m, p), strict=True):
+            array[: value.size] = value
+        self.values.call()
+        return self.results[0], self.results[1]
+
+    def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> _Choice:
+        """Solves the chosen conditions for the unknowns they own, in place; what nobody owns keeps its guess."""
+        if not len(target) or not len(y):
+            return _Choice(self, [], [])
+        r, j = self._evaluate(t, y, m, p)
+        choice, open_rows = self._choose(j)
+        if open_rows or choice.displaces:
+            y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
+            r, j = self._evaluate(t, y, m, p)
+            choice, open_rows = self._choose(j)
+        if open_rows:
+            raise InitializationError(self._singular(open_rows))
+        chosen, owned = choice.chosen, choice.owned
+        for _ in range(_ITERATIONS):
+            gap = r[chosen] - target[chosen]
+            if not np.count_nonzero(gap):
+                return choice
+            step = choice.step(j, gap)
+            if not np.isfinite(step).all():
+                break
+            old, size, length = y[owned], float(np.abs(gap).max()), 1.0
+            near = bool(np.all(np.abs(step) <= 1e-9 * (1.0 + np.abs(old))))
+            while True:
+                y[owned] = old + length * step
+                r, j = self._evaluate(t, y, m, p)
+                new = float(np.abs(r[chosen] - target[chosen]).max())
+                if near or new <= size * (1.0 - 0.1 * length) or length < 1e-4:
+                    break
+                length *= 0.5
+            if np.all(np.abs(step) <= 1e-12 * (1.0 + np.abs(y[owned]))):
+                return choice
+        raise InitializationError(self._no_solution(r - target, chosen.tolist()))
+
+    def _no_solution(self, gap: Array, chosen: list[int]) -> str:
+        sizes = [(np.inf if np.isnan(gap[i]) else abs(gap[i]), i) for i in chosen]
+        worst = [i for size, i in sorted(sizes, reverse=True)[:4] if size > 1e-9]
+        quoted = "\n  ".join(f"{self._label(i)}: left minus right is {gap[i]:.6g}" for i in worst)
+        return (
+            f"these equations of the start have no solution that Newton's method finds from the guesses; give other guesses or starts"
+            f"\n  {quoted}"
+        )
+
+    def _singular(self, rows: list[int]) -> str:
+        quoted = "\n  ".join(self._label(i) for i in rows[:8])
+        return (
+            "these equations of the model do not determine its unknowns at the guesses (their slopes vanish or repeat each other); "
+            f"give other guesses, or an inertia or a compliance where a motion is loose\n  {quoted}"
+        )
+
+    def _label(self, row: int) -> str:
+        return self.conditions[row - self.nz].label if row >= self.nz else self.compiled.dae.equation(row)
+
+    def _choose(self, nonzeros: Array) -> tuple[_Choice, list[int]]:
+        """Rows and the unknowns they own, in order (what those before determine is left out); implicit rows without one."""
+        known = self.choices.get(nonzeros.tobytes())
+        if known is not None:
+            return known, []
+        table: list[dict[int, float]] = [{} for _ in range(self.nz + len(self.conditions))]
+        for i, k, a in zip(self.rows.tolist(), self.columns.tolist(), nonzeros.tolist(), strict=False):
+            if a != 0.0 and np.isfinite(a):
+                table[i][k] = a
+        chosen: list[int] = []
+        open_rows: list[int] = []
+        basis: dict[int, tuple[int, dict[int, float]]] = {}
+        for i, row in enumerate(table):
+            size = max(map(abs, row.values()), default=0.0)
+            _reduce(row, basis)
+            implicit = i < self.nz
+            pivot = max(row, key=lambda k: (abs(row[k]) * (1e3 if implicit and k >= self.n else 1.0), -k), default=None)
+            if pivot is None or abs(row[pivot]) <= 1e-9 * size:
+                if implicit:
+                    open_rows.append(i)
+                continue
+            chosen.append(i)
+            basis[pivot] = (len(basis), row)
+        choice = _Choice(self, chosen, list(basis))
+        if not open_rows:
+            if len(self.choices) >= _KEPT:
+                self.choices.clear()
+            self.choices[nonzeros.tobytes()] = choice
+        return choice, open_rows
+
+    def _report(self, t: float, y: Array, m: Array, p: Array, target: Array, choice: _Choice) -> InitialReport:
+        values = target[self.nz :]
+        left = choice.left[self.implied[choice.left]]
+        if len(left):
+            reached = self._evaluate(t, y, m, p)[0][self.nz :]
+            for i in left[~(np.abs(reached - values)[left] <= 1e-9 * (1.0 + np.abs(reached[left])))].tolist():
+                self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
+        return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
+
+    def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
+        """A condition that was left out must hold, unless a value given for this run took its place or it is only a declared start."""
+        asked = (
+            f"asks for {value:g} {condition.unit}, but the other conditions already give {reached:g} {condition.unit}"
+        )
+        if condition.source == "initial()":
+            asked = f"cannot hold: the other conditions leave left minus right at {reached:g}"
+        raise InitializationError(
+            f"inconsistent initial conditions: {condition.label}\n  {asked}; take one of them out"
+        )
+
+
+class _Choice:
+    """The rows that are solved, the unknowns they own, and where the entries of their square system lie.
+
+    ``displaces``: an implicit equation owns a state.
+    """
+
+    def __init__(self, plan: _Plan, chosen: list[int], owned: list[int]) -> None:
+        self.chosen, self.owned = np.array(chosen, int), np.array(owned, int)
+        self.displaces = bool((self.owned[self.chosen < plan.nz] < plan.n).any())
+        rows, unknowns = plan.nz + len(plan.conditions), plan.size
+        row_place, column_place = np.full(rows, -1), np.full(unknowns, -1)
+        row_place[self.chosen], column_place[self.owned] = np.arange(len(chosen)), np.arange(len(owned))
+        i, k = row_place[plan.rows], column_place[plan.columns]
+        self.inside = np.flatnonzero((i >= 0) & (k >= 0))
+        self.i, self.k = i[self.inside], k[self.inside]
+        self.taken = frozenset(i - plan.nz for i in chosen)
+        self.left = np.array([i for i in range(len(plan.conditions)) if i not in self.taken], int)
+        self.open_states = sorted(set(range(plan.n)) - set(owned))
+
+    def step(self, nonzeros: Array, gap: Array) -> Array:
+        """Newton's step; not finite where there is none."""
+        entries, size = nonzeros[self.inside], len(self.chosen)
+        if not np.isfinite(entries).all() or not np.isfinite(gap).all():
+            return np.full(size, np.nan)
+        if size <= _DENSE:
+            matrix = np.zeros((size, size))
+            matrix[self.i, self.k] = entries
+            try:
+                return np.asarray(np.linalg.solve(matrix, -gap), np.float64)
+            except np.linalg.LinAlgError:
+                return np.asarray(np.linalg.lstsq(matrix, -gap, rcond=None)[0], np.float64)
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        try:
+            factors = splu(csc_array((entries, (self.i, self.k)), shape=(size, size)))
+        except RuntimeError:
+            return np.full(size, np.nan)
+        return np.asarray(factors.solve(-gap), float)
+
+
+def _reduce(row: dict[int, float], basis: dict[int, tuple[int, dict[int, float]]]) -> None:
+    """Subtracts multiples of the basis rows until ``row`` has no entry at a pivot; ``basis``: pivot -> (age, row), zero at older pivots."""
+    pending = [(basis[k][0], k) for k in row if k in basis]
+    heapq.heapify(pending)
+    while pending:
+        _, pivot = heapq.heappop(pending)
+        if pivot not in row:
+            continue
+        other = basis[pivot][1]
+        factor = row[pivot] / other[pivot]
+        for k, a in other.items():
+            old = row.get(k, 0.0)
+            new = old - factor * a
+            if k == pivot or abs(new) <= 1e-14 * (abs(old) + abs(factor * a)):
+                row.pop(k, None)
+                continue
+            if k not in row and k in basis:
+                heapq.heappush(pending, (basis[k][0], k))
+            row[k] = new

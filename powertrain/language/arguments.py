@@ -1,0 +1,154 @@
+"""What a user gives to a function: looked at where it comes in, so that a wrong value is named in the user's terms."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from numbers import Integral, Number
+from reprlib import repr as short
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.errors import ParameterError, suggestion
+from powertrain.language.units import with_unit
+
+F = TypeVar("F", bound=Callable[..., Any])
+MOST = 10**9
+
+
+def number(what: str, value: Any, unit: str = "1") -> float:
+    """A finite number, not a text and not true or false."""
+    found = np.asarray(value) if isinstance(value, np.ndarray | Number) else None
+    if found is None or found.ndim or found.dtype.kind not in "iuf" or not np.isfinite(found):
+        raise ParameterError(f"{what} = {with_unit(short(value), unit)} is not a finite number")
+    return float(found)
+
+
+def positive(what: str, value: Any) -> float:
+    """A number above zero; may be infinite."""
+    if isinstance(value, float) and value == np.inf:
+        return value
+    if number(what, value) <= 0:
+        raise ParameterError(f"{what} = {short(value)} must be positive")
+    return float(value)
+
+
+def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float]:
+    """(low, high), which may be infinite, and equal where ``closed``."""
+    try:
+        low, high = (float(v) for v in given)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{what} = {short(given)}: give (low, high)") from None
+    if not (low < high or (closed and low == high)):
+        raise ParameterError(f"{what}: the range {low:g} to {high:g} is empty")
+    return low, high
+
+
+def count(what: str, value: Any) -> int:
+    """A whole number from 1 on."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
+        raise ParameterError(f"{what} = {short(value)} must be a whole number")
+    if not 1 <= int(value) <= MOST:
+        raise ParameterError(f"{what} = {short(value)} must be at least 1 and at most {MOST}")
+    return int(value)
+
+
+def flag(what: str, value: Any) -> bool:
+    """True or false."""
+    if not isinstance(value, bool | np.bool_):
+        raise ParameterError(f"{what} = {short(value)} must be True or False")
+    return bool(value)
+
+
+def text(what: str, value: Any) -> str:
+    """A text."""
+    if not isinstance(value, str):
+        raise ParameterError(f"{what} = {short(value)} is not a string")
+    return value
+
+
+def one_of(what: str, value: Any, choices: Sequence[str]) -> None:
+    """One of some texts."""
+    if not isinstance(value, str) or value not in choices:
+        near = suggestion(value, choices) if isinstance(value, str) else ""
+        raise ParameterError(f"{what}={short(value)} must be one of {', '.join(choices)}{near}")
+
+
+def by_name(what: str, given: Any) -> Mapping[str, Any]:
+    """A mapping of names to values; None gives none."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise ParameterError(
+            f'{what} = {short(given)}: pass a dictionary of names and values, such as {{"J1.w": 10.0}}'
+        )
+    return given
+
+
+def numbers_by_name(what: str, given: Any) -> dict[str, float]:
+    """Numbers by name."""
+    return {name: number(f"{what}: {name}", value) for name, value in by_name(what, given).items()}
+
+
+def array(what: str, values: Any) -> NDArray[np.float64]:
+    """Finite numbers of any shape."""
+    try:
+        found = np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"{what} = {short(values)} is not a sequence of numbers") from None
+    if not np.isfinite(found).all():
+        raise ParameterError(f"{what} must be finite; one of them is {found[~np.isfinite(found)][0]:g}")
+    return found
+
+
+def row(what: str, values: Any) -> NDArray[np.float64]:
+    """Finite numbers in a row."""
+    return array(what, values).ravel()
+
+
+def listed(what: str, given: Any) -> list[Any]:
+    """The members of a list; a text stands for itself."""
+    if isinstance(given, str):
+        return [given]
+    try:
+        found = list(given)
+    except Exception:  # each library has its own for what is no list
+        found = None
+    if found is None or isinstance(given, Mapping):
+        raise ParameterError(f"{what} = {short(given)}: pass a list of names")
+    return found
+
+
+def names(what: str, given: Any) -> list[str]:
+    """Names or patterns; a single one stands for a list of it."""
+    return [text(what, name) for name in listed(what, given)]
+
+
+def path(what: str, value: Any) -> str:
+    """The path of a file or folder as a text."""
+    try:
+        found = os.fspath(value)
+    except TypeError:
+        found = None
+    if not isinstance(found, str) or not found or "\0" in found:
+        raise ParameterError(f"{what} = {short(value)} is not the path of a file")
+    return found
+
+
+def options_checked(function: F) -> F:
+    """The function, which names an option that it does not have and what that may mean."""
+    known = [p.name for p in inspect.signature(function).parameters.values() if p.kind is not p.VAR_KEYWORD][1:]
+
+    @wraps(function)
+    def call(*given: Any, **options: Any) -> Any:
+        for name in options:
+            if name not in known:
+                near = suggestion(name, known) or f" (it has {', '.join(known)})"
+                raise ParameterError(f"{function.__name__}() has no option {name}{near}")
+        return function(*given, **options)
+
+    return call  # type: ignore[return-value]

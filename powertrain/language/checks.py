@@ -1,0 +1,105 @@
+"""What values a component takes: kinds of plain fields, and conditions between parameters, the comparisons that ``check()`` yields."""
+
+from __future__ import annotations
+
+import numbers
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.language.recorder import Place, lines
+from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.units import told_apart, with_unit
+
+_TRUTHS = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR, ca.OP_NOT})
+
+
+def check_conditions(text: Any, name: str, parameters: Sequence[tuple[Symbol, float, str]]) -> None:
+    """ParameterError for the first condition that the values of the parameters (symbol, value, unit) do not meet."""
+    for place, row in lines(text, name):
+        holds = checked_condition(row, place)
+        inside = {key(s) for s in free_symbols(holds)}
+        given = [(s, value, unit) for s, value, unit in parameters if key(s) in inside]
+        values = (
+            ca.substitute(holds, column([s for s, _, _ in given]), ca.DM([v for _, v, _ in given])) if given else holds
+        )
+        if not float(values):
+            raise ParameterError(unmet(place, {s.name(): (v, unit) for s, v, unit in given}))
+
+
+def checked_condition(row: Any, place: Place) -> Symbol:
+    """A row of ``check()``: a comparison of parameters, or plainly true or false."""
+    if isinstance(row, bool | np.bool_):
+        return Symbol(float(row))
+    if not isinstance(row, Symbol) or not (row.is_constant() or row.op() in _TRUTHS):
+        raise ModelError(f"{place}: check() must yield comparisons of parameters, such as  self.d_in < self.d_out")
+    return row
+
+
+def unmet(place: Place, given: Mapping[str, tuple[float, str]], said: str = "") -> str:
+    """The message for parameters (name: value, unit) that do not go together."""
+    others = [value for value, _ in given.values()]
+    values = ", ".join(
+        f"{name} = {with_unit(told_apart(value, others), unit)}" for name, (value, unit) in given.items()
+    )
+    return f"{place}\n  {said or 'this does not hold'}{' with ' * bool(values)}{values}"
+
+
+def check_kind(where: str, kind: Any, value: Any) -> None:
+    """ParameterError where a plain field does not take the value: its annotation is a class, a ``Literal`` or a union of these."""
+    options = typing.get_args(kind) if typing.get_origin(kind) in (typing.Union, types.UnionType) else (kind,)
+    literals = [o for o in options if typing.get_origin(o) is typing.Literal]
+    kinds = [o for o in options if _is_class(o)]
+    if len(kinds) + len(literals) < len(options):
+        return  # more than can be told from the annotation
+    choices = [choice for o in literals for choice in typing.get_args(o)]
+    if any(value == c and type(value) is type(c) for c in choices) or any(_is_a(value, k) for k in kinds):
+        return
+    near = suggestion(value, [c for c in choices if isinstance(c, str)]) if isinstance(value, str) else ""
+    said = ", ".join([k.__name__ for k in kinds if k is not type(None)] + [repr(c) for c in choices])
+    wanted = f"none of {said}{near}" if choices else f"not {'an' if said[0] in 'aeiou' else 'a'} {said}"
+    raise ParameterError(f"{where} = {value!r} is {wanted}")
+
+
+def check_rows(where: str, kind: Any, value: Any) -> None:
+    """ParameterError where a field ``tuple[tuple[float, ...], ...]`` gets anything but rows of finite numbers, one as long as the other."""
+    (of, *_), rows = typing.get_args(kind), value if isinstance(value, Sequence | np.ndarray) else None
+    if rows is None:
+        raise ParameterError(f"{where} = {value!r} is no table of rows of numbers")
+    wanted = typing.get_args(of)
+    length = None if Ellipsis in wanted else len(wanted)
+    for row in rows:
+        listed = row if isinstance(row, Sequence | np.ndarray) and not isinstance(row, str) else ()
+        length = len(listed) if length is None else length
+        if not len(listed) or len(listed) != length or not all(_is_a(v, float) and np.isfinite(v) for v in listed):
+            said = f"the row {row!r} is not {f'{length} ' if length else ''}finite numbers"
+            raise ParameterError(f"{where} is no table of rows of numbers: {said}")
+
+
+def is_rows(kind: Any) -> bool:
+    """Whether a field is a table of numbers."""
+    members = typing.get_args(kind) if typing.get_origin(kind) is tuple else ()
+    rows = members[0] if len(members) == 2 and members[1] is Ellipsis else None
+    return typing.get_origin(rows) is tuple and set(typing.get_args(rows)) <= {float, Ellipsis}
+
+
+def _is_class(option: Any) -> bool:
+    return (
+        isinstance(option, type)
+        and option is not Any
+        and not typing.get_args(option)
+        and not getattr(option, "_is_protocol", False)
+    )
+
+
+def _is_a(value: Any, kind: type) -> bool:
+    """Whether a value is of a kind; a bool is no number, an integer may stand for a float."""
+    if isinstance(value, bool | np.bool_):
+        return kind in (bool, object)
+    stands_for: dict[type, Any] = {int: numbers.Integral, float: numbers.Real}
+    return isinstance(value, stands_for.get(kind, kind))

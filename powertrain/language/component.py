@@ -1,0 +1,384 @@
+"""What a component's text is written with: typed fields, frozen components, slots, tuples of components, ``replace``.
+
+A class declares its fields once; the annotation tells type checkers and editors what an equation sees (``self.flange_a.tau``
+is a symbol), the field specifier gives unit, meaning and default:
+
+    class Inertia(Component):
+        flange_a: Flange = port(Flange)
+        flange_b: Flange = port(Flange)
+        J: Parameter = parameter("kg.m2", "Moment of inertia", min=0)
+        w: Variable = variable("rad/s", "Angular velocity")
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import typing
+from collections.abc import Generator, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeVar, dataclass_transform, overload
+
+import numpy as np
+
+from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.language.checks import check_conditions, check_kind, check_rows, is_rows
+from powertrain.language.quantities import quantity
+from powertrain.language.symbols import Symbol
+from powertrain.language.units import checked_unit, told_apart, with_unit
+
+if TYPE_CHECKING:
+    from powertrain.language.law import Law
+
+Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
+_MISSING: Any = object()
+P = TypeVar("P", bound="Component")
+
+
+class Frozen(AttributeError):
+    """An attempt to assign to a field of a component."""
+
+
+class Quantity:
+    """A declared scalar of a component: name, unit and meaning. Inside equations it reads as its symbol."""
+
+    name: str
+
+    def __init__(self, unit: str, doc: str) -> None:
+        self.unit, self.doc = checked_unit(unit), doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, component: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, component: Component, owner: type) -> Symbol: ...
+    def __get__(self, component: Component | None, owner: type) -> Self | Symbol:
+        if component is None:
+            return self
+        return component._symbol(self)
+
+    def __set__(self, component: Component, value: float) -> None:
+        raise Frozen(f"{type(component).__name__} is frozen: use replace(component, {self.name}={value!r})")
+
+
+class Parameter(Quantity):
+    """A constant of one simulation. It can be changed between runs without compiling again."""
+
+    def __init__(
+        self,
+        unit: str,
+        doc: str,
+        default: float | None,
+        min: float,
+        max: float,
+        above: float,
+        exclude: tuple[float, ...],
+    ) -> None:
+        super().__init__(unit, doc)
+        self.default, self.min, self.max, self.above, self.exclude = default, min, max, above, exclude
+
+    @property
+    def range(self) -> str:
+        """The allowed values as a string: '(0, 1]', '[0, inf) without 1'."""
+        low = f"({self.above:g}" if self.above >= self.min else f"[{self.min:g}"
+        high = f"{self.max:g}{')' if self.max in self.exclude else ']'}" if math.isfinite(self.max) else "inf)"
+        others = [f"{value:g}" for value in self.exclude if value != self.max]
+        return f"{low}, {high}" + (f" without {' and '.join(others)}" if others else "")
+
+    def check(self, value: float | str, where: str) -> float:
+        """``value`` as a float; ParameterError if it is not a finite number or outside the range. "100 kW" is converted."""
+        if isinstance(value, str) and " " in value.strip():
+            value = quantity(value, self.unit, where)
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = None
+        if number is None or isinstance(value, bool | np.bool_ | str):
+            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})")
+        inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
+        if not (inside and math.isfinite(number)):
+            shown = told_apart(number, (self.min, self.max, self.above, *self.exclude))
+            said, allowed = with_unit(shown, self.unit), with_unit(self.range, self.unit)
+            raise ParameterError(f"{where} = {said} is outside its range {allowed} ({self.doc})")
+        return number
+
+
+class Variable(Quantity):
+    """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution."""
+
+    def __init__(
+        self,
+        unit: str,
+        doc: str,
+        start: float | None = None,
+        guess: float = 0.0,
+        prefer: bool = False,
+        flow: bool = False,
+    ) -> None:
+        super().__init__(unit, doc)
+        self.start, self.guess, self.prefer, self.flow = start, guess, prefer, flow
+
+
+class Discrete(Quantity):
+    """A value that changes only at events, through ``reinit`` in a ``when``."""
+
+    def __init__(self, unit: str, doc: str, start: float) -> None:
+        super().__init__(unit, doc)
+        self.start = start
+
+
+class Port:
+    """Declares a connector of a component; ``grounded``: held at its reference potential where nothing is connected."""
+
+    def __init__(self, kind: type[Component], grounded: bool = False, values: Mapping[str, Any] | None = None) -> None:
+        self.kind, self.grounded, self.values = kind, grounded, dict(values or {})
+
+    def build(self) -> Component:
+        """A new port."""
+        return self.kind(**self.values)
+
+
+def parameter(
+    unit: str,
+    doc: str,
+    *,
+    default: float | None = None,
+    min: float = -math.inf,
+    max: float = math.inf,
+    above: float = -math.inf,
+    exclude: tuple[float, ...] = (),
+) -> Any:
+    """A tunable constant with unit, meaning and range. Without a default it must be given.
+
+    The range is min <= value <= max and value > above, without the values in ``exclude``.
+    """
+    return Parameter(unit, doc, default, min, max, above, exclude)
+
+
+def variable(
+    unit: str,
+    doc: str,
+    *,
+    start: float | None = None,
+    guess: float = 0.0,
+    prefer: bool = False,
+    init: Literal[False] = False,
+) -> Any:
+    """An unknown with unit and meaning; ``prefer`` prefers it as a state."""
+    return Variable(unit, doc, start, guess, prefer)
+
+
+def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:
+    """A flow of a connector: flows sum to zero where ports are connected, and are positive into the component."""
+    return Variable(unit, doc, flow=True)
+
+
+def discrete(unit: str, doc: str, *, start: float = 0.0, init: Literal[False] = False) -> Any:
+    """A value held between events."""
+    return Discrete(unit, doc, start)
+
+
+def port(kind: type[P], *, init: Literal[False] = False) -> Any:
+    """A connector. Unconnected, its flows are zero."""
+    return Port(kind)
+
+
+def support(kind: type[P], *, init: Literal[False] = False) -> Any:
+    """A connector that is held at its reference potential (ground) if nothing is connected to it."""
+    return Port(kind, grounded=True)
+
+
+@dataclass_transform(
+    kw_only_default=True, frozen_default=False, field_specifiers=(parameter, variable, flow, discrete, port, support)
+)
+class Component:
+    """A part of a model: declared fields and the equations between them. Values are frozen; a class is either partial or final."""
+
+    boundary: ClassVar[bool] = False
+    """True for sources and ground, through which power enters or leaves the model."""
+
+    _fields: ClassVar[dict[str, Any]] = {}
+    _slots: ClassVar[dict[str, Any] | None] = None
+    _values: dict[str, Any]
+    _path: str
+    _symbols: dict[str, Symbol]
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        bases = [base for base in cls.__mro__[1:] if "equations" in base.__dict__ and base is not Component]
+        if "equations" in cls.__dict__ and bases:
+            raise ModelError(
+                f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: a class is either partial or final; "
+                "use the component as a part instead"
+            )
+        own = {
+            name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
+        }
+        hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
+        if hidden:
+            raise ModelError(
+                f"{cls.__name__}.{hidden[0]}: the name of a quantity or port must not begin with an underscore"
+            )
+        hints = cls.__dict__.get("__annotations__", {})
+        own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
+        cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
+        cls._slots = None
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **given):
+            unknown = [name for name in given if name not in self._fields or not is_given(self._fields[name])]
+            if unknown:
+                known = [name for name, spec in self._fields.items() if is_given(spec)]
+                raise ParameterError(
+                    f"{type(self).__name__} has no field {unknown[0]}{suggestion(unknown[0], known)} (its fields: {', '.join(known)})"
+                )
+            values = {
+                name: self._value(name, spec, given) for name, spec in self._fields.items() if not _is_symbolic(spec)
+            }
+            self.__dict__["_values"] = values
+            self.__dict__["_path"] = ""
+            self.__dict__.update({n: v for n, v in values.items() if not isinstance(self._fields[n], Parameter)})
+            _check_conditions(self)
+
+        def __setattr__(self, name, value):
+            raise Frozen(f"{type(self).__name__} is frozen: use replace(component, {name}={value!r})")
+
+    def _value(self, name: str, spec: Any, given: dict[str, Any]) -> Any:
+        where = f"{type(self).__name__}.{name}"
+        if isinstance(spec, Port):
+            return spec.build()
+        if isinstance(spec, Parameter):
+            value = given.get(name, spec.default)
+            if value is None:
+                unit = "" if spec.unit == "1" else f" in {spec.unit}"
+                raise ParameterError(f"{where} must be given: {spec.doc}{unit}")
+            return spec.check(value, where)
+        value = given.get(name, spec)
+        if value is _MISSING:
+            kind = self._slot_types().get(name)
+            raise ParameterError(f"{where} must be given{f': a {kind.__name__}' if isinstance(kind, type) else ''}")
+        self._check_slot(where, name, value)
+        return value
+
+    def _check_slot(self, where: str, name: str, value: Any) -> None:
+        kind = self._slot_types().get(name)
+        if isinstance(kind, type) and issubclass(kind, Component) and not isinstance(value, kind):
+            given = value.__name__ + " itself" if isinstance(value, type) else type(value).__name__
+            raise ModelError(f"{where} must be of class {kind.__name__}, not {given}; write {kind.__name__}(...)")
+        if isinstance(value, list | dict | set) and any(isinstance(item, Component) for item in value):
+            raise ModelError(
+                f"{where} is a {type(value).__name__} of components; use a tuple, whose members are parts of the model"
+            )
+        if isinstance(value, type) and issubclass(value, Component):
+            raise ModelError(f"{where} is the class {value.__name__}; write {value.__name__}(...)")
+        if is_rows(kind):
+            check_rows(where, kind, value)
+        elif isinstance(value, tuple):
+            self._check_items(where, kind, value)
+        elif not (isinstance(kind, type) and issubclass(kind, Component)):
+            check_kind(where, kind, value)
+
+    def _check_items(self, where: str, kind: Any, values: tuple[Any, ...]) -> None:
+        if typing.get_origin(kind) is not tuple:
+            return
+        kinds = typing.get_args(kind)
+        if kinds and kinds[-1] is Ellipsis:
+            kinds = kinds[:1] * len(values)
+        elif len(kinds) != len(values):
+            raise ModelError(f"{where} must have {len(kinds)} parts, not {len(values)}")
+        for i, (item, wanted) in enumerate(zip(values, kinds, strict=True)):
+            if isinstance(wanted, type) and issubclass(wanted, Component) and not isinstance(item, wanted):
+                raise ModelError(f"{where}[{i}] must be of class {wanted.__name__}, not {type(item).__name__}")
+
+    @classmethod
+    def _slot_types(cls) -> dict[str, Any]:
+        if cls.__dict__.get("_slots") is None or cls._slots is None:
+            slots: dict[str, Any] = {}
+            for base in reversed(cls.__mro__):
+                scope = vars(sys.modules.get(base.__module__, typing))
+                for name, text in base.__dict__.get("__annotations__", {}).items():
+                    slots[name] = _evaluated(text, scope) if isinstance(text, str) else text
+            cls._slots = slots
+        return cls._slots
+
+    def _symbol(self, quantity: Quantity) -> Symbol:
+        if self._path or "_symbols" in self.__dict__:
+            return self._symbols[quantity.name]
+        if isinstance(quantity, Parameter):
+            return Symbol(self._values[quantity.name])
+        raise ModelError(f"{type(self).__name__}.{quantity.name} has no symbol outside equations()")
+
+    def equations(self) -> Equations:
+        """Yields what holds at every instant: equations ``a == b``, connections and laws."""
+        yield from ()
+
+    def initial(self) -> Equations:
+        """Yields the equations that hold at the start of a run."""
+        yield from ()
+
+    def check(self) -> Equations:
+        """Yields conditions between parameters as comparisons. They are checked when the component is made and for every set of values."""
+        yield from ()
+
+    def energy(self) -> Symbol:
+        """Stored energy in joules, an expression of parameters and variables."""
+        return Symbol(0)
+
+    def loss(self) -> Symbol:
+        """Dissipated power in watts, from the component's own law."""
+        return Symbol(0)
+
+    def __repr__(self) -> str:
+        shown = [f"{n}={v!r}" for n, v in self._values.items() if not isinstance(self._fields[n], Port)]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Component) and type(self) is type(other) and self._values == other._values
+
+    def __hash__(self) -> int:
+        return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
+
+
+def _check_conditions(component: Component) -> None:
+    """ParameterError where the values of a component do not meet its own ``check()``."""
+    if type(component).check is Component.check:
+        return
+    bound: Component = object.__new__(type(component))
+    bound.__dict__.update(component.__dict__)
+    parameters = {n: s for n, s in component._fields.items() if isinstance(s, Parameter)}
+    bound.__dict__["_symbols"] = symbols = {n: Symbol.sym(n) for n in parameters}
+    check_conditions(
+        bound.check(),
+        type(component).__name__,
+        [(symbols[n], component._values[n], s.unit) for n, s in parameters.items()],
+    )
+
+
+def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:
+    """What an annotation means in its module; None where it cannot be told."""
+    try:
+        return eval(annotation, scope)
+    except Exception:
+        return None
+
+
+def _is_symbolic(spec: Any) -> bool:
+    return isinstance(spec, Variable | Discrete)
+
+
+def is_given(spec: Any) -> bool:
+    """Whether a field takes a value when the component is made."""
+    return not isinstance(spec, Variable | Discrete | Port)
+
+
+def children(component: Component) -> Iterator[tuple[str, Component]]:
+    """Ports, slots and members of tuples of components, with their names ('wheels[0]')."""
+    for name, value in component._values.items():
+        if isinstance(value, Component):
+            yield name, value
+        elif isinstance(value, tuple):
+            for i, item in enumerate(value):
+                if isinstance(item, Component):
+                    yield f"{name}[{i}]", item

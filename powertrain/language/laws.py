@@ -1,0 +1,217 @@
+"""The laws that are not smooth, and the derivative: what equations are written with beside ``==`` and ``connect``.
+
+Components never write a bare ``if_else`` on a state. They declare one of these laws; the engine knows their modes, finds the
+modes of all laws together and locates every change as an event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self, TypeAlias
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.errors import ModelError
+from powertrain.language.connectors import Connector
+from powertrain.language.law import Law
+from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder
+from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
+
+Expression: TypeAlias = "Symbol | float"
+
+
+@dataclass(frozen=True)
+class Connection(Law):
+    """Ports joined in one node: potentials equal, flows sum to zero."""
+
+    ports: tuple[Connector, ...]
+
+
+@dataclass(frozen=True)
+class FrictionLaw(Law):
+    """Set-valued friction; see ``friction``."""
+
+    w: Symbol
+    torque: Symbol
+    lower: Symbol
+    upper: Symbol
+    peak: Symbol
+    name: str
+
+
+@dataclass(frozen=True)
+class UnilateralLaw(Law):
+    """A contact; see ``unilateral``."""
+
+    gap: Symbol
+    force: Symbol
+    restitution: Symbol
+    name: str
+
+
+@dataclass(frozen=True)
+class Reinit:
+    """The new value of a state or a discrete variable; see ``reinit``."""
+
+    variable: Symbol
+    value: Symbol
+
+
+@dataclass(frozen=True)
+class WhenLaw(Law):
+    """Resets at the instant a condition becomes true; see ``when``."""
+
+    g: Symbol
+    resets: tuple[Reinit, ...]
+    name: str = "when"
+
+    def mapped(self, change: Callable[[list[Symbol]], list[Symbol]]) -> Self:
+        """The same law with its condition and the new values changed."""
+        g, *values = change([self.g, *(r.value for r in self.resets)])
+        resets = tuple(Reinit(r.variable, v) for r, v in zip(self.resets, values, strict=True))
+        return replace(self, g=g, resets=resets)
+
+
+def _expression(word: str, value: Any) -> Symbol:
+    """A number or one expression, as a symbol; ``word`` is the word of the text that takes it."""
+    found = value if isinstance(value, Symbol) else None
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
+        found = Symbol(float(value))
+    if found is None or not found.is_scalar():
+        raise ModelError(f"{recorder().place}: {word} requires expressions of variables and numbers, not {value!r}")
+    return found
+
+
+def _condition(word: str, value: Any) -> Symbol:
+    return Symbol(float(value)) if isinstance(value, bool | np.bool_) else _expression(word, value)
+
+
+def der(expression: Symbol) -> Symbol:
+    """Time derivative of a variable or of an expression of variables."""
+    active, whole = recorder(), _expression("der", expression)
+    if not whole.is_symbolic() and not whole.is_constant():
+        active.differentiated.append((active.place, whole))
+    return total_derivative(whole, active.derivative)
+
+
+def friction(
+    w: Symbol, torque: Symbol, lower: Expression, upper: Expression, *, peak: Expression = 1.0, name: str = "mode"
+) -> FrictionLaw:
+    """Dry friction between parts that slide with relative speed ``w`` and transmit ``torque``.
+
+    w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
+
+    The bounds may depend on states, on time and, piecewise linearly, on unknown torques; a bound may be infinite (one-way clutch).
+    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free.
+    The mode is a signal of the component with the name ``name``: 1 forward, 0 stuck, -1 backward, 2 free. A law at its
+    limit counts as stuck if other laws hold it at rest.
+    """
+    w, torque, lower, upper, peak = (_expression("friction", value) for value in (w, torque, lower, upper, peak))
+    return FrictionLaw(w, torque, lower, upper, peak, name)
+
+
+def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, name: str = "contact") -> UnilateralLaw:
+    """A rigid contact: gap >= 0, force >= 0, one of them zero; closing is an impact with the given coefficient of restitution."""
+    gap, force, restitution = (_expression("unilateral", value) for value in (gap, force, restitution))
+    return UnilateralLaw(gap, force, restitution, name)
+
+
+def reinit(variable: Symbol, value: Expression) -> Reinit:
+    """Assign a new value to a state or a discrete variable, in a ``when``."""
+    return Reinit(_expression("reinit", variable), _expression("reinit", value))
+
+
+def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
+    """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides are evaluated just before it.
+
+    ``name`` is the name of the events.
+    """
+    if not resets or not all(isinstance(r, Reinit) for r in resets):
+        raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
+    return WhenLaw(crossing(_condition("when", condition)), resets, name)
+
+
+def switch(
+    condition: Symbol, a: Expression, b: Expression, *, continuous: bool = False, name: str | None = None
+) -> Symbol:
+    """``a`` while ``condition`` holds, else ``b``; the change is an exact event.
+
+    ``condition`` compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
+    ``continuous``: the branches are equal where the condition changes, so the integration need not restart there. Several switches with
+    the same condition object change together. ``name`` is the name of the events.
+    """
+    active, g = recorder(), crossing(_condition("switch", condition))
+    a, b = _expression("switch", a), _expression("switch", b)
+    if all(key(s) in active.constants for s in free_symbols(g)):
+        return ca.if_else(Symbol(condition), a, b)
+    for entry in active.switches:
+        if entry.condition is condition and entry.continuous == continuous:
+            return ca.if_else(entry.mode, a, b)
+    mode = active.hold(f"{active.path}.{name or f'switch{len(active.switches)}'}".lstrip("."))
+    active.switches.append(SwitchEntry(mode, g, active.place, continuous, condition))
+    return ca.if_else(mode, a, b)
+
+
+def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
+    """A piecewise linear signal of time, constant before the first and after the last time. A time that appears twice is a jump."""
+    active = recorder()
+    try:
+        t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
+    except (TypeError, ValueError):
+        raise ModelError(f"{active.place}: schedule requires sequences of numbers, not {times!r}, {values!r}") from None
+    if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):
+        raise ModelError(
+            f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease"
+        )
+    path = f"{active.path}.schedule{len(active.schedules)}"
+    t0, y0, slope = (active.hold(f"{path}.{part}") for part in ("t0", "y0", "slope"))
+    active.schedules.append(ScheduleEntry((t0, y0, slope), t, y, active.place))
+    return y0 + slope * (time - t0)
+
+
+def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit: str, action: str = "error") -> None:
+    """Declare low <= value <= high. ``action`` "error" ends the simulation with a message, "count" counts the steps outside the range."""
+    active = recorder()
+    value, low, high = (_expression("within", v) for v in (value, low, high))
+    active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
+
+
+def crossing(condition: Symbol) -> Symbol:
+    """The expression that is positive exactly while ``condition`` holds."""
+    if condition.is_op(ca.OP_LT) or condition.is_op(ca.OP_LE):
+        return condition.dep(1) - condition.dep(0)
+    if condition.is_op(ca.OP_AND):
+        return ca.fmin(crossing(condition.dep(0)), crossing(condition.dep(1)))
+    if condition.is_op(ca.OP_OR):
+        return ca.fmax(crossing(condition.dep(0)), crossing(condition.dep(1)))
+    if condition.is_op(ca.OP_NOT):
+        return -crossing(condition.dep(0))
+    if condition.is_constant():
+        return condition - 0.5
+    raise ModelError(f"{recorder().place}: {condition} is not a comparison such as w > 0")
+
+
+def connect(*ports: Connector) -> Connection:
+    """Connect ports: their potentials are equal and their flows sum to zero; connected signals are equal."""
+    return Connection(_checked(ports))
+
+
+def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
+    for p in ports:
+        if not isinstance(p, Connector):
+            raise ModelError(f"{recorder().place}: connect() joins ports, but {p!r} is not a port")
+    kinds = {p.kind() for p in ports}
+    if len(ports) < 2:
+        raise ModelError(f"{recorder().place}: connect() needs at least two ports")
+    if len(kinds) > 1:
+        same = len({kind.__name__ for kind in kinds}) < len(kinds)
+        said = ", ".join(f"{p._path} ({_kind_name(p.kind(), same)})" for p in ports)
+        raise ModelError(f"{recorder().place}: connect() joins ports of the same class, got {said}")
+    return tuple(ports)
+
+
+def _kind_name(kind: type, full: bool) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}" if full else kind.__name__

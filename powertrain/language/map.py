@@ -1,0 +1,379 @@
+"""Tables: gridded data over named axes with units, interpolated, with a stated rule outside every axis' range."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, get_args, overload
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.language.arguments import one_of, text
+from powertrain.language.arguments import path as argument_path
+from powertrain.language.dimensions import measure, unit_of
+from powertrain.language.laws import within
+from powertrain.language.recorder import recorder, recording
+from powertrain.language.symbols import Symbol
+from powertrain.language.units import checked_unit, told_apart, with_unit
+
+Outside: TypeAlias = Literal["error", "clip", "linear"]
+Method: TypeAlias = Literal["linear", "smooth"]
+FEW = 32
+"""Up to this many points a piecewise linear curve is written out as an expression."""
+
+
+@dataclass(frozen=True, init=False)
+class Axis:
+    """One argument of a map: name, unit, increasing grid points, and what holds outside the grid.
+
+    ``outside`` is "error" (the value is rejected, and a simulation ends there), "clip" (held at the edge; a simulation
+    counts the steps) or "linear" (continued with the slope at the edge).
+    """
+
+    name: str
+    unit: str
+    points: tuple[float, ...]
+    outside: Outside = "error"
+
+    def __init__(self, name: str, unit: str, points: ArrayLike, outside: Outside = "error") -> None:
+        grid = _numbers(points, f"axis {text('name', name)}").ravel()
+        if grid.size == 0:
+            raise ParameterError(f"axis {name} has no points")
+        one_of(f"axis {name}: outside", outside, get_args(Outside))
+        if np.any(steps := np.diff(grid) <= 0):
+            i = int(np.argmax(steps))
+            raise ParameterError(
+                f"axis {name}: the points must increase, but {grid[i + 1]:g} follows {grid[i]:g} [{unit}]"
+            )
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "unit", checked_unit(unit))
+        object.__setattr__(self, "points", tuple(grid.tolist()))
+        object.__setattr__(self, "outside", outside)
+
+    @property
+    def low(self) -> float:
+        """First grid point."""
+        return self.points[0]
+
+    @property
+    def high(self) -> float:
+        """Last grid point."""
+        return self.points[-1]
+
+    @property
+    def slack(self) -> float:
+        """How far a value may leave the range before it counts as outside (round-off)."""
+        return 1e-9 * max(self.high - self.low, abs(self.low), abs(self.high))
+
+    def clipped(self, value: Symbol) -> Symbol:
+        """``value`` held at the edges."""
+        return ca.fmin(ca.fmax(value, self.low), self.high)
+
+
+@dataclass(frozen=True, eq=False, init=False, repr=False)
+class Map:
+    """Data on an n-dimensional grid. A call interpolates them, for numbers, arrays or symbols in equations.
+
+    ``method`` is "linear" (multilinear, continuous) or "smooth" (cubic B-spline, twice differentiable, at least 4
+    points per axis). Every axis states what holds outside its grid, see ``Axis``. An axis with one point makes the map
+    constant along it. Errors: ParameterError for unusable data, and for a number outside an axis with the rule "error".
+
+    >>> friction = Map.curve([0, 10], [0.5, 0.3], x="w_rel", x_unit="rad/s", outside="clip")
+    >>> friction(5.0), friction(20.0)
+    (0.4, 0.3)
+    """
+
+    axes: tuple[Axis, ...]
+    values: NDArray[np.float64]
+    unit: str
+    name: str
+    method: Method
+
+    def __init__(
+        self, axes: Sequence[Axis], values: ArrayLike, unit: str, name: str = "map", method: Method = "linear"
+    ) -> None:
+        if not isinstance(axes, Sequence) or not all(isinstance(axis, Axis) for axis in axes):
+            raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
+        grid = _numbers(values, f"map {name}").copy()
+        grid.flags.writeable = False
+        object.__setattr__(self, "axes", tuple(axes))
+        object.__setattr__(self, "values", grid)
+        object.__setattr__(self, "unit", checked_unit(unit))
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "method", method)
+        self._check()
+
+    def _check(self) -> None:
+        shape = tuple(len(axis.points) for axis in self.axes)
+        if not self.axes:
+            raise ParameterError(f"map {self.name} needs at least one axis")
+        if len({axis.name for axis in self.axes}) < len(self.axes):
+            raise ParameterError(
+                f"map {self.name}: two axes have the same name: {', '.join(a.name for a in self.axes)}"
+            )
+        if self.values.shape != shape:
+            said = " x ".join(f"{axis.name}: {n}" for axis, n in zip(self.axes, shape, strict=True))
+            raise ParameterError(
+                f"map {self.name} has values of shape {self.values.shape}, but its axes require {shape} ({said})"
+            )
+        one_of(f"map {text('name', self.name)}: method", self.method, get_args(Method))
+        if self.method == "smooth" and min(shape) < 4:
+            short = self.axes[shape.index(min(shape))]
+            raise ParameterError(
+                f"map {self.name}: a smooth map needs at least 4 points on every axis, {short.name} has {min(shape)}; "
+                'give more points, or use method="linear"'
+            )
+
+    @classmethod
+    def curve(
+        cls,
+        points: ArrayLike,
+        values: ArrayLike,
+        *,
+        x: str = "x",
+        x_unit: str = "1",
+        unit: str = "1",
+        name: str = "map",
+        outside: Outside = "error",
+        method: Method = "linear",
+    ) -> Map:
+        """A map of one argument ``x``. One point makes it a constant."""
+        return cls((Axis(x, x_unit, points, outside),), _numbers(values, f"map {name}").ravel(), unit, name, method)
+
+    @classmethod
+    def constant(cls, value: float, *, x: str = "x", x_unit: str = "1", unit: str = "1", name: str = "map") -> Map:
+        """The same value everywhere."""
+        return cls.curve([0.0], [value], x=x, x_unit=x_unit, unit=unit, name=name, outside="linear")
+
+    @classmethod
+    def from_csv(
+        cls, path: str | Path, *, outside: Outside | Mapping[str, Outside] = "error", method: Method = "linear"
+    ) -> Map:
+        """Read a table with one row per grid point.
+
+        The header names a column for every axis and, last, the value, each with its unit:
+        ``speed [rad/s], torque [N.m], loss [W]``. The rows may be in any order but must fill the grid. Lines that
+        begin with # are skipped. ``outside`` is one rule for all axes or a rule for each name.
+        Errors: ParameterError naming the file and the line.
+        """
+        return _read(cls, Path(argument_path("path", path)), outside, method)
+
+    @overload
+    def __call__(self, *arguments: float) -> float: ...
+    @overload
+    def __call__(self, *arguments: Symbol) -> Symbol: ...
+    @overload
+    def __call__(self, *arguments: ArrayLike) -> Any: ...
+    def __call__(self, *arguments: Any) -> Any:
+        """The interpolated value; arguments in the order of the axes. Numbers give a number; arrays are broadcast."""
+        if len(arguments) != len(self.axes):
+            said = ", ".join(f"{a.name} [{a.unit}]" for a in self.axes)
+            raise ParameterError(f"map {self.name} takes {len(self.axes)} arguments ({said}), got {len(arguments)}")
+        if any(isinstance(a, ca.SX) for a in arguments):
+            symbols = [Symbol(a) for a in arguments]
+            if not all(s.is_constant() for s in symbols):
+                return self._symbolic(symbols)
+            return Symbol(self._numeric([float(s) for s in symbols]).item())
+        result = self._numeric(arguments)
+        return result.item() if result.ndim == 0 else result
+
+    def _symbolic(self, arguments: Sequence[Symbol]) -> Symbol:
+        if recording():
+            self._check_units(arguments)
+            for axis, argument in zip(self.axes, arguments, strict=True):
+                if axis.outside != "linear" and len(axis.points) > 1:
+                    action = "error" if axis.outside == "error" else "count"
+                    low, high = axis.low - axis.slack, axis.high + axis.slack
+                    within(argument, low, high, name=f"{self.name}: {axis.name}", unit=axis.unit, action=action)
+        return self._expression(arguments)
+
+    def _check_units(self, arguments: Sequence[Symbol]) -> None:
+        """An axis over another unit than that of the variable it is asked for; "1" stands for anything."""
+        for axis, argument in zip(self.axes, arguments, strict=True):
+            unit = unit_of(argument, recorder().units)
+            if unit is None or "1" in (unit, axis.unit) or measure(unit) == measure(axis.unit):
+                continue
+            raise ModelError(
+                f"{recorder().place}: map {self.name}: the axis {axis.name} is in {axis.unit}, but it is called with a variable in {unit}; "
+                f"give the axis in {unit}, or convert the variable where the map is called"
+            )
+
+    def _expression(self, arguments: Sequence[Symbol]) -> Symbol:
+        varying = [(axis, a) for axis, a in zip(self.axes, arguments, strict=True) if len(axis.points) > 1]
+        if not varying:
+            return Symbol(float(self.values.ravel()[0]))
+        if self.method == "linear":
+            held = [a if axis.outside == "linear" else axis.clipped(a) for axis, a in varying]
+            if len(held) == 1 and len(varying[0][0].points) <= FEW:
+                return _ramps(varying[0][0].points, self.values.ravel(), held[0])
+            return self._called(ca.vertcat(*held))
+        held = [axis.clipped(a) for axis, a in varying]
+        inner = ca.SX.sym("inner", len(held))
+        value = self._called(inner)
+        for i, (axis, a) in enumerate(varying):
+            if axis.outside == "linear":
+                value += ca.jacobian(Symbol(self._interpolant(inner)), inner[i]) * (a - held[i])
+        return ca.substitute(value, inner, ca.vertcat(*held))
+
+    def _called(self, arguments: Symbol) -> Symbol:
+        if recording():
+            recorder().calls = True
+        return Symbol(self._interpolant(arguments))
+
+    @cached_property
+    def _interpolant(self) -> ca.Function:
+        grid = [axis.points for axis in self.axes if len(axis.points) > 1]
+        options: dict[str, Any] = {"inline": False}
+        if self.method == "linear":
+            options["lookup_mode"] = ["exact" if _uniform(points) else "binary" for points in grid]
+        plugin = "linear" if self.method == "linear" else "bspline"
+        name = f"powertrain_map_{zlib.crc32(repr((self.method, grid)).encode() + self.values.tobytes()):08x}"
+        return ca.interpolant(name, plugin, grid, self.values.ravel(order="F"), options)
+
+    @cached_property
+    def _function(self) -> ca.Function:
+        arguments = [ca.SX.sym(axis.name) for axis in self.axes]
+        return ca.Function("powertrain_map", [ca.vertcat(*arguments)], [self._expression(arguments)])
+
+    def _numeric(self, arguments: Sequence[ArrayLike]) -> NDArray[np.float64]:
+        given = [_numbers(a, f"map {self.name}: {axis.name}") for axis, a in zip(self.axes, arguments, strict=True)]
+        for axis, numbers in zip(self.axes, given, strict=True):
+            bad = (numbers < axis.low - axis.slack) | (numbers > axis.high + axis.slack)
+            if axis.outside == "error" and len(axis.points) > 1 and bad.any():
+                said = with_unit(told_apart(numbers[bad].flat[0], (axis.low, axis.high)), axis.unit)
+                allowed = with_unit(f"[{axis.low:g}, {axis.high:g}]", axis.unit)
+                raise ParameterError(f"map {self.name}: {axis.name} = {said} is outside its range {allowed}")
+        full = np.broadcast_arrays(*given)
+        if full[0].size == 0:
+            return np.zeros(full[0].shape)
+        result = np.asarray(self._function(np.vstack([f.ravel() for f in full])), float)
+        return result.reshape(full[0].shape)
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Map)
+            and (self.axes, self.unit, self.name, self.method) == (other.axes, other.unit, other.name, other.method)
+            and np.array_equal(self.values, other.values)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.axes, self.values.tobytes(), self.unit, self.name, self.method))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {k: v for k, v in self.__dict__.items() if k not in ("_interpolant", "_function")}
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{a.name} [{a.unit}] {a.low:g}..{a.high:g} ({len(a.points)}, {a.outside})" for a in self.axes)
+        data = zlib.crc32(repr(self.axes).encode() + self.values.tobytes())
+        return f"Map({self.name} [{self.unit}] over {said}; {self.method}; {data:08x})"
+
+
+def _ramps(points: Sequence[float], values: NDArray[np.float64], argument: Symbol) -> Symbol:
+    """A piecewise linear curve as a sum of one ramp per segment; the first and the last go on outside."""
+    result = Symbol(float(values[0]))
+    last = len(points) - 2
+    for i in range(last + 1):
+        length, rise = points[i + 1] - points[i], float(values[i + 1] - values[i])
+        if rise == 0.0:
+            continue
+        part = (argument - points[i]) / length
+        if i > 0:
+            part = ca.fmax(part, 0.0)
+        if i < last:
+            part = ca.fmin(part, 1.0)
+        result += rise * part
+    return result
+
+
+def _uniform(points: Sequence[float]) -> bool:
+    steps = np.diff(points)
+    return bool(np.allclose(steps, steps[0], rtol=1e-12, atol=0.0))
+
+
+def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    try:
+        numbers = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{what}: {values!r} is not an array of numbers") from None
+    if not np.isfinite(numbers).all():
+        where = np.argwhere(~np.isfinite(numbers))[0].tolist()
+        raise ParameterError(f"{what}: {numbers[tuple(where)]} at {where} is not a finite number")
+    return numbers
+
+
+def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], method: Method) -> Map:
+    try:
+        lines = list(enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1))
+    except OSError as error:
+        raise ParameterError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise ParameterError(
+            f"{path}: byte {error.start} is not text in UTF-8; save the file in that encoding"
+        ) from None
+    kept = [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    used = [(i, next(csv.reader([line], skipinitialspace=True))) for i, line in kept]
+    if len(used) < 2:
+        raise ParameterError(f"{path}: a header such as 'speed [rad/s], loss [W]' and rows of numbers are needed")
+    heads = [_head(path, used[0][0], text) for text in used[0][1]]
+    if len(heads) < 2:
+        raise ParameterError(f"{path}:{used[0][0]}: a column for every axis and one for the value are needed")
+    table = np.array([_row(path, i, cells, len(heads)) for i, cells in used[1:]])
+    grids = [np.unique(column) for column in table.T[:-1]]
+    places = np.column_stack([g.searchsorted(column) for g, column in zip(grids, table.T, strict=False)])
+    _check_grid(path, [i for i, _ in used[1:]], places.tolist(), heads, grids)
+    values = np.empty([g.size for g in grids])
+    values[tuple(places.T)] = table[:, -1]
+    names = [h[0] for h in heads[:-1]]
+    for name in outside if isinstance(outside, Mapping) else ():
+        if name not in names:
+            raise ParameterError(f"{path}: outside: the table has no axis {name}{suggestion(str(name), names)}")
+    rules: Mapping[str, Outside] = (
+        outside if isinstance(outside, Mapping) else dict.fromkeys((h[0] for h in heads[:-1]), outside)
+    )
+    axes = tuple(Axis(*h, g, rules.get(h[0], "error")) for h, g in zip(heads, grids, strict=False))
+    return cls(axes, values, heads[-1][1], heads[-1][0], method)
+
+
+def _check_grid(
+    path: Path,
+    lines: Sequence[int],
+    places: Sequence[Sequence[int]],
+    heads: Sequence[tuple[str, str]],
+    grids: Sequence[NDArray[np.float64]],
+) -> None:
+    """One row for every grid point: in order, the places count up through the grid."""
+    ordered = sorted(zip(map(tuple, places), lines, strict=True))
+    for (place, _), (following, line) in itertools.pairwise(ordered):
+        if place == following:
+            raise ParameterError(f"{path}:{line}: this grid point already has a value")
+    whole = itertools.product(*(range(g.size) for g in grids))
+    for wanted, found in itertools.zip_longest(whole, (place for place, _ in ordered)):
+        if wanted != found:
+            said = ", ".join(f"{h[0]} = {g[k]:g} {h[1]}" for h, g, k in zip(heads, grids, wanted, strict=False))
+            raise ParameterError(f"{path}: no row for {said}: the rows must fill the grid")
+
+
+def _head(path: Path, line: int, text: str) -> tuple[str, str]:
+    name, bracket, unit = text.strip().partition("[")
+    if not bracket or not unit.endswith("]") or not name.strip():
+        raise ParameterError(f"{path}:{line}: {text.strip()!r} is not a column heading such as 'speed [rad/s]'")
+    return name.strip(), unit[:-1].strip()
+
+
+def _row(path: Path, line: int, cells: Sequence[str], width: int) -> list[float]:
+    try:
+        row = [float(cell) for cell in cells]
+    except ValueError:
+        raise ParameterError(f"{path}:{line}: {', '.join(cells)!r} is not a row of numbers") from None
+    if len(row) != width or not all(map(math.isfinite, row)):
+        raise ParameterError(f"{path}:{line}: {width} finite numbers are needed, got {', '.join(cells)!r}")
+    return row

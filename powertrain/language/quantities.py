@@ -1,0 +1,55 @@
+"""Numbers with their unit in a text: "1500 kg", "100 kW", "2000 rpm", "80 mph" become numbers in the unit that is asked for."""
+
+from __future__ import annotations
+
+import re
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.errors import ModelError, ParameterError
+from powertrain.language.dimensions import measure
+from powertrain.language.units import checked_unit
+
+N = TypeVar("N", float, NDArray[np.float64])
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*$")
+_COMMON = {
+    "Nm": (1.0, "N.m"), "hp": (745.6998715822702, "W"), "PS": (735.49875, "W"), "mph": (0.44704, "m/s"), "kph": (1 / 3.6, "m/s"),
+    "mi": (1609.344, "m"), "ft": (0.3048, "m"), "in": (0.0254, "m"), "lb": (0.45359237, "kg"), "lbf": (4.4482216152605, "N"),
+    "lbf.ft": (1.3558179483314004, "N.m"), "psi": (6894.757293168361, "Pa"), "Ah": (3600.0, "A.s"), "%": (0.01, "1"),
+    "g/kWh": (1e-3 / 3.6e6, "kg/J"), "gal": (3.785411784e-3, "m3"), "kN": (1e3, "N"), "kNm": (1e3, "N.m"), "mOhm": (1e-3, "Ohm"),
+}  # fmt: skip
+"""Units of every day beside Modelica's: size in a unit that ``measure`` knows."""
+ZERO_CELSIUS = 273.15
+
+
+def quantity(text: str, unit: str, where: str) -> float:
+    """The number of a text such as "100 kW" in ``unit``.
+
+    Errors: ParameterError where the text is not a number with a unit, or its unit measures something else.
+    """
+    found = _QUANTITY.match(text)
+    if found is None:
+        raise ParameterError(f"{where} = {text!r} is not a number with a unit, such as '1.5 {unit}'")
+    number, given = float(found[1]), found[2].replace("*", ".").replace("·", ".").replace("^", "").replace("°C", "degC")
+    if given == "degC" and unit == "K":
+        return number + ZERO_CELSIUS
+    try:
+        return converted(number, given, unit)
+    except ModelError as error:
+        raise ParameterError(f"{where} = {text!r}: {error}") from None
+
+
+def converted(value: N, given: str, unit: str) -> N:
+    """A value in the unit ``given`` as one in ``unit``. Errors: ModelError for unknown units and for units that measure something else."""
+    (size, powers), (wanted, others) = _measured(given), _measured(unit)
+    if powers != others:
+        raise ModelError(f"{given} cannot be converted to {unit}: it is a different quantity")
+    return value * (size / wanted)
+
+
+def _measured(unit: str) -> tuple[float, tuple[tuple[str, int], ...]]:
+    factor, plain = _COMMON.get(unit, (1.0, unit))
+    size, powers = measure(checked_unit(plain))
+    return factor * size, powers

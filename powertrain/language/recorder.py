@@ -1,0 +1,177 @@
+"""Where the text of a model is written down while it is read: derivatives, switches, schedules and guards of the component at hand."""
+
+from __future__ import annotations
+
+import linecache
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from types import GeneratorType
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.errors import ModelError
+from powertrain.language.symbols import Symbol, key, time
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something was said: the component's path and the line of its text, read only when an error quotes it."""
+
+    path: str
+    file: str = ""
+    line: int = 0
+
+    def __str__(self) -> str:
+        text = linecache.getline(self.file, self.line).strip()
+        short = self.file.replace("\\", "/").rsplit("/", 1)[-1]
+        return f"{self.path or 'the model'}: {text} ({short}:{self.line})" if text else (self.path or "the model")
+
+
+@dataclass(frozen=True)
+class SwitchEntry:
+    """A declared piecewise expression: ``mode`` is 1 while ``g`` > 0."""
+
+    mode: Symbol
+    g: Symbol
+    place: Place
+    continuous: bool
+    condition: Symbol = field(default_factory=Symbol)
+
+
+@dataclass(frozen=True)
+class ScheduleEntry:
+    """A piecewise linear signal of time, as the held symbols (t0, y0, slope) of its running segment."""
+
+    held: tuple[Symbol, Symbol, Symbol]
+    times: NDArray[np.float64]
+    values: NDArray[np.float64]
+    place: Place
+
+
+@dataclass(frozen=True)
+class GuardEntry:
+    """A value that must stay within limits."""
+
+    name: str
+    value: Symbol
+    low: Symbol
+    high: Symbol
+    unit: str
+    action: str
+    place: Place
+
+
+def place_in(text: Any, path: str) -> Place:
+    """The line at which a generator is."""
+    # CPython 3.11 may crash where it is asked what a running generator yields from.
+    while isinstance(text, GeneratorType) and not text.gi_running and isinstance(text.gi_yieldfrom, GeneratorType):
+        text = text.gi_yieldfrom
+    frame = text.gi_frame if isinstance(text, GeneratorType) else None
+    return Place(path, frame.f_code.co_filename, frame.f_lineno) if frame else Place(path)
+
+
+def lines(text: Any, path: str) -> Iterator[tuple[Place, Any]]:
+    """What a generator yields, with its line."""
+    for row in text:
+        yield place_in(text, path), row
+
+
+@dataclass
+class Recorder:
+    """Collects what reading the equations brings up."""
+
+    path: str = ""
+    text: Generator[Any, None, None] | None = None
+    derivatives: dict[int, Symbol] = field(default_factory=dict)
+    bases: dict[int, tuple[Symbol, int]] = field(default_factory=dict)
+    constants: set[int] = field(default_factory=set)
+    switches: list[SwitchEntry] = field(default_factory=list)
+    schedules: list[ScheduleEntry] = field(default_factory=list)
+    guards: list[GuardEntry] = field(default_factory=list)
+    units: dict[int, str] = field(default_factory=dict)
+    differentiated: list[tuple[Place, Symbol]] = field(default_factory=list)
+    """Expressions that ``der`` was asked of."""
+    calls: bool = False
+    """Whether an expression calls a function, as large maps do."""
+
+    @property
+    def place(self) -> Place:
+        """The line of the text that is being read."""
+        return place_in(self.text, self.path)
+
+    def derivative(self, symbol: Symbol) -> Symbol:
+        """The symbol of d/dt of a symbol; 1 for time, 0 for parameters and held values."""
+        k = key(symbol)
+        if k == key(time):
+            return Symbol(1)
+        if k in self.constants:
+            return Symbol(0)
+        if k not in self.derivatives:
+            rate = Symbol.sym(f"der({symbol.name()})")
+            base, order = self.bases.get(k, (symbol, 0))
+            self.derivatives[k], self.bases[key(rate)] = rate, (base, order + 1)
+        return self.derivatives[k]
+
+    def hold(self, name: str) -> Symbol:
+        """A new symbol whose value changes at events only."""
+        symbol = Symbol.sym(name)
+        self.constants.add(key(symbol))
+        return symbol
+
+
+_active: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
+
+
+@contextmanager
+def reading(active: Recorder) -> Iterator[Recorder]:
+    """Makes ``active`` the recorder that der, switch and the other words of the text write to."""
+    token = _active.set(active)
+    try:
+        yield active
+    finally:
+        _active.reset(token)
+
+
+def recorder() -> Recorder:
+    """The recorder of the model being read; ModelError outside equations()."""
+    active = _active.get()
+    if active is None:
+        raise ModelError("der, switch, schedule and tables can only be used inside equations() or initial()")
+    return active
+
+
+def recording() -> bool:
+    """Whether the text of a model is being read."""
+    return _active.get() is not None
+
+
+_as_float = ca.SX.__float__
+
+
+def _number(symbol: Symbol) -> float:
+    """The number of a constant expression. CasADi gives nan for a symbol; in the text of a model that is refused."""
+    active = _active.get()
+    if active is not None and not symbol.is_constant():
+        raise ModelError(
+            f"{active.place}\n  a symbol has no value while the equations are read, so float(), int() or math.sin() "
+            "cannot be applied to it: use casadi's functions (casadi.sin, casadi.fmax), and switch(condition, a, b) instead of a Python if"
+        )
+    return float(_as_float(symbol))
+
+
+ca.SX.__float__ = _number  # type: ignore[method-assign]
+_as_int = ca.SX.__int__
+
+
+def _whole_number(symbol: Symbol) -> int:
+    """The whole number of a constant expression; in the text of a model a symbol is refused."""
+    _number(symbol)
+    return int(_as_int(symbol))
+
+
+ca.SX.__int__ = _whole_number  # type: ignore[method-assign]

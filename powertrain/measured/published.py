@@ -1,0 +1,20 @@
+"""What was predicted for the shipped cars, as the documentation publishes it."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+import pandas as pd
+
+PREDICTIONS = "predictions.csv"
+
+
+def published() -> pd.DataFrame:
+    """A row for every car and cycle: measured and predicted miles per gallon, and errors [%].
+
+    ``left_out`` is the error with shared numbers found without the car, ``fastsim`` that of FASTSim; nan where there is none.
+    The file is what ``python -m benchmarks.measured_cars`` wrote, and a test compares it with new simulations.
+    """
+    path = files("powertrain.measured").joinpath("data", PREDICTIONS)
+    with path.open(encoding="utf-8") as file:
+        return pd.read_csv(file, comment="#")

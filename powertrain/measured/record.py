@@ -1,0 +1,128 @@
+"""Cars as the test-car list of the United States Environmental Protection Agency describes them."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Literal, Self
+
+from powertrain import ParameterError
+
+RPM_PER_KMH = 0.37699111843077515
+"""1 rpm/(km/h) in rad/m."""
+TRANSIENT, STABILISED = 5.78, 6.21
+"""Lengths of the UDDS's two parts [km]: the first 505 s, and the rest."""
+WARM = 1.026
+"""Warm UDDS over FTP, the mean of the nine cars of model year 2022 whose bags are known."""
+Kind = Literal["manual", "automatic", "dual clutch", "belt", "power split", "electric"]
+KINDS: dict[str, Kind] = {
+    "Manual": "manual",
+    "Automatic": "automatic",
+    "Semi-Automatic": "automatic",
+    "Automated Manual": "dual clutch",
+    "Automated Manual- Selectable": "dual clutch",
+    "Continuously Variable": "belt",
+    "Selectable Continuously Variable": "belt",
+}
+"""What the list calls transmissions."""
+COAST_DOWN = "coast_A_N", "coast_B_N_per_mps", "coast_C_N_per_mps2"
+CITY, HIGHWAY = ("Charge Depleting UDDS",), ("HWFE", "Charge Depleting Highway")
+"""Procedures; the FTP has several."""
+
+
+@dataclass(frozen=True)
+class TestCar:
+    """What the list says of a car: rated power [W], test mass [kg], road load F = A + B v + C v^2 [N, m/s], and what it burnt.
+
+    ``displacement`` [m3], 0 without an engine; ``w_per_v`` [rad/m] engine speed over vehicle speed in top gear; ``axle_ratio``.
+    ``udds`` and ``hwfet`` [miles per US gallon; of gasoline equivalent for an electric car] are measured warm, nan where they were not.
+    """
+
+    name: str
+    test_vehicle: str
+    transmission: Kind
+    gears: int
+    drive: str
+    displacement: float
+    power: float
+    mass: float
+    axle_ratio: float
+    w_per_v: float
+    road_load: tuple[float, float, float]
+    udds: float = float("nan")
+    hwfet: float = float("nan")
+
+    __test__ = False  # no class of tests
+
+    @classmethod
+    def shipped(cls) -> tuple[Self, ...]:
+        """The 14 cars of model year 2022 that come with the library.
+
+        Source: EPA, Data on Cars used for Testing Fuel Economy, model year 2022, a work of the US government in the public domain.
+        """
+        path = files("powertrain.measured").joinpath("data", "epa_2022_test_cars.csv")
+        return cls.from_rows(csv.DictReader(path.read_text(encoding="utf-8").splitlines()), "epa_2022_test_cars.csv")
+
+    @classmethod
+    def from_csv(cls, path: str | Path) -> tuple[Self, ...]:
+        """The cars of a file with the columns of the shipped one, a row a test. Errors: ParameterError, which names the row."""
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
+            return cls.from_rows(csv.DictReader(file), str(path))
+
+    @classmethod
+    def from_rows(cls, rows: csv.DictReader[str], where: str) -> tuple[Self, ...]:
+        """Cars of rows of tests; those of one test vehicle are one car, with the mean of its road loads and results."""
+        groups: dict[str, list[dict[str, str]]] = {}
+        for row in rows:
+            groups.setdefault(f"{row['vehicle']} {row['test_vehicle']}", []).append(row)
+        return tuple(cls._of(group, f"{where}, {key}") for key, group in groups.items())
+
+    @classmethod
+    def _of(cls, rows: list[dict[str, str]], where: str) -> Self:
+        electric = any(row["fuel"] == "Electricity" for row in rows)
+        city = [row for row in rows if row["procedure"] in CITY or (row["test"] == "FTP" and row["fuel_economy_mpg"])]
+        city = [row for row in city if row["procedure"] != "Cold CO"]
+        road = [row for row in rows if row["procedure"] in HIGHWAY and row["fuel_economy_mpg"]]
+        row, hybrid = (city or rows)[0], any(row["bag4_mpg"] for row in city)
+        kind: Kind | None = "electric" if electric else "power split" if hybrid else KINDS.get(row["transmission"])
+        if kind is None:
+            raise ParameterError(
+                f"{where}: unknown transmission {row['transmission']!r}; choose from {', '.join(KINDS)}"
+            )
+        loads = [[float(r[name]) for name in COAST_DOWN] for r in city or rows]
+        return cls(
+            name=row["vehicle"].title(),
+            test_vehicle=row["test_vehicle"],
+            transmission=kind,
+            gears=int(float(row["gears"])),
+            drive=row["drive"],
+            displacement=0.0 if electric else float(row["displacement_l"]) * 1e-3,
+            power=float(row["rated_power_kW"]) * 1e3,
+            mass=float(row["test_mass_kg"]),
+            axle_ratio=float(row["axle_ratio"]),
+            w_per_v=float(row["n_over_v_top_gear_rpm_per_kmh"]) * RPM_PER_KMH,
+            road_load=(
+                _mean(load[0] for load in loads),
+                _mean(load[1] for load in loads),
+                _mean(load[2] for load in loads),
+            ),
+            udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
+            hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
+        )
+
+
+def _warm(row: Mapping[str, str]) -> float:
+    """Miles per gallon of the warm UDDS: the hot transient bag, then the stabilised one (the second, of a hybrid after the hot start)."""
+    second = row["bag4_mpg"] or row["bag2_mpg"]
+    if not (row["bag3_mpg"] and second):
+        return WARM * float(row["fuel_economy_mpg"])
+    return (TRANSIENT + STABILISED) / (TRANSIENT / float(row["bag3_mpg"]) + STABILISED / float(second))
+
+
+def _mean(values: Iterable[float]) -> float:
+    found = list(values)
+    return sum(found) / len(found) if found else math.nan

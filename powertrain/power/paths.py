@@ -1,0 +1,27 @@
+"""Where power goes: branches from vertex to vertex, ways from source to end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Power (W) from one vertex (a component, or a connection of several) to another, through the ports named."""
+
+    source: str
+    target: str
+    power: float
+    ports: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Way:
+    """A path of power from a source to where it ends (``end``: delivered, loss or stored), or a loop (``end``: loop); power in W."""
+
+    power: float
+    through: tuple[str, ...]
+    end: str
+
+    def __str__(self) -> str:
+        return f"{self.power:.6g} W: {' → '.join(self.through)} ({self.end})"

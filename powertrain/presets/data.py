@@ -1,0 +1,115 @@
+"""Maps and drive cycles in a parameter file: the name of a CSV file, the name of a cycle, or their numbers.
+
+curve = "full_load.csv"
+curve = { csv = "full_load.csv", outside = "clip" }
+curve = { name = "full load", unit = "N.m", axes = [{ name = "w", unit = "rad/s", points = [80.0, 400.0], outside = "clip" }],
+          values = [110.0, 150.0] }
+cycle = "udds"
+cycle = { name = "hill", table = [[0.0, 0.0], [10.0, 12.0]], grades = [0.0, 0.05] }
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import typing
+from pathlib import Path
+from typing import Any
+
+import powertrain as pt
+from powertrain.components.cycles import CYCLES, DriveCycle
+from powertrain.presets.settings import Adjustable
+
+NONE = "none"
+"""In a file, for a place that may be empty."""
+
+
+def takes_data(found: Adjustable) -> bool:
+    """Whether a place takes a map or a drive cycle."""
+    return pt.Map in _kinds(found) or DriveCycle in _kinds(found)
+
+
+def _kinds(found: Adjustable) -> tuple[Any, ...]:
+    return (type(found.value), found.kind, *typing.get_args(found.kind))
+
+
+def decoded(value: Any, found: Adjustable, folder: Path) -> pt.Map | DriveCycle | None:
+    """The map or the cycle that a value says, None for "none" where that is allowed. Errors: ParameterError, which names the place."""
+    is_map = pt.Map in _kinds(found)
+    if value == NONE and type(None) in _kinds(found):
+        return None
+    try:
+        return _map(value, folder) if is_map else _cycle(value, folder)
+    except (KeyError, TypeError) as error:
+        what = "a map" if is_map else "a drive cycle"
+        missing = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
+        raise pt.ParameterError(f"{found.path} = {str(value)[:80]} is not {what}: {missing}") from None
+
+
+def _map(value: Any, folder: Path) -> pt.Map:
+    if isinstance(value, str):
+        return pt.Map.from_csv(folder / value)
+    if "csv" in value:
+        return pt.Map.from_csv(
+            folder / value["csv"], **{name: value[name] for name in ("outside", "method") if name in value}
+        )
+    axes = [pt.Axis(**axis) for axis in value["axes"]]
+    return pt.Map(axes, value["values"], value["unit"], value.get("name", "map"), value.get("method", "linear"))
+
+
+def _cycle(value: Any, folder: Path) -> DriveCycle:
+    if isinstance(value, str):
+        return DriveCycle.from_csv(folder / value) if value.endswith(".csv") else DriveCycle.named(value)
+    rows = tuple((float(t), float(v)) for t, v in value["table"])
+    return DriveCycle(value["name"], rows, value.get("source", ""), tuple(value.get("grades", ())))
+
+
+def encoded(found: Adjustable) -> str:
+    """A value that is not plain in TOML. Errors: ParameterError for what has no form there."""
+    value = found.value
+    if value is None:
+        return json.dumps(NONE)
+    if isinstance(value, DriveCycle):
+        if value.name in CYCLES and value == DriveCycle.named(value.name):
+            return json.dumps(value.name)
+        fields = {"name": value.name, "source": value.source, "table": value.table, "grades": value.grades}
+        return _inline({name: content for name, content in fields.items() if content})
+    if isinstance(value, pt.Map):
+        axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)
+        values = _tuples(value.values.tolist())
+        return _inline({"name": value.name, "unit": value.unit, "method": value.method, "axes": axes, "values": values})
+    raise pt.ParameterError(f"{found.path}: a {type(value).__name__} cannot be written to a parameter file")
+
+
+def _inline(fields: dict[str, Any]) -> str:
+    return "{ " + ", ".join(f"{name} = {_text(value)}" for name, value in fields.items()) + " }"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, dict):
+        return _inline(value)
+    if isinstance(value, tuple):
+        return f"[{', '.join(_text(item) for item in value)}]"
+    return str(literal(value))
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+
+
+plain = _tuples
+"""A list as the tuple that fields hold."""
+
+
+def literal(value: Any) -> str | None:
+    """A plain value in TOML; None for what has no form there."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, (int, float)):
+        return repr(value) if math.isfinite(value) else None
+    if isinstance(value, tuple):
+        items = [literal(item) for item in value]
+        return None if None in items else f"[{', '.join(str(item) for item in items)}]"
+    return None

@@ -1,0 +1,167 @@
+"""Parameter files: a model's parameters and parts in TOML, a table for every part.
+
+    class = "SplitPathCar"
+
+    [engine]
+    class = "WillansEngine"
+    J = 0.15  # kg.m2, Moment of inertia with the flywheel, range [0, inf)
+
+``class`` names the component in a slot. Where it is the one that is there already, only the values of its table change. Values may have
+units: ``J = "0.15 kg.m2"``, ``P_max = "82 kW"``. Parts in a row, such as the gears of a gearbox, are an array of tables, which replaces all
+of them. Maps and drive cycles are a CSV file's name, a cycle's name, or a table of their numbers; see ``data``.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import powertrain as pt
+from powertrain.language.component import Port
+from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
+from powertrain.presets.settings import Adjustable, component_named, part, place, places, with_value
+
+M = TypeVar("M", bound=pt.Component)
+CLASS = "class"
+
+
+def read(path: str | Path) -> dict[str, Any]:
+    """The tables of a file. Errors: ParameterError where it is not TOML, with the line."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise pt.ParameterError(f"{path} is not a TOML file: {error}") from None
+
+
+def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tuple[M, list[str]]:
+    """A copy of the model with what the tables say, and the paths that were set; names of files are relative to ``folder``.
+
+    Errors: ParameterError for a file of another model, for names the model does not have, and for values that do not fit.
+    """
+    name = tables.get(CLASS, type(model).__name__)
+    if name != type(model).__name__:
+        raise pt.ParameterError(f"the parameter file is for {name}, not for {type(model).__name__}")
+    paths: list[str] = []
+    return _applied(model, tables, "", paths, folder or Path()), paths
+
+
+def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], folder: Path) -> M:
+    for key, value in tables.items():
+        if key == CLASS:
+            continue
+        path = f"{prefix}{key}"
+        if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+            model = _with_row(model, path, value, folder)
+            continue
+        found = place(model, path)
+        if isinstance(value, dict) and found.is_part:
+            if CLASS in value:
+                model = _with_class(model, found, value, folder)
+            model = _applied(model, value, f"{path}.", paths, folder)
+        elif found.is_part:
+            model = pt.replace(model, {path: part(str(value), found)})
+        elif takes_data(found):
+            model = pt.replace(model, {path: decoded(value, found, folder)})
+        else:
+            model = with_value(model, found, value)
+            paths.append(path)
+    return model
+
+
+def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) -> M:
+    """Parts in a row, all of them made anew."""
+    known = {found.path: found for found in places(model)}
+    first = known.get(f"{path}[0]")
+    if first is None:
+        raise pt.ParameterError(
+            f"{path} is not a tuple of components: write a table [{path}], not an array of tables [[{path}]]"
+        )
+    made = []
+    for i, item in enumerate(items):
+        base = known.get(f"{path}[{i}]", first)
+        bare = Adjustable(f"{path}[{i}]", None, first.kind, base.value)
+        made.append(_made(bare, item, folder))
+    return pt.replace(model, {path: tuple(made)})
+
+
+def _made(found: Adjustable, table: dict[str, Any], folder: Path) -> pt.Component:
+    """A part of a table: of the class that the table names, else the one that is there, with the table's values."""
+    name = str(table.get(CLASS, type(found.value).__name__))
+    if name == type(found.value).__name__:
+        start: pt.Component = found.value
+    else:
+        start = _fresh(component_named(name, found.kind, found.path), table, found.path, folder)
+    return _applied(start, table, "", [], folder)
+
+
+def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path) -> M:
+    """The slot filled anew where another class is asked for; values that the class cannot do without come from the table."""
+    name = str(table[CLASS])
+    if name == type(found.value).__name__:
+        return model
+    if "(" in name:
+        return pt.replace(model, {found.path: part(name, found)})
+    return pt.replace(
+        model, {found.path: _fresh(component_named(name, found.kind, found.path), table, found.path, folder)}
+    )
+
+
+def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Path) -> pt.Component:
+    """A part of a class with the values of the table that it has no default for; the others are set afterwards."""
+    kinds, given = cls._slot_types(), dict[str, Any]()
+    for name, spec in cls._fields.items():
+        if name not in table:
+            continue
+        value, here = table[name], Adjustable(f"{path}.{name}", None, kinds.get(name), None)
+        if isinstance(spec, pt.Parameter):
+            given[name] = value
+        elif takes_data(here):
+            given[name] = decoded(value, here, folder)
+        elif isinstance(value, dict) and CLASS in value:
+            given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
+        elif isinstance(value, (bool, int, float, str, list)) and not (
+            isinstance(value, list) and any(isinstance(i, dict) for i in value)
+        ):
+            given[name] = plain(value)
+    return cls(**given)
+
+
+def written(model: pt.Component, free: Collection[str] | None = None) -> str:
+    """The text of a parameter file: every part with its class, every parameter (of ``free``) with unit, meaning and range."""
+    lines = [
+        f"# Parameters of {type(model).__name__}, powertrain {pt.__version__}. Read with --params; a table may leave out what stays.",
+        f"{CLASS} = {json.dumps(type(model).__name__)}",
+        *_table(model, "", free),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _table(component: pt.Component, prefix: str, free: Collection[str] | None, row: bool = False) -> Iterator[str]:
+    """The lines of a part: its own values, then its parts. ``prefix`` is its path for people; in a row of parts all is free."""
+    for found in places(component):
+        if "." in found.path or found.is_part:
+            continue
+        if found.spec is not None:
+            if row or free is None or f"{prefix}{found.path}" in free:
+                said = f"{found.spec.unit}, {found.spec.doc}, range {found.spec.range}"
+                yield f"{found.path} = {float(found.value)!r}  # {said}"
+        elif (text := literal(found.value)) is not None:
+            yield f"{found.path} = {text}"
+        elif found.value is not None or takes_data(found):
+            yield f"{found.path} = {encoded(found)}"
+    for name, value in component._values.items():
+        if isinstance(value, tuple) and value and all(isinstance(item, pt.Component) for item in value):
+            for item in value:
+                yield from _section(item, f"{prefix}{name}", free, f"[[{prefix}{name}]]", row=True)
+        elif isinstance(value, pt.Component) and not isinstance(component._fields[name], Port):
+            yield from _section(value, f"{prefix}{name}", free, f"[{prefix}{name}]", row)
+
+
+def _section(part: pt.Component, path: str, free: Collection[str] | None, head: str, row: bool) -> Iterator[str]:
+    yield ""
+    yield head
+    yield f"{CLASS} = {json.dumps(type(part).__name__)}"
+    yield from _table(part, f"{path}.", free, row)

@@ -1,0 +1,62 @@
+"""Vehicles by name or from a file: measured cars, the library's vehicles, and parameter files of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import powertrain as pt
+from powertrain.errors import suggestion
+
+
+def names() -> tuple[str, ...]:
+    """The names that ``load`` takes: measured cars such as "toyota-rav4-automatic", and the library's vehicles."""
+    from powertrain.presets.catalogue import vehicles
+
+    return (*_measured(), *(entry.name for entry in vehicles()))
+
+
+def load(name: str | Path) -> Any:
+    """A vehicle by one of ``names()``, or from a parameter file (.toml) that names its class.
+
+    Measured cars are built from the data of the EPA's test-car list and the numbers of their technology. What a file leaves out is as in
+    the class; names of CSV files in it are relative to it. Errors: ParameterError for an unknown name, and those of the file.
+    """
+    if str(name).endswith(".toml"):
+        return _of_file(Path(name))
+    if str(name) in (cars := _measured()):
+        from powertrain.measured.building import build
+        from powertrain.measured.technology import Technology
+
+        return build(cars[str(name)], Technology())
+    from powertrain.presets.catalogue import vehicles
+
+    known = {entry.name: entry.kind for entry in vehicles()}
+    if str(name) not in known:
+        near = suggestion(str(name), names())
+        raise pt.ParameterError(f"there is no vehicle {str(name)!r}{near}; powertrain.vehicles.names() lists them")
+    return known[str(name)]()
+
+
+def save(vehicle: pt.Component, path: str | Path) -> None:
+    """Write all of a vehicle's parameters and parts to a file that ``load`` reads, with units, meaning and ranges."""
+    from powertrain.presets.files import written
+
+    Path(path).write_text(written(vehicle, pt.compile(vehicle).parameters), encoding="utf-8")
+
+
+def _of_file(path: Path) -> Any:
+    from powertrain.presets.catalogue import assembled, find
+    from powertrain.presets.files import CLASS, applied, read
+
+    tables = read(path)
+    if CLASS not in tables:
+        raise pt.ParameterError(f'{path} does not say which vehicle it is: begin it with  class = "ManualCar"')
+    kind = find(str(tables[CLASS]), assembled(), "vehicle").kind
+    return applied(kind(), tables, path.parent)[0]
+
+
+def _measured() -> dict[str, Any]:
+    from powertrain.measured.record import TestCar
+
+    return {f"{car.name} {car.transmission}".lower().replace(" ", "-"): car for car in TestCar.shipped()}

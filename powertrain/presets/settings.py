@@ -1,0 +1,222 @@
+"""What of a model can be set from outside, by path: parameters, parts in slots, and fields such as a layout."""
+
+from __future__ import annotations
+
+import ast
+import typing
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import powertrain as pt
+from powertrain.errors import suggestion
+from powertrain.language.component import Port
+from powertrain.presets.catalogue import components, find, fitting
+
+M = TypeVar("M", bound=pt.Component)
+
+
+@dataclass(frozen=True)
+class Adjustable:
+    """Something that can be set: a parameter (``spec``, else None), a part, or another field; ``kind`` is what it takes, if known."""
+
+    path: str
+    spec: Any
+    kind: Any
+    value: Any
+
+    @property
+    def is_part(self) -> bool:
+        """It holds a component."""
+        return isinstance(self.value, pt.Component)
+
+
+def places(component: pt.Component, path: str = "") -> Iterator[Adjustable]:
+    """Everything that can be set in a component and its parts."""
+    kinds = component._slot_types()
+    for name, spec in component._fields.items():
+        if isinstance(spec, (Port, pt.Variable, pt.Discrete)):
+            continue
+        value, kind, here = component._values[name], kinds.get(name), f"{path}{name}"
+        if isinstance(spec, pt.Parameter):
+            yield Adjustable(here, spec, float, value)
+        elif isinstance(value, tuple) and any(isinstance(item, pt.Component) for item in value):
+            item_kind = (typing.get_args(kind) or (None,))[0]
+            for i, item in enumerate(value):
+                yield from _part(f"{here}[{i}]", item_kind, item)
+        elif isinstance(value, pt.Component):
+            yield from _part(here, kind, value)
+        else:
+            yield Adjustable(here, None, kind, value)
+
+
+def _part(path: str, kind: Any, value: pt.Component) -> Iterator[Adjustable]:
+    yield Adjustable(path, None, kind, value)
+    yield from places(value, f"{path}.")
+
+
+def place(component: pt.Component, path: str) -> Adjustable:
+    """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
+    known = {found.path: found for found in places(component)}
+    if path not in known:
+        near = suggestion(path, known)
+        raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
+    return known[path]
+
+
+def assigned(component: M, path: str, text: str) -> M:
+    """A copy with a place set from a text: ``differential.mu`` "0.1", ``differential`` "CircularCamDifferential(mu=0.1)".
+
+    Errors: ParameterError for an unknown path, and for a value that does not fit, with its unit and range.
+    """
+    found = place(component, path)
+    if found.is_part:
+        return pt.replace(component, {path: part(text, found)})
+    return with_value(component, found, _number(text) if found.spec is not None else _read(text, found))
+
+
+def with_value(component: M, found: Adjustable, value: Any) -> M:
+    """A copy with a parameter or a plain field set to a value."""
+    if found.spec is not None:
+        return pt.replace(component, {found.path: found.spec.check(value, found.path)})
+    return pt.replace(component, {found.path: _fitted(value, found)})
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text  # which the parameter refuses
+
+
+def part(text: str, found: Adjustable) -> pt.Component:
+    """The component that a text tells, for a slot: a name, with values in brackets where it needs some, or one of its makers."""
+    try:
+        node = ast.parse(text.strip(), mode="eval").body
+    except SyntaxError:
+        raise pt.ParameterError(
+            f"{found.path}: {text!r} is neither the name of a component nor Name(parameter=value)"
+        ) from None
+    made = _built(node, found.path, found.kind)
+    if not isinstance(made, pt.Component):
+        raise pt.ParameterError(
+            f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}"
+        )
+    return made
+
+
+def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
+    """The component class of a name that fits into a slot of ``kind``; ParameterError where there is none."""
+    fits = fitting(kind) or list(components())
+    said = kind.__name__ if isinstance(kind, type) else "component"
+    try:
+        return find(name, fits, said).kind
+    except pt.ParameterError:
+        other = [entry for entry in components() if entry.name == name]
+        if not other or other[0] in fits:
+            raise
+    names = ", ".join(entry.name for entry in fits)
+    raise pt.ParameterError(f"{where} must be of class {said}, which {name} is not; choose from {names}")
+
+
+def _built(node: ast.expr, where: str, kind: Any = None) -> Any:
+    """A value from the syntax tree of Name, Name(...), Name.maker(...) and literals."""
+    if isinstance(node, ast.Name) and node.id not in ("inf", "nan"):
+        return component_named(node.id, kind, where)()
+    if isinstance(node, ast.Call):
+        return _called(node, where, kind)
+    try:
+        return ast.literal_eval(node)
+    except ValueError:
+        raise pt.ParameterError(f"{where}: {ast.unparse(node)!r} is not a value") from None
+
+
+def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
+    target = node.func
+    name = target.value if isinstance(target, ast.Attribute) else target
+    if not isinstance(name, ast.Name):
+        raise pt.ParameterError(f"{where}: {ast.unparse(node)!r} does not begin with the name of a component")
+    cls = component_named(name.id, kind, where)
+    maker: Any = cls
+    if isinstance(target, ast.Attribute):
+        makers = [n for n in vars(cls) if isinstance(vars(cls)[n], (classmethod, staticmethod)) and n[0] != "_"]
+        if target.attr not in makers:
+            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
+        maker = getattr(cls, target.attr)
+    kinds = cls._slot_types()
+    arguments = [_built(value, where) for value in node.args]
+    named = {str(k.arg): _built(k.value, f"{where}.{k.arg}", kinds.get(str(k.arg))) for k in node.keywords}
+    try:
+        made = maker(*arguments, **named)
+    except TypeError as error:
+        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}") from None
+    assert isinstance(made, pt.Component)
+    return made
+
+
+def _read(text: str, found: Adjustable) -> Any:
+    """The value of a plain field from its text."""
+    _check_plain(found)
+    if isinstance(found.value, str):
+        return text
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    try:
+        return ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        raise pt.ParameterError(f"{found.path}: {text!r} is not a value like {found.value!r}") from None
+
+
+def _fitted(value: Any, found: Adjustable) -> Any:
+    """A value for a plain field, of the type of the one that is there."""
+    old = found.value
+    if isinstance(value, list):
+        value = _tuples(value)
+    if typing.get_origin(found.kind) is typing.Literal:
+        choice = typing.get_args(found.kind)
+        if value not in choice:
+            near = suggestion(str(value), map(str, choice))
+            raise pt.ParameterError(f"{found.path} = {value!r} must be one of {', '.join(map(str, choice))}{near}")
+        return value
+    if isinstance(old, float) and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    _check_plain(found)
+    if type(value) is not type(old):
+        raise pt.ParameterError(f"{found.path} = {value!r} is not a {type(old).__name__} like {old!r}")
+    return value
+
+
+def _check_plain(found: Adjustable) -> None:
+    if not isinstance(found.value, (bool, int, float, str, tuple)):
+        raise pt.ParameterError(
+            f"{found.path} (a {type(found.value).__name__}) cannot be set from text, only in Python"
+        )
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+
+
+def _takes(found: Adjustable) -> str:
+    names = [entry.name for entry in fitting(found.kind)]
+    return f" (it takes {', '.join(names)})" if names else ""
+
+
+def assignments(texts: Iterable[str]) -> list[tuple[str, str]]:
+    """(path, value) of texts ``path=value``. Errors: ParameterError for a text without =."""
+    pairs = []
+    for text in texts:
+        path, sign, value = text.partition("=")
+        if not sign or not path.strip() or not value.strip():
+            raise pt.ParameterError(f"--set {text!r}: write path=value, such as body.m=1500")
+        pairs.append((path.strip(), value.strip()))
+    return pairs
+
+
+def free_or_error(wanted: Iterable[str], model: pt.Component, free: Mapping[str, float]) -> None:
+    """ParameterError for a parameter that was set and that the whole it is part of determines."""
+    for path in wanted:
+        found = place(model, path)
+        if found.spec is not None and path not in free:
+            whole = path.rpartition(".")[0].rpartition(".")[0] or type(model).__name__
+            raise pt.ParameterError(f"{path} cannot be set: {whole} determines it from its own parameters; set those")

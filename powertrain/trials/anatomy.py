@@ -1,0 +1,100 @@
+"""What a vehicle is made of, as far as trials ask: body, pedals, road, cycle, prime movers and stores, found by what its parts are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import powertrain as pt
+from powertrain.components.body import Body, RoadProfile
+from powertrain.components.control import Pedals
+from powertrain.components.cycles import CycleSpeed
+from powertrain.components.electric import Battery, ElectricMachine, PolarizedBattery
+from powertrain.components.engines import Engine
+from powertrain.language.component import children
+
+ONE = {"body": Body, "pedals": Pedals, "road": RoadProfile, "cycle": CycleSpeed}
+"""Parts of which a vehicle has one, and their kinds."""
+
+
+@dataclass(frozen=True)
+class Anatomy:
+    """Paths of the components of a vehicle, whatever their names: an engine in an axle module is "rear.engine".
+
+    Components are found by their class. What a class cannot tell, for instance that the energy of a flywheel carries over from one drive to
+    the next, the vehicle declares: ``stores: ClassVar[tuple[str, ...]] = ("flywheel",)``. By default the batteries are the stores.
+    """
+
+    vehicle: str
+    one: tuple[tuple[str, str], ...]
+    engines: tuple[str, ...]
+    machines: tuple[str, ...]
+    batteries: tuple[str, ...]
+    stores: tuple[str, ...]
+
+    @property
+    def prime_movers(self) -> tuple[str, ...]:
+        """Engines and electric machines; all have ``w`` [rad/s], ``tau`` [N.m] and ``power`` [W] at their shafts."""
+        return (*self.engines, *self.machines)
+
+    @property
+    def tank(self) -> str:
+        """What the prime movers take from: "tank", "battery", or both."""
+        return " and ".join(name for name, any_ in (("tank", self.engines), ("battery", self.machines)) if any_)
+
+    def the(self, what: str) -> str:
+        """The path of the body, the pedals, the road or the cycle. Errors: ParameterError for a vehicle without, or with several."""
+        found = [path for name, path in self.one if name == what]
+        if len(found) != 1:
+            several = f"{len(found)}: {', '.join(found)}" if found else "none"
+            raise pt.ParameterError(
+                f"{self.vehicle} needs one {what} (a component of class {ONE[what].__name__}); it has {several}"
+            )
+        return found[0]
+
+    def the_engine(self) -> str:
+        """The path of the only engine. Errors: ParameterError for a vehicle without, or with several."""
+        if len(self.engines) != 1:
+            raise pt.ParameterError(
+                f"{self.vehicle} has {len(self.engines)} combustion engines; this requires a vehicle with one"
+            )
+        return self.engines[0]
+
+
+def anatomy(vehicle: pt.Component) -> Anatomy:
+    """Find the body, pedals, engines and other components of a vehicle."""
+    parts = list(_parts(vehicle))
+
+    def of(*kinds: type[pt.Component]) -> tuple[str, ...]:
+        return tuple(path for path, part in parts if isinstance(part, kinds))
+
+    batteries = of(Battery, PolarizedBattery)
+    return Anatomy(
+        vehicle=type(vehicle).__name__,
+        one=tuple((name, path) for name, kind in ONE.items() for path in of(kind)),
+        engines=of(Engine),
+        machines=of(ElectricMachine),
+        batteries=batteries,
+        stores=tuple(getattr(type(vehicle), "stores", batteries)),
+    )
+
+
+def value_at(vehicle: pt.Component, path: str) -> Any:
+    """The component at a path of dots and indices."""
+    part: Any = vehicle
+    for name in path.split("."):
+        field, bracket, index = name.partition("[")
+        part = getattr(part, field)
+        part = part[int(index[:-1])] if bracket else part
+    return part
+
+
+def _parts(whole: pt.Component, path: str = "") -> Iterator[tuple[str, pt.Component]]:
+    """All parts with their paths; parts of bodies, engines and so on are theirs."""
+    known = (*ONE.values(), Engine, ElectricMachine, Battery, PolarizedBattery)
+    for name, part in children(whole):
+        if isinstance(part, pt.Component):
+            yield f"{path}{name}", part
+            if not isinstance(part, known):
+                yield from _parts(part, f"{path}{name}.")

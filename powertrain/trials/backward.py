@@ -1,0 +1,142 @@
+"""A cycle calculated backward: from the road to the tank, one operating point after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import powertrain as pt
+from powertrain.components.body import Body
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.translational import ConstantSpeed
+from powertrain.components.wheels import Wheel
+from powertrain.language.component import children
+from powertrain.trials.anatomy import anatomy, value_at
+from powertrain.trials.driveline import SLOWEST, driveline_map
+from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
+from powertrain.trials.operating import operating_map
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+SPEEDS, ACCELERATORS = 46, 61
+
+
+@dataclass(frozen=True)
+class BackwardRun:
+    """Fuel flow [kg/s] and tractive force [N] at the midpoint of every row of a cycle.
+
+    ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those chosen by its schedule, 1 if there is none.
+    """
+
+    cycle: DriveCycle
+    fuel_rate: Array
+    force: Array
+    missing: Array
+    gears: NDArray[np.intp]
+
+    @property
+    def fuel(self) -> float:
+        """Fuel [kg]."""
+        return float(self.fuel_rate @ np.diff(self.cycle.times))
+
+
+def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset | None = None) -> BackwardRun:
+    """The fuel for a cycle from a map of operating points, without transients between them.
+
+    force = (m + sum of J/radius^2 of the wheels) a + resistance(v) + m g sin(alpha),  fuel_rate = map(v, force)
+    braked or in overrun: fuel_rate of accelerator 0
+
+    The resistance is the force that pulls the body of the vehicle along a level road at constant speed. The map is that of
+    ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
+    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one. The inertia of the
+    engine is neglected.
+    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear. The gears are those that the schedule chooses for
+    the speeds of the cycle and the pedal positions for the forces; shifts take no time and no fuel.
+    Errors: ParameterError for a map with points without an operating point, and for a vehicle without a map (see ``on_rolling_road``).
+    """
+    if isinstance(cycle, str):
+        cycle = DriveCycle.named(cycle)
+    v, force = demand(vehicle, cycle)
+    top = 1.02 * cycle.top_speed
+    speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
+    if found is None and is_geared(vehicle):
+        maps = gear_maps(vehicle, speeds, accelerators)
+        gears = gears_along(vehicle, cycle.times, v, force, maps)
+    else:
+        maps = [driveline_map(vehicle, speeds, accelerators) if found is None else found]
+        gears = np.ones(v.size, np.intp)
+    if missing := sum(int(one["force"].isnull().sum()) for one in maps):
+        raise pt.ParameterError(f"backward: {missing} points of the map have no operating point")
+    slowest = float(maps[0]["speed"][0])
+    rate, most = np.empty_like(v), np.empty_like(v)
+    for k, one in enumerate(maps, 1):
+        rows = gears == k
+        rate[rows], most[rows] = _look_up(one, np.maximum(v[rows], slowest), force[rows])
+    idle = _idle(vehicle)
+    rate = np.where(v < slowest, np.where(force > 0, np.maximum(rate, idle), idle), rate)
+    return BackwardRun(cycle, rate, force, np.maximum(force - most, 0), gears)
+
+
+class _Pulled(pt.Component):
+    """A body that is pulled over a level road at a given speed."""
+
+    body: Body
+    pull: ConstantSpeed = ConstantSpeed(v_fixed=1)
+
+    def equations(self) -> pt.Equations:
+        """Pulled in front; the axle at the rear pushes nothing."""
+        yield pt.connect(self.pull.flange, self.body.front)
+
+
+def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
+    """Speed [m/s] and tractive force [N] of all wheels in the middle of every row of a cycle; of what rotates, wheels alone count."""
+    v, a = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2, np.diff(cycle.speeds) / np.diff(cycle.times)
+    return v, _pull(vehicle, v, a) + _climb(vehicle, cycle)
+
+
+def _pull(vehicle: Any, v: Array, a: Array) -> Array:
+    """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
+    body = value_at(vehicle, anatomy(vehicle).the("body"))
+    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))
+    speeds, rows = np.unique(v, return_inverse=True)
+    pulled = pt.steady(_Pulled(body=body), {"pull.v_fixed": speeds}, outputs=["pull.flange.f"])
+    return np.asarray(mass * a - pulled["pull.flange.f"].values[rows])
+
+
+def _wheels(part: pt.Component) -> list[Wheel]:
+    inside = [wheel for _, child in children(part) if isinstance(child, pt.Component) for wheel in _wheels(child)]
+    return [part] if isinstance(part, Wheel) else inside
+
+
+def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
+    """The weight's force along the road in the middle of every row, N."""
+    step = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)
+    parts = anatomy(vehicle)
+    body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))
+    slope = np.asarray((cycle.slope() if cycle.grades else road.profile)(np.cumsum(step) - step / 2))
+    return np.asarray(float(body.m) * float(body.g) * slope / np.sqrt(1 + slope**2))
+
+
+def _idle(vehicle: Any) -> float:
+    """The fuel flow [kg/s] at standstill: against the drag of a converter; of the engine alone if a start clutch opens."""
+    standing = operating_map(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle, np.zeros(1), np.zeros(1))
+    engine, found = value_at(vehicle, anatomy(vehicle).the_engine()), float(standing["fuel_rate"].item())
+    return found if np.isfinite(found) else float(engine.fuel_flow(float(engine.w_idle), 0.0))
+
+
+def _look_up(found: xr.Dataset, v: Array, force: Array) -> tuple[Array, Array]:
+    """Fuel flow at (v, force) and the greatest force at v: linear in force along the accelerator, then in speed."""
+    speeds, forces, rates = (np.asarray(found[name].values) for name in ("speed", "force", "fuel_rate"))
+    k = np.clip(np.searchsorted(speeds, v) - 1, 0, len(speeds) - 2)
+    share = (v - speeds[k]) / (speeds[k + 1] - speeds[k])
+    rate, most = np.empty_like(v), np.empty_like(v)
+    for i in range(len(v)):
+        rows = [np.interp(force[i], forces[j], rates[j]) for j in (k[i], k[i] + 1)]
+        rate[i] = rows[0] + share[i] * (rows[1] - rows[0])
+        most[i] = forces[k[i]].max() + share[i] * (forces[k[i] + 1].max() - forces[k[i]].max())
+    return rate, most

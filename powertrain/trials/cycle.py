@@ -1,0 +1,286 @@
+"""A vehicle on a drive cycle: how well it follows, what it burns, where the energy goes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.trials.anatomy import Anatomy, anatomy, value_at
+
+SPEED_BAND = 2 / 3.6
+"""How far a vehicle may leave the cycle [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
+TIME_BAND = 1.0
+"""Within this time before and after [s], same place."""
+RATE = 10
+"""Samples per second."""
+STANDS = 1.0
+"""Distance [m] up to which a vehicle stands."""
+LITTLE = 1.0
+"""Torque [N.m] by which a marginal efficiency is told, and from which an engine fires."""
+STALLED, LASTING = 1.0, 2.0
+"""Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
+LITRES, METRES, GALLON_KWH, WH = 3.785411784, 1609.344, 33.705, 3600.0
+"""A US gallon [l], a mile [m], the energy of a gallon of gasoline [kW.h], a watt hour [J]."""
+ON, ASKED = 0.5, 0.1
+"""Switch from which an engine shall run; part of a cycle's distance that must be more than ``STANDS`` for a vehicle to be missed."""
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CycleRun:
+    """The run of a vehicle over a cycle; ``message`` gives the reason if it ended early or did not move.
+
+    ``anatomy`` has the paths of the vehicle's body, engines and batteries. ``table`` has the main results.
+    """
+
+    cycle: DriveCycle
+    plant: pt.Plant[Any]
+    result: pt.Result[Any]
+    parameters: dict[str, float]
+    message: str = ""
+
+    @cached_property
+    def anatomy(self) -> Anatomy:
+        """What the vehicle's parts are."""
+        return anatomy(self.plant.model)
+
+    @cached_property
+    def speed(self) -> Array:
+        """Speed [m/s] at ``result.time``."""
+        return self.result[f"{self.anatomy.the('body')}.v"]
+
+    @property
+    def distance(self) -> float:
+        """Distance driven [m]."""
+        path = self.result[f"{self.anatomy.the('body')}.s"]
+        return float(path[-1] - path[0])
+
+    @property
+    def fuel(self) -> float:
+        """Fuel burnt by all engines [kg]."""
+        return sum(self._burnt(engine) for engine in self.anatomy.engines)
+
+    @property
+    def litres_per_100km(self) -> float:
+        """Consumption of fuel [l/100 km]; nan where the vehicle stood."""
+        litres = sum(self._burnt(engine) / self._of(f"{engine}.fuel_density") for engine in self.anatomy.engines) * 1e3
+        return self._per_metre(litres) * 1e5
+
+    @property
+    def co2_per_km(self) -> float:
+        """Carbon dioxide at the tailpipe [g/km]; nan where the vehicle stood."""
+        grams = sum(self._burnt(engine) * self._of(f"{engine}.co2_per_fuel") for engine in self.anatomy.engines) * 1e3
+        return self._per_metre(grams) * 1e3
+
+    @cached_property
+    def electricity(self) -> float:
+        """Energy taken from the batteries' charge [J], with what they lose themselves; negative where they were charged."""
+        stored = self.audit.components["stored"]
+        return -float(sum(stored.loc[battery] for battery in self.anatomy.batteries))
+
+    @property
+    def wh_per_km(self) -> float:
+        """Energy taken from the batteries' charge [W.h/km]; nan where the vehicle stood."""
+        return self._per_metre(self.electricity / WH) * 1e3
+
+    def mpg(self, charging: float = 1.0) -> float:
+        """Miles per US gallon; what the batteries gave counts as gasoline of 33.705 kW.h a gallon, through a charger of that efficiency.
+
+        nan where the vehicle stood or took nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
+        """
+        gallons = self.litres_per_100km / LITRES * self.distance / 1e5
+        gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
+        return self.distance / METRES / gallons if gallons > 0 else math.nan
+
+    def range(self, usable: float = 1.0) -> float:
+        """How far [m] the batteries' charge takes the vehicle at this consumption, of which a part is ``usable``; nan where none is taken.
+
+        The charge is all that the batteries hold at a state of charge of 1.
+        """
+        if not self.electricity > 0:
+            return math.nan
+        whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
+        return usable * whole / self.electricity * self.distance
+
+    @property
+    def efficiency(self) -> float:
+        """Mean efficiency of the engines: work of combustion at the crank over the heat of the fuel [1]; nan where none was burnt."""
+        return self._work() / self.heat if self.fuel > 0 else math.nan
+
+    @property
+    def heat(self) -> float:
+        """Chemical energy of the fuel burnt [J]."""
+        return sum(self._burnt(engine) * self._of(f"{engine}.heating_value") for engine in self.anatomy.engines)
+
+    @cached_property
+    def marginal_efficiency(self) -> float:
+        """Efficiency of a little more torque at the same speed, on average over the work of the engines [1]; nan where they gave none."""
+        shares, heats = (
+            zip(*(self._marginal(path) for path in self.anatomy.engines), strict=True)
+            if self.anatomy.engines
+            else ((), ())
+        )
+        return sum(shares) / sum(heats) if sum(shares) > 0 else math.nan
+
+    def _marginal(self, path: str) -> tuple[float, float]:
+        """Work of an engine [J], and the heat that as much work would take at its marginal efficiency."""
+        given = {name.removeprefix(f"{path}."): v for name, v in self.parameters.items() if name.startswith(f"{path}.")}
+        engine = pt.replace(value_at(self.plant.model, path), given)
+        power = self._power(path)
+        fires = (self.result[f"{path}.firing"] > LITTLE) & (power > 0)
+        w, tau = (self.result[f"{path}.{name}"][fires] for name in ("w", "tau"))
+        if not w.size:
+            return 0.0, 0.0
+        heat = (engine.fuel_flow(w, tau + LITTLE) - engine.fuel_flow(w, tau)) * float(engine.heating_value)
+        share = (np.gradient(self.result.time) * power)[fires]
+        return float(share.sum()), float(share @ (heat / (LITTLE * w)))
+
+    @cached_property
+    def band(self) -> tuple[Array, Array, Array]:
+        """Times [s] of the whole cycle, and the lowest and the highest speed [m/s] that the regulation allows then."""
+        t = self.cycle.times[0] + np.arange(round(self.cycle.duration * RATE) + 1) / RATE
+        wanted, size = np.interp(t, self.cycle.times, self.cycle.speeds), 2 * round(TIME_BAND * RATE) + 1
+        low = minimum_filter1d(wanted, size, mode="nearest") - SPEED_BAND
+        return t, low, maximum_filter1d(wanted, size, mode="nearest") + SPEED_BAND
+
+    @cached_property
+    def excess(self) -> Array:
+        """How far the speed is outside the regulation's tolerance at ``result.time`` [m/s]: positive above, negative below, else 0."""
+        t, low, high = self.band
+        time, v = self.result.time, self.speed
+        return np.asarray(np.maximum(v - np.interp(time, t, high), 0) + np.minimum(v - np.interp(time, t, low), 0))
+
+    @property
+    def time_outside(self) -> float:
+        """Time outside the speed tolerance, including the time that was not driven [s]."""
+        t = self.result.time
+        outside = float(np.trapezoid((self.excess != 0).astype(float), t))
+        return outside + float(self.cycle.times[-1] - t[-1])
+
+    @cached_property
+    def audit(self) -> pt.EnergyAudit:
+        """Where the energy went."""
+        return pt.energy_audit(self.result)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The numbers by which vehicles are compared: value and unit."""
+        deviation = self.excess[np.argmax(np.abs(self.excess))]
+        rows = {"distance": (self.distance / 1e3, "km")}
+        if self.anatomy.engines:
+            rows |= {
+                "fuel": (self.fuel, "kg"),
+                "consumption": (self.litres_per_100km, "l/100 km"),
+                "carbon dioxide": (self.co2_per_km, "g/km"),
+                "work at the crank": (self._work() / 1e6, "MJ"),
+                "mean efficiency of the engine": (self.efficiency, "1"),
+            }
+        if self.anatomy.batteries:
+            rows["from the battery"] = (self.wh_per_km, "W.h/km")
+        rows |= {
+            "time outside the speed tolerance": (self.time_outside, "s"),
+            "largest deviation beyond the tolerance": (float(deviation) * 3.6, "km/h"),
+        }
+        return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
+
+    def _burnt(self, engine: str) -> float:
+        return float(self.result[f"{engine}.fuel"][-1])
+
+    def _work(self) -> float:
+        return sum(
+            float(np.trapezoid(np.maximum(self._power(engine), 0), self.result.time)) for engine in self.anatomy.engines
+        )
+
+    def _power(self, engine: str) -> Array:
+        """Power at the crank without the starter's [W]."""
+        torque = self.result[f"{engine}.firing"] - self.result[f"{engine}.drag"]
+        return np.asarray(torque * self.result[f"{engine}.w"])
+
+    def _per_metre(self, amount: float) -> float:
+        return amount / self.distance if abs(self.distance) > STANDS else math.nan
+
+    def _of(self, name: str) -> float:
+        return float(self.parameters.get(name, self.plant.parameters[name]))
+
+
+def drive_cycle(
+    vehicle: pt.Component | pt.Plant[Any],
+    cycle: DriveCycle | str | None = None,
+    *,
+    parameters: dict[str, float] | None = None,
+    progress: bool | Callable[[float], None] = False,
+    **options: Any,
+) -> CycleRun:
+    """Drive a vehicle over a cycle (``None``: the one of the vehicle; a name: a legislated cycle).
+
+    ``options`` are passed to ``pt.simulate``. The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a
+    cycle, it drives as well as it can. If the simulation ends early, the run so far is kept and ``message`` gives the reason; it also
+    reports an engine that stalled for good and a vehicle that did not move. Errors: those of building the model, and ParameterError for
+    wrong names.
+    """
+    if isinstance(cycle, str):
+        cycle = DriveCycle.named(cycle)
+    if isinstance(vehicle, pt.Plant):
+        if cycle is not None:
+            raise pt.ParameterError(
+                "a compiled vehicle keeps its cycle: pass the vehicle itself to drive another cycle"
+            )
+        plant = vehicle
+    else:
+        plant = pt.compile(on_cycle(vehicle, cycle))
+    driven: DriveCycle = value_at(plant.model, anatomy(plant.model).the("cycle")).cycle
+    start, stop = float(driven.times[0]), float(driven.times[-1])
+    times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
+    given, message = dict(parameters or {}), ""
+    try:
+        result = plant.simulate(stop, start=start, parameters=given, times=times, progress=progress, **options)
+    except pt.SimulationError as error:
+        if not isinstance(error.result, pt.Result) or error.result.time.size < 2:
+            raise
+        result, message = error.result, str(error)
+    return CycleRun(driven, plant, result, given, message or _standing(driven, result, anatomy(plant.model)))
+
+
+def on_cycle(vehicle: pt.Component, cycle: DriveCycle | None) -> pt.Component:
+    """The vehicle on a cycle, and on its road where the cycle has grades."""
+    parts = anatomy(vehicle)
+    path = parts.the("cycle")
+    if cycle is not None:
+        vehicle = pt.replace(vehicle, {f"{path}.cycle": cycle})
+    driven = value_at(vehicle, path).cycle
+    return pt.replace(vehicle, {f"{parts.the('road')}.profile": driven.slope()}) if driven.grades else vehicle
+
+
+def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
+    """What to say of a vehicle whose engine turned backwards or stalled for good, or which did not move though asked to; else nothing."""
+    path = result[f"{parts.the('body')}.s"]
+    distance = abs(float(path[-1] - path[0]))
+    driven = f"the vehicle drove {distance:.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
+    for engine in parts.engines:
+        w = result[f"{engine}.w"]
+        backwards = np.flatnonzero(w < -STALLED)
+        if backwards.size:
+            return (
+                f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {w.min():.4g} rad/s. Look at "
+                "what loads the crank: an accessory takes its torque while it turns, as BearingFriction does, and does not turn it"
+            )
+        runs = np.flatnonzero((result[f"{engine}.w"] > STALLED) | (result[f"{engine}.on"] < ON))
+        last = float(result.time[runs[-1] if runs.size else 0])
+        if result.time[-1] - last > LASTING:
+            return (
+                f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Look at what loads the crank (clutch, "
+                f"accessories), at {engine}.tau_starter, which has to overcome that at rest, and at the idle controller"
+            )
+    if distance < STANDS < ASKED * cycle.distance:
+        return f"{driven}: it stands. Look at what its wheels are given and what holds them"
+    return ""

@@ -1,0 +1,60 @@
+"""The efficiency of a whole driveline, from the tank or the battery to the road, over speed and tractive force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import powertrain as pt
+from powertrain.trials.gears import held_gears, in_gear, is_geared, numbers
+from powertrain.trials.operating import on_rolling_road, operating_map
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SLOWEST = 2 / 3.6
+"""Speed at which maps begin [m/s]."""
+
+
+def driveline_map(
+    vehicle: pt.Component,
+    speeds: ArrayLike,
+    accelerators: ArrayLike,
+    *,
+    variator: str | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, input power and efficiency to the road.
+
+    Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``w`` [rad/s] and ``tau`` [N.m] of the
+    engine or machine, ``power`` [W] from the tank (``fuel_rate`` [kg/s] times the heating value) or from the battery at its charge at the
+    start, ``efficiency`` = force speed/power, ``status``. With the path of a ``variator`` also ``K`` and the ``case`` of its power flow, of
+    which Fig. 8 of Yu & Beachley 1986 shows the kinds. A vehicle with a gear schedule has the ``gear``, too: the highest that the schedule
+    keeps at that speed and accelerator.
+
+    Points without an operating point are nan, and their status gives the reason. If there are several (in overrun a centrifugal clutch may
+    hold, or release the engine to idle), the status says so, and the numbers are those with the clutch holding.
+    The vehicle needs a body, pedals and one engine or machine. Errors: those of ``on_rolling_road``.
+    Source: pt.steady of the vehicle on a rolling road.
+    """
+    import xarray as xr
+
+    if not is_geared(vehicle):
+        return operating_map(vehicle, speeds, accelerators, variator=variator, progress=progress)
+    maps = [
+        operating_map(in_gear(vehicle, k), speeds, accelerators, variator=variator, progress=progress)
+        for k in numbers(vehicle)
+    ]
+    v, pedal = maps[0]["speed"].values, maps[0]["accelerator"].values
+    gear = xr.DataArray(
+        held_gears(vehicle, v, pedal), dims=("speed", "accelerator"), attrs={"units": "1", "long_name": "Gear"}
+    )
+    at = xr.DataArray(np.asarray(gear) - 1, dims=gear.dims)
+    return xr.concat(maps, "gear", combine_attrs="override").isel(gear=at).assign(gear=gear)
+
+
+def check_map(vehicle: pt.Component) -> None:
+    """Errors: those that ``driveline_map`` has for such a vehicle, before anything is calculated."""
+    on_rolling_road(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle)

@@ -1,0 +1,74 @@
+"""The map of a whole driveline as a picture, with the operating points of a cycle and the cases of its power flow."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from powertrain.components.wheels import Wheel
+from powertrain.trials.cycle import CycleRun
+from powertrain.trials.figures import parts_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\"}
+"""Cases of a variator's power flow."""
+STEP, LABELLED_FROM = 0.01, 0.2
+"""Efficiencies from line to line; below the second one lines would stand too close."""
+FAINT = (1, 1, 1, 0.35)
+
+
+def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Axes | None = None) -> Axes:
+    """Efficiency from the tank or the battery to the road over speed and tractive force, up to the largest force of the vehicle.
+
+    ``found`` is the result of ``driveline_map``. The plot shows the speeds at which all points have an operating point; the cases of a
+    power flow are hatched if they are known. The dots are the operating points of a cycle, one per second with a tractive force.
+    """
+    import matplotlib.pyplot as plt
+
+    ax = plt.subplots(figsize=(7.5, 5), layout="constrained")[1] if ax is None else ax
+    found = found.isel(speed=found["force"].notnull().all("accelerator").values)
+    force = found["force"].values
+    speed = np.broadcast_to(found["speed"].values[:, None] * 3.6, force.shape)
+    efficiency = np.where(force > 0, found["efficiency"].values, 0.0)
+    levels = np.arange(0, np.nanmax(efficiency) + STEP, STEP)
+    filled = ax.contourf(speed, force, efficiency, levels=levels, cmap="viridis")
+    drawn = levels[levels > LABELLED_FROM - STEP / 2]
+    lines = ax.contour(speed, force, efficiency, levels=drawn, colors="k", linewidths=0.4)
+    ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
+    bar = ax.figure.colorbar(filled, ax=ax)
+    told = str(found["efficiency"].attrs["long_name"])
+    bar.set_label(f"{told[0].lower()}{told[1:]}  [1]")
+    ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
+    handles = _hatch(ax, found, speed, force) if "case" in found else []
+    if run is not None:
+        _points(ax, run)
+    ax.set(xlabel="Speed [km/h]", ylabel="Tractive force [N]", ylim=(0, 1.05 * np.nanmax(force)), xlim=(0, None))
+    ax.legend(handles=[*ax.get_legend_handles_labels()[0], *handles], loc="upper right", fontsize=8)
+    return ax
+
+
+def _hatch(ax: Axes, found: xr.Dataset, speed: Any, force: Any) -> list[Any]:
+    from matplotlib.patches import Patch
+
+    handles, cases = [], found["case"].values
+    for case, hatch in HATCHES.items():
+        if (cases == case).any():
+            inside = np.where(cases == case, 1.0, 0.0)
+            drawn = ax.contourf(speed, force, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch])
+            drawn.set(edgecolor=FAINT, linewidth=0)
+            handles.append(Patch(facecolor="none", edgecolor="0.5", hatch=hatch, label=f"variable unit: {case}"))
+    return handles
+
+
+def _points(ax: Axes, run: CycleRun) -> None:
+    wheels = list(parts_of(run.plant.model, Wheel))
+    time = run.result.time
+    seconds = np.searchsorted(time, np.arange(time[0], time[-1]))  # an event has samples of its own
+    v, pull = run.speed[seconds] * 3.6, np.sum([run.result[f"{wheel}.f"][seconds] for wheel in wheels], axis=0)
+    driven = pull > 0
+    name = run.cycle.name.upper() if len(run.cycle.name) < 6 else run.cycle.name
+    ax.plot(v[driven], pull[driven], ".", ms=3, color="C3", alpha=0.5, label=f"{name}, every second")

@@ -1,0 +1,129 @@
+"""Vehicles with a gear schedule, one gear after the other: their maps, and the gears that the schedule takes along a cycle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import powertrain as pt
+from powertrain.components.control import FixedGear, GearSchedule, PowerShiftSchedule
+from powertrain.components.transmissions import ManualGearbox, PowerShiftGearbox
+from powertrain.trials.operating import operating_map
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+
+SCHEDULES, BOXES = (GearSchedule, PowerShiftSchedule), (ManualGearbox, PowerShiftGearbox)
+
+
+def is_geared(vehicle: pt.Component) -> bool:
+    """Whether a schedule changes the gears of its gearbox."""
+    return bool(_named(vehicle, *SCHEDULES) and _named(vehicle, *BOXES))
+
+
+def _named(vehicle: pt.Component, *kinds: type[pt.Component]) -> str:
+    return next((name for name in vehicle._fields if isinstance(getattr(vehicle, name), kinds)), "")
+
+
+def numbers(vehicle: pt.Component) -> range:
+    """The numbers of its gears, from 1 on."""
+    box = getattr(vehicle, _named(vehicle, *BOXES))
+    return range(1, len(box.gears if isinstance(box, ManualGearbox) else box.ratios) + 1)
+
+
+def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
+    """The vehicle with gear k in for good."""
+    shifting, name = _named(vehicle, *SCHEDULES), _named(vehicle, *BOXES)
+    schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
+    held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
+    return pt.replace(vehicle, {shifting: held} | ({name: box.in_gear(k)} if isinstance(box, ManualGearbox) else {}))
+
+
+def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array) -> NDArray[np.intp]:
+    """The highest gear that the schedule keeps, over speed [m/s] and accelerator."""
+    schedule, last = getattr(vehicle, _named(vehicle, *SCHEDULES)), numbers(vehicle)[-1]
+    return np.array([[_Shifter(schedule, last).kept(float(v), float(p)) for p in accelerators] for v in speeds])
+
+
+def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
+    """``operating_map`` of the vehicle in each of its gears.
+
+    Isolated points without an operating point, as near idle speed where the start clutch begins to hold, are interpolated.
+    Errors: ParameterError for such points at the edge of the map, and those of ``operating_map``.
+    """
+    maps = []
+    for k in numbers(vehicle):
+        found = operating_map(in_gear(vehicle, k), speeds, accelerators)[["force", "fuel_rate"]]
+        found = found.interpolate_na("accelerator").interpolate_na("speed")
+        if missing := int(found["force"].isnull().sum()):
+            raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no operating point")
+        maps.append(found)
+    return maps
+
+
+def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
+    """The gear, from 1 on, in every row between two times [s], for speeds [m/s] and forces [N] in the rows.
+
+    It is chosen by the schedule for the pedal position that gives the force; a long row has the gear in which it ends.
+    """
+    schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
+    shifter, gears = _Shifter(schedule), []
+    for begin, end, speed, push in zip(times[:-1], times[1:], v, force, strict=True):
+        for t in np.arange(begin, end, min(shifter.dwell, end - begin)):
+            shifter.decide(float(t), float(speed), accelerator(maps[shifter.gear - 1], float(speed), float(push)))
+        gears.append(shifter.gear)
+    return np.array(gears)
+
+
+class _Shifter:
+    """What a schedule remembers, and how it decides."""
+
+    def __init__(self, schedule: GearSchedule | PowerShiftSchedule, gear: int = 1) -> None:
+        self.up, self.down = np.array(schedule.speeds).T
+        self.eager, self.relaxed, self.dwell, self.kick, self.patience = (
+            float(getattr(schedule, name)) for name in ("eager", "relaxed", "dwell", "kick", "patience")
+        )
+        self.gear, self.began, self.kicked = gear, -np.inf, -np.inf
+
+    def kept(self, v: float, pedal: float) -> int:
+        """The gear that stays in at a speed [m/s] and an accelerator, coming from above."""
+        before = self.gear + 1
+        while self.gear < before:
+            before, self.began, self.kicked = self.gear, -np.inf, 0.0
+            self.decide(0.0, v, pedal)
+        return before
+
+    def decide(self, t: float, v: float, pedal: float) -> None:
+        """At time t [s] with speed v [m/s] and accelerator ``pedal``."""
+        if t - self.began < self.dwell:
+            return
+        pressed = max(pedal - self.relaxed, 0) / (1 - self.relaxed)
+        now, before = 1 + self.eager * pressed, self.gear
+        up, down = self._limits()
+        calm = t > self.kicked + self.patience or v > up * (1 + self.eager)
+        if v > up * now and calm:
+            self.gear += 1
+        elif v < min(down * now, self._middle()):
+            self.gear -= 1
+        elif pedal > self.kick and v < down * now:
+            self.gear, self.kicked = self.gear - 1, t
+        self.began = t if self.gear != before else self.began
+
+    def _limits(self) -> tuple[float, float]:
+        up = float(self.up[self.gear - 1]) if self.gear <= len(self.up) else np.inf
+        return up, float(self.down[self.gear - 2]) if self.gear > 1 else -np.inf
+
+    def _middle(self) -> float:
+        return float(self.up[self.gear - 2] + self.down[self.gear - 2]) / 2 if self.gear > 1 else -np.inf
+
+
+def accelerator(found: xr.Dataset, v: float, force: float) -> float:
+    """The pedal position for a force [N] at the nearest speed of a map; 1 if the force is too large."""
+    row = int(np.argmin(np.abs(found["speed"].values - v)))
+    forces = np.maximum.accumulate(found["force"].values[row])
+    return float(np.interp(force, forces, found["accelerator"].values))

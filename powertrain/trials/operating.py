@@ -1,0 +1,124 @@
+"""Operating points of a whole driveline on a rolling road, over speed and accelerator."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import powertrain as pt
+from powertrain.components.body import Axle, RoadProfile, RollingRoad
+from powertrain.components.control import AlwaysOn, EngineSwitch, SetPedals
+from powertrain.components.cvu import Actuator, IdealActuator
+from powertrain.language.component import children
+from powertrain.trials.anatomy import Anatomy, anatomy, value_at
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def on_rolling_road(vehicle: pt.Component) -> pt.Component:
+    """The vehicle with its body on a level rolling road, its pedals set, its engine on, and its actuators where they want to be.
+
+    Its wheels do not slip, and those of an axle turn as one: what tyres and differentials lose there is not in it.
+    Errors: ParameterError for a vehicle with a part that remembers, such as the gear that is in.
+    """
+    parts = {name: getattr(vehicle, name) for name in vehicle._fields}
+    steady = {name: part for name, old in parts.items() if (part := _steady(old)) is not old}
+    for name, part in parts.items():
+        if name not in steady and isinstance(part, pt.Component):
+            _refuse_memory(vehicle, part, name)
+    vehicle = pt.replace(vehicle, steady)
+    found = anatomy(vehicle)
+    body, pedals = found.the("body"), found.the("pedals")
+    mass, share = (float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share"))
+    return pt.replace(vehicle, {body: RollingRoad(m=mass, front_share=share), pedals: SetPedals()})
+
+
+def _steady(part: Any) -> Any:
+    """What takes a part's place at constant speed on a level road."""
+    if isinstance(part, Actuator):
+        return IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
+    if isinstance(part, Axle):
+        return part.lumped()
+    if isinstance(part, RoadProfile):
+        return RoadProfile()
+    return AlwaysOn() if isinstance(part, EngineSwitch) else part
+
+
+def _refuse_memory(vehicle: pt.Component, part: pt.Component, path: str) -> None:
+    held = [name for name, kind in part._fields.items() if isinstance(kind, pt.Discrete)]
+    if held:
+        raise pt.ParameterError(
+            f"{type(vehicle).__name__} has no map of operating points: {path} ({type(part).__name__}) goes by what was before "
+            f"({', '.join(held)}), so speed and accelerator alone do not determine its operation"
+        )
+    for name, inner in children(part):
+        _refuse_memory(vehicle, inner, f"{path}.{name}")
+
+
+def operating_map(
+    vehicle: pt.Component,
+    speeds: ArrayLike,
+    accelerators: ArrayLike,
+    *,
+    variator: str | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """``driveline_map`` of a vehicle without gears to shift."""
+    import xarray as xr
+
+    parts = anatomy(vehicle)
+    body, pedals = parts.the("body"), parts.the("pedals")
+    plant = pt.compile(on_rolling_road(vehicle))
+    mover = _mover(parts)
+    taken = [f"{mover}.fuel_rate"] if parts.engines else [f"{mover}.power", f"{mover}.lossPower"]
+    speed, pedal = np.asarray(speeds, float), np.asarray(accelerators, float)
+    grid: dict[str, Any] = {f"{body}.speed": speed, f"{pedals}.accelerator_set": pedal}
+    grid |= {f"{battery}.soc": _charge(vehicle, battery) for battery in parts.batteries}
+    names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
+    outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
+    options: dict[str, Any] = {"first": True, "progress": progress, "inputs": dict.fromkeys(plant.compiled.inputs, 0.0)}
+    if variator is not None:
+        flow = pt.power_flow(plant, grid, outputs=outputs, **options)
+        data, share = flow.data, flow.variator(variator)
+        extra = {"K": share["K"], "case": share["case"]}
+    else:
+        data, extra = pt.steady(plant, grid, outputs=list(outputs), **options), {}
+    found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
+    if parts.engines:
+        found["fuel_rate"] = data[taken[0]]
+        power = found["fuel_rate"] * plant.parameters[f"{mover}.heating_value"]
+    else:
+        power = data[taken[0]] + data[taken[1]]
+    found["power"] = power.assign_attrs(units="W", long_name=f"Power from the {parts.tank}")
+    found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
+    found = found.assign_coords(
+        speed=("speed", speed, {"units": "m/s", "long_name": "Speed"}),
+        accelerator=("accelerator", pedal, {"units": "1", "long_name": "Accelerator pedal"}),
+    )
+    return with_efficiency(found)
+
+
+def with_efficiency(found: xr.Dataset) -> xr.Dataset:
+    """The map with the efficiency: tractive power over the power that is taken."""
+    work, power = found["force"] * found["speed"], found["power"]
+    told = power.attrs["long_name"].replace("Power", "Efficiency")
+    efficiency = (work / power).where((work > 0) & (power > 0))
+    return found.assign(efficiency=efficiency.assign_attrs(units="1", long_name=f"{told} to the road"))
+
+
+def _mover(parts: Anatomy) -> str:
+    """The path of the only prime mover."""
+    if len(parts.prime_movers) != 1:
+        raise pt.ParameterError(
+            f"{parts.vehicle} has no map of operating points: speed and accelerator alone do not tell how its "
+            f"{len(parts.prime_movers)} engines and machines share the work"
+        )
+    return parts.prime_movers[0]
+
+
+def _charge(vehicle: pt.Component, battery: str) -> float:
+    """The state of charge that a battery begins with."""
+    return float(type(value_at(vehicle, battery))._fields["soc"].start)

@@ -1,0 +1,86 @@
+"""What a vehicle can do with a full accelerator: acceleration, top speed, the steepest slope."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+import powertrain as pt
+from powertrain.components.body import RoadProfile
+from powertrain.components.control import SetPedals
+from powertrain.trials.anatomy import anatomy
+
+KM_H = 1 / 3.6
+SETTLED = 1e-3
+"""Acceleration [m/s2] below which a vehicle no longer gains speed."""
+
+
+def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
+    """Accelerate from rest with the pedal fully pressed until the top speed is reached, in steps of one minute.
+
+    Errors: SimulationError if that takes more than ten minutes.
+    """
+    parts = anatomy(vehicle)
+    plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
+    reached = 0.0
+    for minutes in range(1, 11):
+        result = plant.simulate(60.0 * minutes, points=6000 * minutes, **options)
+        t, v = result.time, _speed(result)
+        if v[-1] - v[np.searchsorted(t, t[-1] - 5)] < 5 * SETTLED:
+            return result
+        reached = float(v[-1])
+    raise pt.SimulationError(f"the vehicle still accelerates after ten minutes, at {reached / KM_H:.1f} km/h")
+
+
+def time_between(result: pt.Result[Any], low: float, high: float) -> float:
+    """Time [s] from the speed ``low`` to ``high`` [m/s], nan where the vehicle does not reach them."""
+    t, v = result.time, _speed(result)
+    if v.max() < high:
+        return float("nan")
+    return float(t[np.argmax(v >= high)] - t[np.argmax(v >= low)])
+
+
+def climbs(vehicle: pt.Component, grade: float, time: float = 20.0) -> bool:
+    """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s]."""
+    road = RoadProfile(profile=pt.Map.constant(grade, x="s", x_unit="m", name="grade"))
+    parts = anatomy(vehicle)
+    uphill = pt.replace(vehicle, {parts.the("road"): road, parts.the("pedals"): SetPedals(accelerator_set=1)})
+    result = pt.simulate(uphill, time, points=100)
+    return bool(_speed(result)[-1] > 1.0 and result[f"{parts.the('body')}.s"][-1] > 0)
+
+
+def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
+    """Speed of the vehicle [m/s]."""
+    return np.asarray(result[f"{anatomy(result.model).the('body')}.v"])
+
+
+def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
+    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
+    from tqdm.auto import tqdm
+
+    low, high = 0.0, 1.0
+    for _ in tqdm(range(math.ceil(math.log2(1 / accuracy))), desc="slopes", disable=not progress):
+        middle = (low + high) / 2
+        low, high = (middle, high) if climbs(vehicle, middle) else (low, middle)
+    return low
+
+
+def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, progress: bool = False) -> pd.DataFrame:
+    """Acceleration times (nan if a speed is not reached), top speed and gradeability: value and unit.
+
+    ``run`` is the result of ``full_accelerator``; by default it is computed here. The vehicle needs a body, pedals and a road.
+    The top speed is the highest speed reached; an energy store may increase it.
+    """
+    result = run or full_accelerator(vehicle, progress=progress)
+    rows = {
+        "0 to 50 km/h": (time_between(result, 1e-3, 50 * KM_H), "s"),
+        "0 to 100 km/h": (time_between(result, 1e-3, 100 * KM_H), "s"),
+        "80 to 120 km/h": (time_between(result, 80 * KM_H, 120 * KM_H), "s"),
+        "top speed": (float(_speed(result).max()) / KM_H, "km/h"),
+        "gradeability": (100 * gradeability(vehicle, progress=progress), "%"),
+    }
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])

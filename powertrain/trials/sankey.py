@@ -1,0 +1,63 @@
+"""The energy of a cycle as a Sankey diagram: from the tank to the road, each part taking off what it loses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from powertrain.language.component import children
+from powertrain.trials.cycle import CycleRun
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SMALL = 2e-3
+"""Losses below this share of the supply are not drawn by themselves."""
+BEND, GAP, DOWN = 0.04, 0.2, 0.12
+"""Inner radius of a branch, its distance from the next one, and its length, in heights of the band that is supplied."""
+
+
+def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
+    """The energy supplied over a cycle [MJ], from left to right through the components in the order of the vehicle's fields.
+
+    The height of the band is the remaining energy; the loss of each component leaves it downwards, with its share of the supply. At the
+    end remain losses too small to be drawn, and stored energy (speed, height, charge). Source: the energy audit of the run.
+    """
+    import matplotlib.pyplot as plt
+
+    ax = plt.subplots(figsize=(11, 4.5), layout="constrained")[1] if ax is None else ax
+    table = run.audit.components
+    supplied = float(table["sources"][""])
+    names = [name for name, _ in children(run.plant.model) if name in table.index]
+    shown = [(name, float(table["lost"][name]) / supplied) for name in names]
+    shown = [(name, share) for name, share in shown if share > SMALL]
+    ax.text(0.03, 0.5, f"supplied\n{supplied / 1e6:.3g} MJ", va="center", fontsize=9)
+    left, x = 1.0, 0.35
+    _band(ax, 0, x, left)
+    for k, (name, share) in enumerate(shown):
+        left -= share
+        _branch(ax, x, 1 - left, share, f"C{k % 10}")
+        text = f"{name}\n{share * supplied / 1e6:.3g} MJ\n{share:.1%}"
+        ax.text(x + BEND + share / 2, 1 - left - share - BEND - DOWN - 0.02, text, va="top", ha="center", fontsize=7.5)
+        _band(ax, x, x + share + GAP, left)
+        x += share + GAP
+    ax.set(xlim=(0, x), ylim=(-BEND - DOWN - 0.2, 1.03), aspect="equal")
+    ax.set_title(
+        f"{type(run.plant.model).__name__} over {run.cycle.name}: {abs(left):.1%} of the energy is left or lost in small parts",
+        fontsize=10,
+    )
+    ax.axis("off")
+    return ax
+
+
+def _band(ax: Axes, start: float, end: float, height: float) -> None:
+    """What is left, hanging from 1."""
+    ax.fill([start, end, end, start], [1, 1, 1 - height, 1 - height], color="0.85", lw=0)
+
+
+def _branch(ax: Axes, x: float, top: float, share: float, colour: str) -> None:
+    """A loss whose upper edge is at ``top`` turns downward and ends."""
+    from matplotlib.patches import Rectangle, Wedge
+
+    centre = (x, top - share - BEND)
+    ax.add_patch(Wedge(centre, BEND + share, 0, 90, width=share, color=colour, lw=0))
+    ax.add_patch(Rectangle((x + BEND, centre[1] - DOWN), share, DOWN, color=colour, lw=0))

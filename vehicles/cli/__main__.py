@@ -1,8 +1,0 @@
-"""``python -m powertrain.vehicles.cli`` is the command ``powertrain``, also where nothing is installed."""
-
-from __future__ import annotations
-
-from powertrain.vehicles.cli.app import main
-
-if __name__ == "__main__":
-    main(prog_name="powertrain")
