@@ -46,6 +46,7 @@ ORDER = [
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity zeno failure prepared loop simulator",
     "signals nonfinite events export initialization.conditions initialization.initial result running plant",
+    "native: code driver",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping",
     "equilibrium: fraction points balance system choices search",
@@ -62,7 +63,13 @@ ORDER = [
     "__main__",
 ]
 # (module, what it imports from a row below, in the function that needs it)
-LATER = {("result", "figures.plot"), ("plant", "optimal.dynamics"), ("power.powerflow", "power.powerdiagram")}
+LATER = {
+    ("result", "figures.plot"),
+    ("plant", "optimal.dynamics"),
+    ("plant", "native.code"),
+    ("plant", "native.driver"),
+    ("power.powerflow", "power.powerdiagram"),
+}
 
 
 def row_names(row: str) -> list[str]:
