@@ -14,7 +14,7 @@ from powertrain.trials.management_power_split import PowerSplitBench
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 
-HILL = DriveCycle.named("udds").part(0, 130)
+HILLS = DriveCycle.named("udds").part(0, 340)
 
 
 def test_tables_are_looked_up_by_force() -> None:
@@ -63,8 +63,8 @@ def test_the_planned_control_does_as_it_is_told() -> None:
 def test_plans_hold_in_the_full_model(hybrid: str) -> None:
     """Both follow the cycle; what is planned comes out within the transients that maps leave out; knowing the cycle does not cost fuel."""
     power = hybrid == "power split"
-    task = power_split_management(PowerSplitHybrid(), HILL) if power else flywheel_management(FlywheelHybrid(), HILL)
+    task = power_split_management(PowerSplitHybrid(), HILLS) if power else flywheel_management(FlywheelHybrid(), HILLS)
     table = task.compare().table
     assert (table["outside"] == 0).all()
-    assert table["gap"].abs().max() < 8.0
-    assert table.loc["dynamic programming", "saved"] > -0.5
+    assert table["gap"].abs().max() < 5.0
+    assert table.loc["dynamic programming", "saved"] > 0.5
