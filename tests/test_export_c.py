@@ -147,7 +147,7 @@ def test_the_program_in_c_prints_the_run(tmp_path: Path) -> None:
 def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
     import ctypes
 
-    given = {"starts": STARTS, "inputs": {"torque": 20.0, "press": 0.1}}
+    given: dict[str, Any] = {"starts": STARTS, "inputs": {"torque": 20.0, "press": 0.1}}
     plant = pt.compile(Engaging())
     model, run = plant.export_c(tmp_path, method="dopri5", **given), plant.start(method="dopri5", **given)
     library, place = model.library, list(plant.compiled.inputs).index("press")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names
@@ -70,30 +70,34 @@ def _part(whole: Component, path: str) -> Component:
             known = [n for n, v in getattr(found, "_values", {}).items() if isinstance(v, Component | tuple)]
             raise ParameterError(f"without: {type(whole).__name__} has no part {path}{suggestion(step, known)}")
         found = inner
+    assert isinstance(found, Component)
     return found
 
 
 def _emptied(part: Component) -> Component:
-    kind = _emptied_kind(type(part))
-    return kind(**_plain(part._values))
+    return _again(type(part), part._values)
 
 
-@cache
+_kinds: WeakKeyDictionary[type[Component], type[Component]] = WeakKeyDictionary()
+
+
 def _emptied_kind(kind: type[Component]) -> type[Component]:
     """The class without equations, unknowns and parts; its outputs are inputs of the model."""
-    fields = {name: _turned(spec) for name, spec in kind._fields.items() if not isinstance(spec, Variable | Discrete)}
-    made = type(
-        f"Open{kind.__name__}", (kind,), {"__module__": kind.__module__, "__doc__": f"{kind.__name__}, taken out."}
-    )
-    made._fields = fields
-    made.equations = _nothing
-    for name in ("initial", "check", "energy", "loss"):
-        setattr(made, name, getattr(Component, name))
-    for name, spec in kind._fields.items():
-        if isinstance(spec, Variable | Discrete):
-            setattr(made, name, _Gone(name))
-    setattr(made, "__reduce__", lambda part: (_again, (kind, part._values)))  # noqa: B010 (mypy: a method)
-    return made
+    if kind not in _kinds:
+        made: Any = type(f"Open{kind.__name__}", (kind,), {"__module__": kind.__module__})
+        made.__doc__ = f"{kind.__name__}, taken out."
+        made._fields = {
+            n: _turned(spec) for n, spec in kind._fields.items() if not isinstance(spec, Variable | Discrete)
+        }
+        made.equations = _nothing
+        for name in ("initial", "check", "energy", "loss"):
+            setattr(made, name, getattr(Component, name))
+        for name, spec in kind._fields.items():
+            if isinstance(spec, Variable | Discrete):
+                setattr(made, name, _Gone(name))
+        made.__reduce__ = lambda part: (_again, (kind, part._values))
+        _kinds[kind] = made
+    return _kinds[kind]
 
 
 def _turned(spec: Any) -> Any:

@@ -95,7 +95,7 @@ class FlywheelBench:
         locked = self._output() * v / (w * step_up)
         lowest = float(drive.ratio_min)
         ratio = np.clip(locked * (1 + SLIP * np.sign(level)), lowest, float(drive.ratio_max))
-        pressure = xr.where((level < 0) & (locked < lowest), 0.0, abs(level))
+        pressure = abs(level) * ((level > 0) | (locked >= lowest))
         self.grid = {"body.speed": v, "flywheel.w": w, "drive.ratio": ratio, "drive.clutch": pressure}
 
     def _output(self) -> float:

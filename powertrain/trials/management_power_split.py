@@ -97,10 +97,10 @@ class PowerSplitBench:
 
     def _wanted(self, engine_power: xr.DataArray | float) -> xr.DataArray:
         """Torques at the ring that the control may ask for."""
-        control, turning = self.vehicle.control, np.maximum(self.ring, float(self.vehicle.control.w_fade))
-        full, fade = float(control.tau_full), np.minimum(self.ring / float(control.w_fade), 1.0)
-        low = -np.minimum(float(control.share) * full * fade, self.charge / turning)
-        high = np.minimum(full, (MARGIN * self.discharge + engine_power) / turning)
+        control, turning = self.vehicle.control, self.ring.clip(min=float(self.vehicle.control.w_fade))
+        full, fade = float(control.tau_full), (self.ring / float(control.w_fade)).clip(max=1.0)
+        low = -(self.charge / turning).clip(max=float(control.share) * full * fade)
+        high = ((MARGIN * self.discharge + engine_power) / turning).clip(max=full)
         return low + xr.DataArray(np.linspace(0, 1, LEVELS), dims="level") * (high - low)
 
     @cached_property
@@ -121,10 +121,10 @@ class PowerSplitBench:
         power = xr.DataArray(self.powers, dims="power", coords={"power": self.powers})
         most = (float(control.w_sun) + float(control.ratio) * self.ring) / (1 + float(control.ratio))
         best = xr.DataArray(np.asarray(operating_line(engine, SHARE)(self.powers), float), dims="power")
-        w = np.minimum(best, most).transpose("speed", "power").assign_coords(power=self.powers)
+        w = best.clip(max=most).transpose("speed", "power").assign_coords(power=self.powers)
         full, drag = (w.copy(data=np.asarray(law(w.values), float)) for law in (engine.full_load, engine.motoring))
-        torque = np.minimum(power / w, full).transpose("speed", "power")
-        part = np.clip((torque + drag) / (full + drag), 0, 1)
+        torque: xr.DataArray = (power / w).clip(max=full).transpose("speed", "power")
+        part: xr.DataArray = ((torque + drag) / (full + drag)).clip(0, 1)
         share = float(control.ratio) / (1 + float(control.ratio))
         grid = {
             "body.speed": self.speeds,

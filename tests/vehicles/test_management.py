@@ -67,4 +67,4 @@ def test_plans_hold_in_the_full_model(hybrid: str) -> None:
     table = task.compare().table
     assert (table["outside"] == 0).all()
     assert table["gap"].abs().max() < 5.0
-    assert table.loc["dynamic programming", "saved"] > 0.5
+    assert float(table["saved"].to_numpy()[1]) > 0.5, "dynamic programming"
