@@ -88,9 +88,9 @@ def exported(plant: pt.Plant[CoupledClutches]) -> Callable[[], Array]:
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     library = plant.export_c(folder).library
     memory, out = np.zeros(library.pt_size() // 8 + 1), np.empty((len(GRID), len(plant.compiled.states)))
-    one, rows, grid = map(native.pointer, (memory, out, GRID))
 
     def run() -> Array:
+        one, rows, grid = map(native.pointer, (memory, out, GRID))
         library.pt_start(one)
         library.pt_sample(one, grid, ctypes.c_long(len(GRID)), rows)
         status = library.pt_run(one, ctypes.c_double(STOP))
