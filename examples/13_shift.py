@@ -65,7 +65,7 @@ def heat(m: Any) -> Any:
 def main(picture: str | None = None) -> pt.Plan:
     """Plans, replays and draws."""
     plant = pt.compile(Gearbox())
-    inputs = {
+    inputs: dict[str, Any] = {
         "torque": 100.0,
         "press_1": ([0.0, 0.2, 0.4], [0.6, 0.6, 0.02]),
         "press_2": ([0.0, 0.2, 0.4, 0.8, 1.0], [0.02, 0.02, 0.5, 0.6, 0.9]),
