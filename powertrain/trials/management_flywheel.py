@@ -71,7 +71,7 @@ def flywheel_management(
         n: float(getattr(vehicle.charge, n)) for n, s in FlywheelCharging._fields.items() if isinstance(s, pt.Parameter)
     }
     start = inertia * (W_START / step_up) ** 2 / 2
-    planned = pt.replace(vehicle, charge=PlannedCharge(**shared))
+    planned = pt.replace(vehicle, charge=pt.replace(PlannedCharge(), shared))
     return Management(driven, planned, cycle, stages, start, 1 / heat, gained, inputs, energy)
 
 

@@ -74,7 +74,7 @@ def power_split_management(
 
 def _planned(control: PowerSplit) -> PlannedPowerSplit:
     shared = {n: getattr(control, n) for n, spec in PowerSplit._fields.items() if isinstance(spec, pt.Parameter)}
-    return PlannedPowerSplit(**{n: float(v) for n, v in shared.items()})
+    return pt.replace(PlannedPowerSplit(), {n: float(v) for n, v in shared.items()})
 
 
 class PowerSplitBench:
