@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
     from powertrain.analysis.eigenmodes import eigenmodes
     from powertrain.analysis.linearization import linearize
+    from powertrain.analysis.sampling import sample
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
     from powertrain.figures.schematic import schematic
@@ -118,6 +119,7 @@ __all__ = [
     "read_experiment",
     "reinit",
     "replace",
+    "sample",
     "schedule",
     "schematic",
     "sensitivity",
@@ -173,6 +175,7 @@ _ANALYSES = {
     "schematic": "powertrain.figures.schematic",
     "steady": "powertrain.steadystate.steady",
     "steady_gradient": "powertrain.steadystate.gradient",
+    "sample": "powertrain.analysis.sampling",
     "sweep": "powertrain.analysis.sweeping",
 }
 

@@ -48,7 +48,7 @@ ORDER = [
     "signals nonfinite events export initialization.conditions initialization.initial result running plant",
     "native: code driver",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
-    "analysis: identity cases dispatch sweep sweeping",
+    "analysis: identity cases dispatch sweep sweeping sampling",
     "equilibrium: fraction points balance system choices search",
     "equilibrium: laws corrector beginnings continuation solutions operating",
     "steadystate: axes neighbours rowwise results",
