@@ -301,7 +301,9 @@ class _Nodes:
         """An input from outside that is connected to other inputs gives all of them their value."""
         sources = [p for p in ports if isinstance(p, Input) and p.outside and "." in p._path]
         if len(sources) > 1:
-            raise ModelError(f"{place}: two inputs of the model are connected: {' and '.join(p._path for p in sources)}")
+            raise ModelError(
+                f"{place}: two inputs of the model are connected: {' and '.join(p._path for p in sources)}"
+            )
         for port in sources:
             _write_unconnected_signal(flat, port, place, top=False)
 
