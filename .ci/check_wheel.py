@@ -56,7 +56,7 @@ def lacking(sdist: str) -> list[str]:
 def sources(folder: Path) -> list[Path]:
     """List the modules and tables below a folder, without those behind its links."""
     links = [path for path in folder.iterdir() if path.is_symlink()]
-    found = [path for kind in ("*.py", "*.csv") for path in folder.rglob(kind)]
+    found = [path for kind in ("*.py", "*.pyi", "*.csv", "page.*") for path in folder.rglob(kind)]
     links += [ROOT / "docs" / made for made in MADE]
     return [path for path in found if not any(path.is_relative_to(link) for link in links)]
 

@@ -19,6 +19,7 @@ from benchmarks import (
     build_time,
     chain,
     coupled_clutches,
+    design_space,
     drive_cycle,
     driveline,
     driveline_map,
@@ -44,6 +45,7 @@ FULL: dict[str, Runner] = {
     "drive_cycle": drive_cycle.run,
     "driven_axle": driven_axle.run,
     "gradient": gradient.run,
+    "design_space": design_space.run,
 }
 QUICK: dict[str, Runner] = {
     "coupled_clutches": partial(coupled_clutches.run, rounds=5, variants=10),
@@ -54,6 +56,7 @@ QUICK: dict[str, Runner] = {
     "driveline_map": partial(driveline_map.run, rounds=2, n=30),
     "drive_cycle": partial(drive_cycle.run, rounds=3, settled=2, tolerances=(1e-4,)),
     "gradient": partial(gradient.run, rounds=2, cycle=200.0),
+    "design_space": partial(design_space.run, candidates=64),
 }
 HEAD = """# Benchmarks
 

@@ -1,8 +1,31 @@
-"""The components of drivelines, with the names of the Modelica Standard Library where it has them."""
+"""The components of drivelines, with the names of the Modelica Standard Library where it has them.
+
+``from powertrain.components import Clutch`` imports a component from its family when it is first asked for. Names that several families
+have, such as ``Brake``, are imported from the family: ``from powertrain.components.rotational import Brake``.
+"""
 
 from __future__ import annotations
 
-__all__: list[str] = []
+from typing import Any
 
 if __name__ != "powertrain.components":
     raise ImportError(f"import powertrain.components: as {__name__!r} its classes would exist twice")
+
+
+_BOTH = """
+    AccSensor Accelerate Brake Compliant CompliantWithRelativeStates ConstantSpeed Damper Fixed Flange Lossy
+    Move MultiSensor OneFlangeAndSupport Position PowerSensor RelAccSensor RelSpeedSensor Speed SpeedSensor
+    Spring SpringDamper TwoFlanges TwoFlangesAndSupport
+"""
+"""Names of rotational as well as translational components."""
+
+
+def __getattr__(name: str) -> Any:
+    from powertrain.components.lazy import attribute
+
+    if name in _BOTH.split():
+        raise ImportError(
+            f"{name} is rotational or translational: from powertrain.components.rotational import {name}, "
+            f"or from powertrain.components.translational import {name}"
+        )
+    return attribute(__name__, __file__, name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -13,15 +14,20 @@ from powertrain.cli.docstrings import blocks
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 from formulas import formulas
+from sphinx.ext.napoleon import Config, NumpyDocstring
 
 project = "powertrain"
 author = copyright = "The powertrain authors"
 release = version = powertrain.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "mathml", "site_pages"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "mathml", "site_pages"]
 html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
+nb_execution_mode = "cache"  # notebooks are committed without outputs, and run when they or this file change
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
+os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # figures appear in the notebooks
 exclude_patterns = ["_build", "_computed", "_ext"]
 
 html_theme = "pydata_sphinx_theme"
@@ -47,13 +53,22 @@ nitpicky = False
 for _name in powertrain.__all__:
     getattr(powertrain, _name)  # some are imported when they are asked for: autodoc lists what is there
 
+NUMPYDOC = Config(napoleon_use_rtype=False, napoleon_use_ivar=True)
 _CODE = re.compile(r"(``.*?``)")
 
 
 def _plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Docstrings are plain text with ``code``: a product's * and a magnitude's | are no markup; formulas are typeset."""
+    """Docstrings are plain text with ``code``: a product's * and a magnitude's | are no markup; formulas are typeset.
+
+    What follows the first numpydoc section (a title underlined with ---) is turned into fields by napoleon.
+    """
+    sections = [k for k, line in enumerate(lines[1:]) if line and not line.strip("-")]
+    start = sections[0] if sections else len(lines)
+    fields = NumpyDocstring(
+        [line.replace("|", r"\|") for line in lines[start:]], NUMPYDOC, app, what, name, obj, options
+    )
     shown: list[str] = []
-    for are_formulas, block in blocks("\n".join(lines)):
+    for are_formulas, block in blocks("\n".join(lines[:start])):
         if not are_formulas:
             shown += map(_escaped, block)
         elif block[0].lstrip().startswith(">>>"):
@@ -62,7 +77,7 @@ def _plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[s
             html = formulas(block, getattr(obj, "_fields", ()))
             shown += [".. raw:: html", "", *(f"   {line}" for line in html.splitlines())]
         shown.append("")
-    lines[:] = shown
+    lines[:] = [*shown, *(fields.lines() if sections else [])]
 
 
 def _escaped(line: str) -> str:

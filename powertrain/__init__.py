@@ -12,7 +12,6 @@ if not (_package / "components" / "__init__.py").is_file():
     __path__.append(str(_package.parent))
 
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
-from powertrain.export import load
 from powertrain.language.component import (
     Component,
     Discrete,
@@ -32,8 +31,6 @@ from powertrain.language.laws import connect, der, friction, reinit, schedule, s
 from powertrain.language.map import Axis, Map
 from powertrain.language.replacing import replace
 from powertrain.language.symbols import Symbol, time
-from powertrain.plant import Plant, compile, simulate  # noqa: A004
-from powertrain.result import Result
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
@@ -42,23 +39,30 @@ if TYPE_CHECKING:
     from powertrain.analysis.sampling import sample
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
+    from powertrain.export import load
     from powertrain.figures.schematic import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.planning import Plan, optimal_control
     from powertrain.optimal.scheduling import Schedule, Stages, dynamic_programming, ecms
+    from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
+    from powertrain.result import Result
     from powertrain.running import Running
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
     from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
+    from powertrain.viewer.comparison import Comparison, compare
+    from powertrain.viewer.exploring import explore
+    from powertrain.viewer.operating_map import OperatingMap
 
 __version__ = "0.1.0"
 __all__ = [
     "Axis",
+    "Comparison",
     "Component",
     "Connector",
     "Discrete",
@@ -73,6 +77,7 @@ __all__ = [
     "Map",
     "ModelError",
     "Objective",
+    "OperatingMap",
     "Output",
     "Parameter",
     "ParameterError",
@@ -92,6 +97,7 @@ __all__ = [
     "__version__",
     "at",
     "bench",
+    "compare",
     "compile",
     "connect",
     "der",
@@ -100,6 +106,7 @@ __all__ = [
     "ecms",
     "eigenmodes",
     "energy_audit",
+    "explore",
     "final",
     "fit",
     "floquet",
@@ -139,8 +146,13 @@ __all__ = [
     "within",
 ]
 
-# The analyses are imported when they are first asked for.
+# The simulator and the analyses are imported when they are first asked for: a model's source needs neither.
 _ANALYSES = {
+    "Plant": "powertrain.plant",
+    "Result": "powertrain.result",
+    "compile": "powertrain.plant",
+    "load": "powertrain.export",
+    "simulate": "powertrain.plant",
     "Gradient": "powertrain.variational.gradients",
     "Objective": "powertrain.variational.objectives",
     "at": "powertrain.variational.objectives",
@@ -153,6 +165,10 @@ _ANALYSES = {
     "squares": "powertrain.variational.objectives",
     "EnergyAudit": "powertrain.analysis.audit",
     "PowerFlow": "powertrain.power.powerflow",
+    "Comparison": "powertrain.viewer.comparison",
+    "OperatingMap": "powertrain.viewer.operating_map",
+    "compare": "powertrain.viewer.comparison",
+    "explore": "powertrain.viewer.exploring",
     "Sweep": "powertrain.analysis.sweep",
     "Experiment": "powertrain.optimal.experiment",
     "Fit": "powertrain.optimal.fitting",

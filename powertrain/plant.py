@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +23,7 @@ from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.initialization.initial import Initializer, InitialReport
+from powertrain.language import htmltext
 from powertrain.language.arguments import (
     by_name,
     count,
@@ -70,6 +72,19 @@ class Plant(Generic[M]):
     def __repr__(self) -> str:
         c = self.compiled
         return f"Plant({type(self.model).__name__}: {len(c.states)} states, {len(c.parameters)} parameters, {len(c.inputs)} inputs)"
+
+    def _repr_html_(self) -> str:
+        c, units = self.compiled, self.compiled.signals
+        states = [(name, units[name].unit, units[name].doc) for name in c.states if name in units]
+        inputs = [(name, given.unit, given.doc) for name, given in c.inputs.items()]
+        values = [(name, f"{p.value:g}", p.unit, p.doc) for name, p in c.parameters.items()]
+        counts = f"{type(self.model).__name__}: {len(c.states)} states, {len(values)} parameters, {len(inputs)} inputs"
+        return (
+            htmltext.heading("Plant", counts)
+            + htmltext.folded("states", htmltext.table(("state", "unit", "meaning"), states))
+            + htmltext.folded("inputs", htmltext.table(("input", "unit", "meaning"), inputs))
+            + htmltext.folded("parameters", htmltext.table(("parameter", "value", "unit", "meaning"), values))
+        )
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -124,9 +139,9 @@ class Plant(Generic[M]):
 
         ``parameters``: values by name that replace those of the model; ``starts``: initial values of variables; ``guesses``: starting
         values for solving the initial conditions; ``inputs``: the inputs of the model; ``times`` or ``points`` (intervals): output
-        times besides events; ``rtol``, ``atol``: tolerances of the states; ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use
-        the C compiler of the machine; ``record``: names or patterns of the signals to keep; ``progress``: a progress bar, or a function
-        of the time reached.
+        times besides events; ``rtol``, ``atol``: tolerances of the states, ``atol`` in their nominal sizes; ``method``: "auto",
+        "dopri5" or "rodas5p"; ``compile``: use the C compiler of the machine; ``record``: names or patterns of the signals to keep;
+        ``progress``: a progress bar, or a function of the time reached.
 
         Raises ParameterError, InitializationError, or SimulationError with the run so far as ``result``.
         """
@@ -408,9 +423,7 @@ def _progress(progress: bool | Callable[[float], None], start: float, stop: floa
         raise ParameterError(f"progress = {progress!r} must be True or False, or a function of the time reached")
     if not progress:
         return None
-    from tqdm.auto import tqdm
-
-    bar = tqdm(total=stop - start, unit="s", desc="simulated")
+    bar = time_bar(start, stop)
 
     def watch(t: float) -> None:
         bar.update(t - start - bar.n)
@@ -418,6 +431,16 @@ def _progress(progress: bool | Callable[[float], None], start: float, stop: floa
             bar.close()
 
     return watch
+
+
+def time_bar(start: float, stop: float) -> Any:
+    """A progress bar over the time of a simulation (s), in thousandths of its duration or coarser."""
+    from tqdm.auto import tqdm
+
+    decimals = max(0, 3 - math.ceil(math.log10(stop - start))) if stop > start else 0
+    number = f":.{decimals}f"
+    shown = f"{{desc}}: {{percentage:3.0f}} %|{{bar}}| {{n{number}}} of {{total{number}}} s [{{elapsed}}<{{remaining}}]"
+    return tqdm(total=stop - start, desc="simulated", bar_format=shown)
 
 
 __all__ = ["InputValue", "Plant", "PowertrainError", "compile", "simulate"]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast, overload
 
 import casadi as ca
@@ -18,6 +19,7 @@ from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
+from powertrain.language import htmltext
 from powertrain.language.arguments import array
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
@@ -35,6 +37,10 @@ M = TypeVar("M", bound=Component)
 Selector: TypeAlias = Callable[[M], Symbol | Signal]
 What: TypeAlias = str | Callable[[M], Symbol | Signal]
 Several: TypeAlias = list[str] | list[Callable[[M], Symbol | Signal]] | tuple[What[M], ...]
+
+
+LISTED = 60
+"""Signals in the HTML of a result."""
 
 
 class Result(Generic[M]):
@@ -130,6 +136,12 @@ class Result(Generic[M]):
     @cached_property
     def _samples(self) -> Samples:
         return self._signals.corrected(self._dense, self._p)
+
+    @property
+    def samples(self) -> Samples:
+        """Times, states, algebraic unknowns and held values at ``time``, for analyses of this run."""
+        self.trajectory  # noqa: B018  (says what is missing where only samples were kept)
+        return self._samples
 
     @cached_property
     def events(self) -> EventTable:
@@ -340,6 +352,12 @@ class Result(Generic[M]):
 
         return plot_signals(self, *what, ax=ax, events=events)
 
+    def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:
+        """The interactive page of the run as an HTML file, opened in the browser unless ``file`` is given; see ``pt.explore``."""
+        from powertrain import explore
+
+        return explore(self, file, *signals)
+
     def __repr__(self) -> str:
         said = "" if self.ok else f", ended early: {self.message.splitlines()[0]}"
         return f"Result({self._summary()}{said})"
@@ -352,16 +370,15 @@ class Result(Generic[M]):
 
     def _repr_html_(self) -> str:
         entries = self._signals.entries
-        cells = [(name, entries[name].unit, entries[name].doc) for name in self._kept[:400]]
-        rows = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in cells)
-        more = f"<p>… {len(self._kept) - 400} more</p>" if len(self._kept) > 400 else ""
-        said = "" if self.ok else f"<p><b>Ended early:</b> <pre>{html.escape(self.message)}</pre></p>"
-        head = "<tr><th>signal</th><th>unit</th><th>meaning</th></tr>"
+        rows = [(name, entries[name].unit, entries[name].doc) for name in self._kept[:LISTED]]
+        more = f"<p>… {len(self._kept) - LISTED} more: <code>result.names()</code></p>" * (len(self._kept) > LISTED)
+        said = "" if self.ok else f"<p><b>Ended early:</b></p><pre>{html.escape(self.message)}</pre>"
         notes = "".join(f"<p>{html.escape(note)}</p>" for note in self.notes)
         return (
-            f"<p><b>Result</b> {html.escape(self._summary())}</p>{said}{notes}"
-            f"<details><summary>events</summary>{self.events._repr_html_()}</details>"
-            f"<details><summary>signals</summary><table>{head}{rows}</table>{more}</details>"
+            htmltext.heading("Result", self._summary())
+            + f"{said}{notes}"
+            + htmltext.folded("events", self.events._repr_html_())
+            + htmltext.folded("signals", htmltext.table(("signal", "unit", "meaning"), rows) + more)
         )
 
     def _ipython_key_completions_(self) -> list[str]:

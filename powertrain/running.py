@@ -15,6 +15,7 @@ from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.language import htmltext
 from powertrain.language.arguments import number, row
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
@@ -144,6 +145,12 @@ class Running(Generic[M]):
 
     def __repr__(self) -> str:
         return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"
+
+    def _repr_html_(self) -> str:
+        entries, names = self._signals.entries, self._compiled.states
+        rows = [(n, f"{self[n]:.6g}", entries[n].unit, entries[n].doc) for n in names if n in entries]
+        about = f"{type(self._signals.model).__name__} at t = {self.time:g} s"
+        return htmltext.heading("Running", about) + htmltext.table(("state", "value", "unit", "meaning"), rows)
 
 
 def _steps(series: list[tuple[float, float]]) -> tuple[Array, Array]:

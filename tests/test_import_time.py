@@ -5,7 +5,18 @@ from __future__ import annotations
 import subprocess
 import sys
 
-HEAVY = ["scipy", "scipy.integrate", "matplotlib", "pandas", "xarray", "control", "netCDF4"]
+HEAVY = [
+    "scipy",
+    "scipy.integrate",
+    "matplotlib",
+    "pandas",
+    "xarray",
+    "control",
+    "netCDF4",
+    "plotly",
+    "powertrain.plant",
+    "powertrain.compiler.flatten",
+]
 
 
 def test_import_loads_no_heavy_module() -> None:

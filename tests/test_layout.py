@@ -21,7 +21,7 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
     "errors",
-    "language: units symbols",
+    "language: units symbols htmltext",
     "language: arguments",
     "language: dimensions",
     "language: quantities",
@@ -40,7 +40,7 @@ ORDER = [
     "numerics: batch",
     "numerics: replay",
     "compiler: matching linear calls cancellation",
-    "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity assemble",
+    "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity records assemble",
     "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resting resolve",
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
@@ -49,22 +49,25 @@ ORDER = [
     "native: code driver",
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping sampling",
-    "equilibrium: fraction points balance system choices search",
+    "equilibrium: fraction points balance placed turning blocks system choices search",
     "equilibrium: laws corrector beginnings continuation solutions operating",
-    "steadystate: axes neighbours rowwise results",
+    "steadystate: axes intervals neighbours rowwise results",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",
     "variational: record unknowns objectives partials",
     "variational: functional transitions mapping saltation begin sweeps gradients floquet",
     "optimal: dynamics experiment fitting phases planning scheduling",
     "power: paths circulation powergraph variator directedflow powerterms powerflow",
+    "figures.layout",
     "figures.plot figures.schematic power.powerdiagram power.powerplot",
+    "viewer: operating_map decimation saved recording document exploring comparison",
     "__init__",
     "__main__",
 ]
-# (module, what it imports from a row below, in the function that needs it)
+# (module, what it imports from a row below, or of what `import powertrain` shows, in the function that needs it)
 LATER = {
     ("result", "figures.plot"),
+    ("result", "explore"),
     ("plant", "optimal.dynamics"),
     ("plant", "native.code"),
     ("plant", "native.driver"),
@@ -142,6 +145,8 @@ def test_core_imports_go_up_the_order(path: Path) -> None:
         assert not within(module, "powertrain.components", "powertrain.vehicles"), f"{place} is not known to the core"
         if name != "__init__" and within(module, "powertrain") and module != "powertrain.__version__":
             target = module.removeprefix("powertrain.")
+            if (name, target) in LATER and target in pt.__all__:
+                continue  # by what `import powertrain` shows
             assert target in RANK, f"{place} is no module in ORDER (import the module, not the package)"
             assert RANK[target] <= RANK[name] or (name, target) in LATER, f"{place} comes after {name} in ORDER"
 

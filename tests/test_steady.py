@@ -533,3 +533,19 @@ def test_no_condition_for_a_speed() -> None:
 
     with pytest.raises(pt.ParameterError, match=r"der\(J.w\) = 0 cannot be met"):
         pt.steady(Free(), {}, outputs=["J.w"])
+
+
+def test_roots_of_fractions_that_are_not_written_so() -> None:
+    """A product of two ratios that is one ratio; nothing with a kink or of a higher degree."""
+    import casadi as ca
+
+    from powertrain.equilibrium.fraction import root_of_fraction
+
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    ratio = (1 + 2 * x) / (3 - p * x)
+    root = root_of_fraction(ratio * (2 - x) / (2 - x) - 4 + ratio, x)
+    assert root is not None
+    found = float(ca.Function("root", [p], [root])(0.5))
+    assert (1 + 2 * found) / (3 - 0.5 * found) == pytest.approx(2.0, rel=1e-12)
+    for other in (ratio * (1 + x), ratio + ca.fmax(x - 10, 0), ca.sqrt(x * x) * ratio):
+        assert root_of_fraction(other, x) is None

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Map, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
+from powertrain import Equations, Map, Parameter, Symbol, Variable, der, friction, parameter, variable
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.differentials.mesh import checked_efficiency
+from powertrain.components.driving_side import mesh_losses
 
 AXES = {"ratio": "1", "w_a": "rad/s", "tau": "N.m"}
 """What the efficiency of a variable unit may depend on: V, |w_a|, |T_a|; with their units."""
@@ -44,12 +45,8 @@ class CVU(VariableUnit):
         yield self.w_b == der(self.flange_b.phi - self.support.phi)
         yield self.w_b == V * self.w_a
         yield self.flange_a.tau == self.tauLoss - V * self.flange_b.tau
-        tau = self.flange_a.tau
         eta_ab, eta_ba = self._efficiency("map_ab", self.eta_ab), self._efficiency("map_ba", self.eta_ba)
-        a_drives, b_drives = (1 - eta_ab) * tau, (1 - 1 / eta_ba) * tau
-        upper = switch(tau >= 0, a_drives, b_drives, continuous=True)
-        lower = switch(tau >= 0, b_drives, a_drives, continuous=True)
-        yield friction(self.w_a, self.tauLoss, lower, upper)
+        yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, eta_ab, eta_ba))
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:

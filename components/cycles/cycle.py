@@ -76,6 +76,19 @@ class DriveCycle:
         if bad := [row for row, grade in enumerate(self.grades, 1) if not math.isfinite(grade)]:
             raise ParameterError(f"drive cycle {self.name}: the grade of row {bad[0]} is not finite")
 
+    def __repr__(self) -> str:
+        return f"DriveCycle({self._about})"
+
+    def _repr_html_(self) -> str:
+        speeds = Map.curve(self.times, self.speeds * 3.6, x="t", x_unit="s", unit="km/h", name="speed")
+        return f"<p><b>DriveCycle</b> {self._about}</p>{speeds._curve()}"
+
+    @property
+    def _about(self) -> str:
+        return (
+            f"{self.name}: {self.duration:.0f} s, {self.distance / 1e3:.2f} km, up to {self.top_speed * 3.6:.1f} km/h"
+        )
+
     @classmethod
     def named(cls, name: str) -> Self:
         """One of ``CYCLES``. Errors: ParameterError for another name."""

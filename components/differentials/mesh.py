@@ -17,10 +17,10 @@ from powertrain import (
     der,
     friction,
     parameter,
-    switch,
     variable,
 )
 from powertrain.components.differentials.interfaces import ThreeMembers
+from powertrain.components.driving_side import mesh_losses
 from powertrain.components.rotational.interfaces import Lossy
 
 AXES = {"w_rel": "rad/s", "tau": "N.m", "angle": "rad", "T": "K"}
@@ -65,11 +65,7 @@ class MeshLaw(ThreeMembers, Lossy):
         yield self.a.tau + self.b.tau + self.carrier.tau == 0
         yield self.b.tau == -self.ratio * (self.a.tau - self.tauLoss)
         eta_ab, eta_ba = self._efficiency("map_ab", self.eta_ab), self._efficiency("map_ba", self.eta_ba)
-        a_drives, b_drives = (1 - eta_ab) * self.a.tau, (1 - 1 / eta_ba) * self.a.tau
-        pushed = self.a.tau >= 0
-        upper = switch(pushed, a_drives, b_drives, continuous=True)
-        lower = switch(pushed, b_drives, a_drives, continuous=True)
-        yield friction(self.w_rel, self.tauLoss, lower, upper)
+        yield friction(self.w_rel, self.tauLoss, *mesh_losses(self.a.tau, eta_ab, eta_ba))
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:

@@ -13,6 +13,7 @@ from powertrain import (
     Equations,
     Input,
     Map,
+    OperatingMap,
     Output,
     Parameter,
     ParameterError,
@@ -33,6 +34,10 @@ from powertrain.components.thermal import HeatPort, Lossy
 
 TURNING = 1.0
 """Speed [rad/s] above which the sign of a torque says whether a machine drives or generates."""
+
+RPM = 30 / math.pi
+LEVELS = (70.0, 75.0, 80.0, 85.0, 90.0, 95.0, 100.0)
+"""Efficiencies [%] of the contour lines."""
 
 LEAST = 1e-3
 """Voltage [V] below which none counts as given."""
@@ -128,6 +133,27 @@ class ElectricMachine(Lossy):
         shaft, loss = np.multiply(w, tau), self.losses(w, tau)
         out, taken = np.where(shaft > 0, shaft, -shaft - loss), np.where(shaft > 0, shaft + loss, -shaft)
         return np.where(taken > 0, np.maximum(out, 0) / np.where(taken > 0, taken, 1), 0.0)[()]
+
+    def operating_map(self) -> OperatingMap:
+        """Efficiency [%] over speed [rpm] and torque [N.m] of both signs, within the limits."""
+        w = np.linspace(-float(self.w_max), float(self.w_max), 121)
+        limit = self.limit(w)
+        tau = np.linspace(-float(limit.max()), float(limit.max()), 81)
+        inside = np.abs(tau[:, None]) <= limit
+        efficiency = np.where(inside, 100 * self.efficiency(w, np.where(inside, tau[:, None], 0.0)), np.nan)
+        return OperatingMap(
+            quantity="Efficiency of machine and inverter [%]",
+            x="w",
+            y="tau",
+            x_label="Speed [rpm]",
+            y_label="Torque [N·m]",
+            x_values=w * RPM,
+            y_values=tau,
+            values=efficiency,
+            levels=LEVELS,
+            limits=(("limit", w * RPM, limit), ("limit, backward", w * RPM, -limit)),
+            x_scale=RPM,
+        )
 
 
 def _checked_loss(table: Map, path: str) -> None:

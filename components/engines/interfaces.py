@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -13,6 +14,7 @@ from powertrain import (
     Equations,
     Input,
     ModelError,
+    OperatingMap,
     Output,
     Parameter,
     Symbol,
@@ -31,6 +33,8 @@ from powertrain.components.rotational.interfaces import Flange
 
 SMALL = 1e-3
 """Least torque of combustion at full load [N.m]: an engine may have none at its idle speed."""
+G_KWH, RPM = 3.6e9, 30 / math.pi
+"""One kg/J in g/kWh, one rad/s in rpm."""
 
 
 class Engine(Component):
@@ -168,3 +172,26 @@ class Engine(Component):
         """Brake specific fuel consumption [kg/J], fuel flow over power; infinite where no power is given. Times 3.6e9 it is in g/kWh."""
         flow, power = self.fuel_flow(w, tau), np.multiply(w, tau)
         return np.where(power > 0, flow / np.where(power > 0, power, 1), np.inf)[()]
+
+    def operating_map(self) -> OperatingMap:
+        """Specific fuel consumption [g/kWh] over speed [rpm] and torque [N.m], up to full load."""
+        w = np.linspace(0.8 * float(self.w_idle), float(self.w_limit), 81)
+        full, motored = self.full_load(w), -self.motoring(w)
+        tau = np.linspace(0.02 * float(full.max()), float(full.max()), 81)
+        with np.errstate(invalid="ignore"):
+            used = np.where(tau[:, None] <= full, self.bsfc(w, tau[:, None]) * G_KWH, np.nan)
+        best = float(np.nanmin(used))
+        return OperatingMap(
+            quantity="Specific fuel consumption [g/kWh]",
+            x="w",
+            y="tau",
+            x_label="Speed [rpm]",
+            y_label="Torque [N·m]",
+            x_values=w * RPM,
+            y_values=tau,
+            values=used,
+            levels=tuple(float(round(best * (1 + 0.1 * k))) for k in range(11)),
+            limits=(("full load", w * RPM, full), ("motored", w * RPM, motored)),
+            x_scale=RPM,
+            low_is_best=True,
+        )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,38 +14,43 @@ from powertrain import ParameterError
 
 Array = NDArray[np.float64]
 LAMP = np.array([0.35, -0.75, 0.6]) / np.linalg.norm([0.35, -0.75, 0.6])
-_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def write_stl(path: str | PathLike[str], triangles: Array) -> Path:
     """Writes a closed surface as binary STL in millimetres; ``triangles`` (n, 3, 3) [m], their corners in right-handed order from outside.
 
-    Errors: ParameterError where the surface is not closed, so that it bounds no body.
+    By trimesh, ``pip install 'powertrain[cad]'``. Errors: ParameterError where the surface is not closed, so that it bounds no body, and
+    where trimesh is not installed.
     """
     if (gaps := open_edges(triangles)) > 0:
         raise ParameterError(f"write_stl: {gaps} edges have a triangle on one side only: the surface is not closed")
-    corners = 1e3 * np.asarray(triangles, float)
-    facets = np.zeros(len(corners), _FACET)
-    facets["corners"] = corners
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    facets["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    corners = 1e3 * np.asarray(triangles, float).reshape(-1, 3)
+    mesh = _library("trimesh", "write_stl").Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
     target = Path(path)
-    target.write_bytes(b"powertrain, millimetres".ljust(80) + np.uint32(len(corners)).tobytes() + facets.tobytes())
+    mesh.export(target, file_type="stl")
     return target
 
 
 def write_dxf(path: str | PathLike[str], curves: dict[str, Array], *, closed: bool = True) -> Path:
-    """Writes plane curves as DXF (R12) in millimetres, each a polyline on a layer of its name; points (n, 2) [m]."""
-    lines = ["0", "SECTION", "2", "ENTITIES"]
+    """Writes plane curves as DXF in millimetres, each a polyline on a layer of its name; points (n, 2) [m].
+
+    By ezdxf, ``pip install 'powertrain[cad]'``. Errors: ParameterError where it is not installed.
+    """
+    ezdxf = _library("ezdxf", "write_dxf")
+    drawing = ezdxf.new("R2000", units=ezdxf.units.MM)
     for layer, points in curves.items():
-        lines += ["0", "POLYLINE", "8", layer, "66", "1", "70", str(int(closed))]
-        for x, y in 1e3 * np.asarray(points, float):
-            lines += ["0", "VERTEX", "8", layer, "10", f"{x:.9g}", "20", f"{y:.9g}"]
-        lines += ["0", "SEQEND"]
+        drawing.layers.add(layer)
+        drawing.modelspace().add_lwpolyline(1e3 * np.asarray(points, float), close=closed, dxfattribs={"layer": layer})
     target = Path(path)
-    target.write_text("\n".join([*lines, "0", "ENDSEC", "0", "EOF", ""]), encoding="ascii")
+    drawing.saveas(target)
     return target
+
+
+def _library(name: str, what: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError:
+        raise ParameterError(f"{what}: {name} is not installed: pip install 'powertrain[cad]'") from None
 
 
 def volume(triangles: Array) -> float:

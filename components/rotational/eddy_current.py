@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain.components.characteristics import eddy_current
 from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
 
 
@@ -26,7 +27,7 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
         yield self.w == der(self.phi)
         alpha = self.alpha20 / (1 + self.alpha20 * (self.TRef - 293.15))
         v = self.w / (self.w_nominal * (1 + alpha * (self.heat_port.T - self.TRef)))
-        yield self.tau == 2 * self.tau_nominal * v / (1 + v**2)
+        yield self.tau == self.tau_nominal * eddy_current(v)
         yield self.flange.tau == self.tau
         yield from self._dissipate()
 

@@ -15,9 +15,9 @@ from powertrain import (
     der,
     friction,
     parameter,
-    switch,
     variable,
 )
+from powertrain.components.driving_side import mesh_losses
 from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
@@ -62,11 +62,7 @@ class Gear(LossyPair):
     def equations(self) -> Equations:
         """The loss opposes the motion and grows with the torque that drives."""
         yield from self._mesh()
-        tau = self.flange_a.tau
-        a_drives, b_drives = (1 - self.efficiency) * tau, (1 - 1 / self.efficiency) * tau
-        upper = switch(tau >= 0, a_drives, b_drives, continuous=True)
-        lower = switch(tau >= 0, b_drives, a_drives, continuous=True)
-        yield friction(self.w_a, self.tauLoss, lower, upper)
+        yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, self.efficiency, self.efficiency))
         yield from self._dissipate()
 
 
@@ -93,11 +89,9 @@ class LossyGear(LossyPair):
         """The four quadrants of speed and torque."""
         yield from self._mesh()
         eta1, eta2, bearing1, bearing2 = self._losses()
-        tau, side = self.flange_a.tau, _bearing_at_a(eta1, eta2, bearing1, bearing2)
-        a_drives, b_drives = (1 - eta1) * tau, (1 - 1 / eta2) * tau
-        upper = switch(tau >= side, a_drives + bearing1, b_drives + bearing2, continuous=True)
-        lower = switch(tau >= -side, b_drives - bearing2, a_drives - bearing1, continuous=True)
-        yield friction(self.w_a, self.tauLoss, lower, upper)
+        at_a = _bearing_at_a(eta1, eta2, bearing1, bearing2)
+        losses = mesh_losses(self.flange_a.tau, eta1, eta2, (bearing1, bearing2), at_a)
+        yield friction(self.w_a, self.tauLoss, *losses)
         yield from self._dissipate()
 
     def _losses(self) -> tuple[Symbol, Symbol, Symbol, Symbol]:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar
 
 from powertrain import Equations, Input, Parameter, Variable, der, parameter, signal_input, variable
+from powertrain.components.prescribed import following_position, following_speed
 from powertrain.components.rotational.interfaces import OneFlangeAndSupport
-
-BESSEL = (1.3617, 0.6180)
-"""Coefficients of s and s^2 of a second-order Bessel filter of critical frequency 1 rad/s."""
 
 
 class Position(OneFlangeAndSupport):
@@ -30,12 +27,7 @@ class Position(OneFlangeAndSupport):
     def equations(self) -> Equations:
         """The signal, or the filtered signal."""
         yield from self._against_support()
-        yield self.w == der(self.phi)
-        if self.exact:
-            yield self.phi == self.phi_ref.value
-        else:
-            w_crit = 2 * math.pi * self.f_crit
-            yield der(self.w) * BESSEL[1] == ((self.phi_ref.value - self.phi) * w_crit - BESSEL[0] * self.w) * w_crit
+        yield from following_position(self.phi, self.w, self.phi_ref.value, self.exact, self.f_crit)
 
     def initial(self) -> Equations:
         """The filter starts on the signal."""
@@ -61,11 +53,7 @@ class Speed(OneFlangeAndSupport):
     def equations(self) -> Equations:
         """The signal, or the filtered signal."""
         yield from self._against_support()
-        yield self.w == der(self.phi)
-        if self.exact:
-            yield self.w == self.w_ref.value
-        else:
-            yield der(self.w) == 2 * math.pi * self.f_crit * (self.w_ref.value - self.w)
+        yield from following_speed(self.phi, self.w, self.w_ref.value, self.exact, self.f_crit)
 
     def initial(self) -> Equations:
         """The filter starts on the signal."""

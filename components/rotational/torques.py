@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from typing import ClassVar, Literal, TypeAlias
-
-import casadi as ca
+from typing import ClassVar
 
 from powertrain import (
     Equations,
     Input,
     Parameter,
-    Symbol,
     Variable,
     der,
     parameter,
     signal_input,
-    switch,
-    time,
     variable,
 )
+from powertrain.components.characteristics import Regularization, inverse, linear, quadratic, smooth_sign, step
 from powertrain.components.rotational.interfaces import OneFlangeAndSupport, TwoFlanges
-
-Regularization: TypeAlias = Literal["exp", "sine", "linear", "cosine"]
 
 
 class Torque(OneFlangeAndSupport):
@@ -93,7 +86,7 @@ class TorqueStep(_TorqueOnFlange):
     def equations(self) -> Equations:
         """A step."""
         yield from self._act()
-        yield self.tau == self.offsetTorque + switch(time >= self.startTime, self.stepTorque, 0.0)
+        yield self.tau == step(self.stepTorque, self.offsetTorque, self.startTime)
 
 
 class _SpeedDependentTorque(_TorqueOnFlange):
@@ -121,8 +114,8 @@ class LinearSpeedDependentTorque(_SpeedDependentTorque):
     def equations(self) -> Equations:
         """Proportional."""
         yield from self._depend()
-        v = self.w / self.w_nominal
-        yield self.tau == self.tau_nominal * (switch(v >= 0, v, -v, continuous=True) if self.TorqueDirection else v)
+        x = self.w / self.w_nominal
+        yield self.tau == self.tau_nominal * linear(x, one_direction=self.TorqueDirection)
 
 
 class QuadraticSpeedDependentTorque(_SpeedDependentTorque):
@@ -135,8 +128,8 @@ class QuadraticSpeedDependentTorque(_SpeedDependentTorque):
     def equations(self) -> Equations:
         """Square law."""
         yield from self._depend()
-        v = self.w / self.w_nominal
-        yield self.tau == self.tau_nominal * (v**2 if self.TorqueDirection else v * ca.fabs(v))
+        x = self.w / self.w_nominal
+        yield self.tau == self.tau_nominal * quadratic(x, one_direction=self.TorqueDirection)
 
 
 class InverseSpeedDependentTorque(_SpeedDependentTorque):
@@ -153,12 +146,8 @@ class InverseSpeedDependentTorque(_SpeedDependentTorque):
     def equations(self) -> Equations:
         """Constant power above w0."""
         yield from self._depend()
-        speed, power = ca.fabs(self.w), self.tau_nominal * self.w_nominal
-        fast = ca.fmax(speed, self.w0)
-        if self.TorqueDirection:
-            yield self.tau == switch(speed < self.w0, power / self.w0, power / fast, continuous=True)
-        else:
-            yield self.tau == switch(speed < self.w0, self.tau_nominal * self.w / self.w0, power * self.w / fast**2)
+        x = inverse(self.w, self.w_nominal, self.w0, one_direction=self.TorqueDirection)
+        yield self.tau == self.tau_nominal * x
 
 
 class SignTorque(_TorqueOnFlange):
@@ -178,14 +167,4 @@ class SignTorque(_TorqueOnFlange):
         """A smoothed sign."""
         yield from self._act()
         yield self.w == der(self.phi)
-        yield self.tau == self.tau_nominal * self._sign(self.w / self.w0)
-
-    def _sign(self, v: Symbol) -> Symbol:
-        if self.reg == "exp":
-            return ca.tanh(v / 0.02)
-        slow = {
-            "linear": v,
-            "sine": ca.sin(math.pi / 2 * v),
-            "cosine": switch(v >= 0, 1.0, -1.0, continuous=True) * (1 - ca.cos(math.pi / 2 * v)),
-        }[self.reg]
-        return switch(v >= 1, 1.0, switch(v <= -1, -1.0, slow, continuous=True), continuous=True)
+        yield self.tau == self.tau_nominal * smooth_sign(self.w / self.w0, self.reg)

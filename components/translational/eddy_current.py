@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain.components.characteristics import eddy_current
 from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
 
 
@@ -26,7 +27,7 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
         yield self.v == der(self.s)
         alpha = self.alpha20 / (1 + self.alpha20 * (self.TRef - 293.15))
         x = self.v / (self.v_nominal * (1 + alpha * (self.heat_port.T - self.TRef)))
-        yield self.f == 2 * self.f_nominal * x / (1 + x**2)
+        yield self.f == self.f_nominal * eddy_current(x)
         yield self.flange.f == self.f
         yield from self._dissipate()
 

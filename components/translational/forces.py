@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar, TypeAlias
 
-import casadi as ca
-
 from powertrain import (
     Equations,
     Input,
@@ -15,12 +13,10 @@ from powertrain import (
     der,
     parameter,
     signal_input,
-    switch,
-    time,
     variable,
 )
+from powertrain.components.characteristics import Regularization, inverse, linear, quadratic, smooth_sign, step
 from powertrain.components.translational.interfaces import OneFlangeAndSupport, TwoFlanges
-from powertrain.components.translational.regularization import Regularization, smooth_sign
 
 Expression: TypeAlias = "Symbol | float"
 
@@ -92,7 +88,7 @@ class ForceStep(_ForceOnFlange):
 
     def equations(self) -> Equations:
         """A step."""
-        yield from self._drive(self.offsetForce + switch(time >= self.startTime, self.stepForce, 0.0))
+        yield from self._drive(step(self.stepForce, self.offsetForce, self.startTime))
 
 
 class _SpeedDependentForce(_ForceOnFlange):
@@ -115,7 +111,7 @@ class LinearSpeedDependentForce(_SpeedDependentForce):
         """Proportional."""
         yield self.v == der(self.s)
         x = self.v / self.v_nominal
-        yield from self._drive(self.f_nominal * (switch(x >= 0, x, -x, continuous=True) if self.ForceDirection else x))
+        yield from self._drive(self.f_nominal * linear(x, one_direction=self.ForceDirection))
 
 
 class QuadraticSpeedDependentForce(_SpeedDependentForce):
@@ -129,7 +125,7 @@ class QuadraticSpeedDependentForce(_SpeedDependentForce):
         """Square law."""
         yield self.v == der(self.s)
         x = self.v / self.v_nominal
-        yield from self._drive(self.f_nominal * (x**2 if self.ForceDirection else x * ca.fabs(x)))
+        yield from self._drive(self.f_nominal * quadratic(x, one_direction=self.ForceDirection))
 
 
 class InverseSpeedDependentForce(_SpeedDependentForce):
@@ -146,12 +142,8 @@ class InverseSpeedDependentForce(_SpeedDependentForce):
     def equations(self) -> Equations:
         """Constant power above v0."""
         yield self.v == der(self.s)
-        speed, power = ca.fabs(self.v), self.f_nominal * self.v_nominal
-        fast = ca.fmax(speed, self.v0)
-        if self.ForceDirection:
-            yield from self._drive(switch(speed < self.v0, power / self.v0, power / fast, continuous=True))
-        else:
-            yield from self._drive(switch(speed < self.v0, self.f_nominal * self.v / self.v0, power * self.v / fast**2))
+        x = inverse(self.v, self.v_nominal, self.v0, one_direction=self.ForceDirection)
+        yield from self._drive(self.f_nominal * x)
 
 
 class SignForce(_ForceOnFlange):

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar
 
 from powertrain import Equations, Input, Parameter, Variable, der, parameter, signal_input, variable
+from powertrain.components.prescribed import following_position, following_speed
 from powertrain.components.translational.interfaces import OneFlangeAndSupport
-
-BESSEL = (1.3617, 0.6180)
-"""Coefficients of s and s^2 of a second-order Bessel filter of critical frequency 1 rad/s."""
 
 
 class Position(OneFlangeAndSupport):
@@ -31,12 +28,7 @@ class Position(OneFlangeAndSupport):
     def equations(self) -> Equations:
         """The signal, or the filtered signal."""
         yield from self._against_support()
-        yield self.v == der(self.s)
-        if self.exact:
-            yield self.s == self.s_ref.value
-        else:
-            w_crit = 2 * math.pi * self.f_crit
-            yield der(self.v) * BESSEL[1] == ((self.s_ref.value - self.s) * w_crit - BESSEL[0] * self.v) * w_crit
+        yield from following_position(self.s, self.v, self.s_ref.value, self.exact, self.f_crit)
 
     def initial(self) -> Equations:
         """The filter starts on the signal."""
@@ -63,11 +55,7 @@ class Speed(OneFlangeAndSupport):
     def equations(self) -> Equations:
         """The signal, or the filtered signal."""
         yield from self._against_support()
-        yield self.v == der(self.s)
-        if self.exact:
-            yield self.v == self.v_ref.value
-        else:
-            yield der(self.v) == 2 * math.pi * self.f_crit * (self.v_ref.value - self.v)
+        yield from following_speed(self.s, self.v, self.v_ref.value, self.exact, self.f_crit)
 
     def initial(self) -> Equations:
         """The filter starts on the signal."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable
+from powertrain.components.characteristics import Regularization, smooth_sign
 from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
-from powertrain.components.translational.regularization import Regularization, smooth_sign
 
 
 class RollingResistance(OneFlangeAndSupport, Lossy):

@@ -17,14 +17,15 @@ from powertrain.components.transmissions.layout import (
 )
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
 from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flow
-from powertrain.components.transmissions.network_transmission import NetworkTransmission
+from powertrain.components.transmissions.network_transmission import NetworkGears, NetworkTransmission
 from powertrain.components.transmissions.power_shift import (
     PowerShiftGearbox,
     StartingClutch,
     StartingConverter,
     StartingDevice,
 )
-from powertrain.components.transmissions.ratio import NetworkRatio, RatioOfUnit, UnitRatio
+from powertrain.components.transmissions.range_transmission import RangeTransmission
+from powertrain.components.transmissions.ratio import NetworkRatio, OverallRatio, RatioOfUnit, UnitRatio
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 
 __all__ = [
@@ -39,9 +40,12 @@ __all__ = [
     "Lever",
     "ManualGearbox",
     "Network",
+    "NetworkGears",
     "NetworkRatio",
     "NetworkTransmission",
+    "OverallRatio",
     "PowerShiftGearbox",
+    "RangeTransmission",
     "RatioOfUnit",
     "Shiftable",
     "SingleGear",

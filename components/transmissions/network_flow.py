@@ -157,6 +157,12 @@ class _System:
         """Speed of the input."""
         return np.asarray(self.w[self.network.nodes[self.network.input]], float)
 
+    def some(self, which: NDArray[np.bool_]) -> _System:
+        """Some of the points, each as a candidate of its own."""
+        candidate, point = np.nonzero(which)
+        torque = np.broadcast_to(self.torque, which.shape)[candidate, point]
+        return _System(self.network, self.R[:, candidate], self.w[:, candidate, point][..., None], torque[:, None])
+
     def matrix(self, signs: Array) -> Array:
         """Torques into the nodes (rows) by T_a of the levers and T_a, T_b of the unit (columns); the unit's own row is left zero."""
         shape, node = self.w.shape[1:], self.network.nodes
@@ -214,20 +220,26 @@ def _all_directions(system: _System, unit: UnitLoss) -> Flow:
 
 
 def _followed(system: _System, unit: UnitLoss) -> Flow:
-    """Directions and the unit's efficiency after the torques, from those without loss on, until they stay."""
+    """Directions and the unit's efficiency after the torques, from those without loss on, until they stay at a point."""
     shape = system.w.shape[1:]
     signs, a_drives, eta = np.zeros((len(system.network.levers), *shape)), np.ones(shape, bool), np.ones(shape)
     x, tau_in = system.solve(signs, a_drives, eta)
-    settled = np.zeros(shape, bool)
+    settled, moving = np.zeros(shape, bool), np.isfinite(tau_in)
     for _ in range(_ROUNDS):
-        before = signs, a_drives, eta
-        signs = np.where(x[:-2] * system.relative >= 0, 1.0, -1.0)
-        a_drives = x[-2] * system.unit[0] >= x[-1] * system.unit[1]
-        eta = unit.at(a_drives, system.unit, np.nan_to_num(x[-2]))
-        settled = (signs == before[0]).all(axis=0) & (a_drives == before[1]) & (np.abs(eta - before[2]) <= _SETTLED)
-        if settled[np.isfinite(tau_in)].all():
+        some = system.some(moving)
+        torques, before = x[:, moving][..., None], (signs[:, moving], a_drives[moving], eta[moving])
+        new = np.where(torques[:-2] * some.relative >= 0, 1.0, -1.0)
+        drives = torques[-2] * some.unit[0] >= torques[-1] * some.unit[1]
+        share = unit.at(drives, some.unit, np.nan_to_num(torques[-2]))
+        same = (new[..., 0] == before[0]).all(axis=0) & (drives[:, 0] == before[1])
+        same &= np.abs(share[:, 0] - before[2]) <= _SETTLED
+        signs[:, moving], a_drives[moving], eta[moving] = new[..., 0], drives[:, 0], share[:, 0]
+        settled[moving] = same
+        if same.all():
             break
-        x, tau_in = system.solve(signs, a_drives, eta)
+        found, into = some.solve(new, drives, share)
+        x[:, moving], tau_in[moving] = found[..., 0], into[:, 0]
+        moving &= ~settled & np.isfinite(tau_in)
     return _judged(system, signs, a_drives, (x, tau_in), settled)
 
 

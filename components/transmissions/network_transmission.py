@@ -1,14 +1,15 @@
-"""A network of planetary gears around a variable unit as a part that drives."""
+"""A network of planetary gears around a variable unit as a component."""
 
 from __future__ import annotations
 
 from typing import Any, Self
 
-from powertrain import Equations, ParameterError, connect, replace
+from powertrain import Component, Equations, ParameterError, connect, port, replace
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.gear import Gear
+from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.transmissions.interfaces import VariableTransmission
 from powertrain.components.transmissions.network import HOUSING, Lever, Network
 
@@ -19,27 +20,29 @@ def _planetary(lever: Lever) -> FundamentalDifferential:
     return FundamentalDifferential(ratio=lever.ratio, eta_ab=lever.eta, eta_ba=lever.eta)
 
 
-class NetworkTransmission(VariableTransmission):
-    """A split-path transmission by its network: every lever a differential or a pair of gears, and the variable unit between two shafts.
+class NetworkGears(Component):
+    """The planetaries and pairs of gears of a network, without its unit.
 
     For each lever w_a - w_carrier = ratio (w_b - w_carrier) with the loss of ``MeshLaw``, or of ``Gear`` where the carrier is the housing;
-    shafts that joints join are one. flange_a is the network's input, flange_b its output, V = w_b/w_a of the unit's shafts the signal
-    ``ratio``. It stays in one range; nothing here has inertia. ``NetworkTransmission.of`` makes the parts from a network.
-    Errors: ParameterError where the network has not two degrees of freedom, or the parts are not as many as its levers.
+    shafts that joints join are one. Nothing here has inertia. ``NetworkGears.of`` makes the parts from a network. Errors: ParameterError
+    where the network has not two degrees of freedom, or the parts are not as many as its levers.
     """
 
+    input: Flange = port(Flange)
+    output: Flange = port(Flange)
+    unit_a: Flange = port(Flange)
+    unit_b: Flange = port(Flange)
     network: Network = _SIMPLEST
     planetaries: tuple[FundamentalDifferential, ...] = (_planetary(_SIMPLEST.levers[0]),)
     pairs: tuple[Gear, ...] = ()
     housing: Fixed = Fixed()
 
     @classmethod
-    def of(cls, network: Network, cvu: VariableUnit | None = None) -> Self:
-        """The parts of a network."""
+    def of(cls, network: Network) -> Self:
+        """The gears of a network."""
         planetaries = tuple(_planetary(x) for x in network.levers if x.carrier != HOUSING)
         pairs = tuple(Gear(ratio=x.ratio, efficiency=x.eta) for x in network.levers if x.carrier == HOUSING)
-        made = cls(network=network, planetaries=planetaries, pairs=pairs)
-        return made if cvu is None else replace(made, cvu=cvu)
+        return cls(network=network, planetaries=planetaries, pairs=pairs)
 
     def equations(self) -> Equations:
         """Every node of the network connects the flanges that stand at it."""
@@ -48,7 +51,7 @@ class NetworkTransmission(VariableTransmission):
         if len(planetaries) + len(pairs) != len(self.network.levers):
             raise ParameterError(
                 f"{self._path}: the network has {len(self.network.levers)} levers, but there are {len(planetaries)} planetaries and "
-                f"{len(pairs)} pairs; make the transmission with NetworkTransmission.of(network)"
+                f"{len(pairs)} pairs; make the gears with NetworkGears.of(network)"
             )
         at: dict[int, list[Any]] = {}
 
@@ -65,12 +68,40 @@ class NetworkTransmission(VariableTransmission):
                 stand(lever.a, planetary.a)
                 stand(lever.b, planetary.b)
                 stand(lever.carrier, planetary.carrier)
-        stand(self.network.input, self.flange_a)
-        stand(self.network.output, self.flange_b)
-        stand(self.network.unit[0], self.cvu.flange_a)
-        stand(self.network.unit[1], self.cvu.flange_b)
+        stand(self.network.input, self.input)
+        stand(self.network.output, self.output)
+        stand(self.network.unit[0], self.unit_a)
+        stand(self.network.unit[1], self.unit_b)
         stand(HOUSING, self.housing.flange)
         for flanges in at.values():
             if len(flanges) > 1:
                 yield connect(*flanges)
+
+
+class NetworkTransmission(VariableTransmission):
+    """A split-path transmission by its network: its gears, and the variable unit between two of their shafts.
+
+    flange_a is the network's input, flange_b its output, V = w_b/w_a of the unit's shafts the signal ``ratio``. It stays in one range
+    (``RangeTransmission`` shifts); nothing here has inertia. ``NetworkTransmission.of`` makes it from a network.
+    """
+
+    gears: NetworkGears = NetworkGears()
+
+    @classmethod
+    def of(cls, network: Network, cvu: VariableUnit | None = None) -> Self:
+        """The parts of a network."""
+        made = cls(gears=NetworkGears.of(network))
+        return made if cvu is None else replace(made, cvu=cvu)
+
+    @property
+    def network(self) -> Network:
+        """The network of its gears."""
+        return self.gears.network
+
+    def equations(self) -> Equations:
+        """The unit at its shafts."""
+        yield connect(self.flange_a, self.gears.input)
+        yield connect(self.flange_b, self.gears.output)
+        yield connect(self.cvu.flange_a, self.gears.unit_a)
+        yield connect(self.cvu.flange_b, self.gears.unit_b)
         yield connect(self.ratio, self.cvu.ratio)

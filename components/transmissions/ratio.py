@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from powertrain import (
     Component,
     Equations,
@@ -64,10 +67,23 @@ class NetworkRatio(RatioOfUnit):
 
     def equations(self) -> Equations:
         """Speeds of the unit's shafts."""
-        factors = self.network.speeds()
-        (A_a, B_a), (A_b, B_b) = (factors[self.network.nodes[name]].tolist() for name in self.network.unit)
+        (A_a, B_a), (A_b, B_b) = factors_of_unit(self.network).tolist()
         r = self.r.value
         w_a, w_b = A_a + B_a * r, A_b + B_b * r
         size = switch(w_a >= 0, w_a, -w_a, continuous=True)
         within(size, STANDSTILL, math.inf, name="speed of the unit's shaft a over that of the input", unit="1")
         yield self.V.value == w_b / w_a
+
+
+class OverallRatio(RatioOfUnit):
+    """V = r, for a transmission that finds the ratio of its unit itself, as ``RangeTransmission`` does."""
+
+    def equations(self) -> Equations:
+        """Handed on."""
+        yield self.V.value == self.r.value
+
+
+def factors_of_unit(network: Network) -> NDArray[np.float64]:
+    """A and B of w = A w_in + B w_out, rows for the unit's shafts a and b. Errors as for ``Network.speeds``."""
+    factors = network.speeds()
+    return np.stack([factors[network.nodes[name]] for name in network.unit])

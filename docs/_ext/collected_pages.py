@@ -89,5 +89,5 @@ def write_help() -> None:
             raise RuntimeError(f"powertrain {' '.join(arguments)}: {ran.output}")
         title = f"powertrain {name}".strip()
         shown = "\n".join(line.rstrip() for line in ran.output.strip().splitlines())
-        parts.append(f"## {title}\n\n```text\n{shown}\n```")
+        parts.append(f"### {title}\n\n```text\n{shown}\n```")
     pagetext.write(RESULTS / "command_line.md", "\n\n".join(parts) + "\n")

@@ -44,7 +44,7 @@ def jobs() -> list[Job]:
     """Everything that is computed, what takes long first."""
     from powertrain.reproductions import PAPERS
 
-    papers = [Job("paper", name, ROOT / "vehicles" / "reproductions" / f"{PAPERS[name]}.py") for name in PAPERS]
+    papers = [Job("paper", name, ROOT / "powertrain" / "reproductions" / f"{PAPERS[name]}.py") for name in PAPERS]
     examples = [Job("example", path.stem, path) for path in sorted((ROOT / "examples").glob("[0-9]*.py"))]
     return [*papers[::-1], *examples[::-1], *(Job("page", name, DOCS / f"{name}.md") for name in executed_pages())]
 

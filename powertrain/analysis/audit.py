@@ -14,6 +14,7 @@ from powertrain.analysis.energy_terms import EnergyTerms, EnergyValues
 from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError
+from powertrain.language import htmltext
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
@@ -286,6 +287,19 @@ class EnergyAudit:
         table = pd.DataFrame(values, index=pd.Index(self.time, name="time"), columns=names)
         table.attrs["units"] = {"time": "s", **dict.fromkeys(names, unit)}
         return table
+
+    def _repr_html_(self) -> str:
+        table = self.components
+        rows = [
+            (str(path) or "whole model", str(kind), *(f"{amount / 1e3:.4g}" for amount in amounts))
+            for path, kind, *amounts in table[["type", "sources", "lost", "stored"]].itertuples()
+            if "." not in str(path)
+        ]
+        about = f"{self.model}: residual {self.residual:.3g} J, {self.closure:.2g} of the energy exchanged"
+        wrong = self.violations
+        said = htmltext.table(list(wrong.columns), wrong.head(8).astype(str).to_numpy().tolist()) if len(wrong) else ""
+        head = ("component", "class", "supplied [kJ]", "lost [kJ]", "stored [kJ]")
+        return htmltext.heading("EnergyAudit", about) + said + htmltext.table(head, rows)
 
     def __repr__(self) -> str:
         balance = self._balance()

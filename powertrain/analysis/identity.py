@@ -29,13 +29,16 @@ def identity(*values: Any) -> str:
 
 def model_identity(compiled: Compiled) -> str:
     """A hash of the equations, laws, signals, parameters and start conditions of a compiled model."""
-    dae, flat = compiled.dae, compiled.flat
+    dae = compiled.dae
     expressions: list[ca.SX] = []
     rest = _without_expressions(dae, expressions)
     expressions.append(column([entry.expression for entry in compiled.signals.values()]))
     given = dae.opened.tau if dae.opened else ca.SX(0, 1)
     equations = ca.Function("powertrain_identity", [dae.t, dae.x, dae.z, dae.m, dae.p, given], expressions)
-    starts = [(u.name, u.start, u.guess) for u in flat.unknowns.values()], [str(e.residual) for e in flat.initial]
+    starts = (
+        [(u.name, u.start, u.guess) for u in compiled.variables.values()],
+        [str(e.residual) for e in compiled.flat.initial],
+    )
     texts = [(name, entry.unit, entry.doc) for name, entry in compiled.signals.items()]
     values = [(name, c.value, c.unit) for name, c in compiled.parameters.items()]
     return identity(equations.serialize(), rest, texts, values, starts)

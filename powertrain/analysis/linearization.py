@@ -328,7 +328,6 @@ def _transfer(original: Compiled, perturbed: Compiled) -> Callable[[_Point], tup
     dae = original.dae
     symbols = {s.name(): s for s in (*_scalars(dae.x), *_scalars(dae.z))}
     symbols |= dict(zip(original.states, _scalars(dae.x), strict=True))
-    unknowns = {u.name: u.symbol for u in original.flat.unknowns.values()}
 
     def found(name: str) -> Symbol:
         if name in symbols:
@@ -339,8 +338,8 @@ def _transfer(original: Compiled, perturbed: Compiled) -> Callable[[_Point], tup
         base, order = name, 0
         while base.startswith("der(") and base.endswith(")"):
             base, order = base[4:-1], order + 1
-        if base in unknowns:
-            expression = unknowns[base]
+        if base in original.variables:
+            expression = original.variables[base].symbol
             with reading(original.flat.recorder) as recorder:
                 for _ in range(order):
                     expression = recorder.derivative(expression)

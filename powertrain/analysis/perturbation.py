@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import casadi as ca
 
@@ -16,7 +15,9 @@ from powertrain.compiler.assemble import Compiled, compile_flat
 from powertrain.compiler.flatten import Equation, Flat, flatten
 from powertrain.language.component import Component, Variable
 from powertrain.language.connectors import Connector, Output, Signal
+from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
+from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, key, time, total_derivative
 
 ORDER = 4
@@ -87,14 +88,14 @@ def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
         for k, coefficient in enumerate(coefficients[-1]):
             factorial *= max(k, 1)
             polynomial += coefficient * (time - reference) ** k / factorial
-        _add(flat, spot, polynomial)
+        flat = _with_added(flat, spot, polynomial)
         if not spot.outward and "." not in name[len(spot.owner) + 1 :]:
             added[name] = polynomial
     return Perturbed(compile_flat(flat), reference, tuple(coefficients), added)
 
 
-def _add(flat: Flat, spot: Spot, polynomial: Symbol) -> None:
-    """Adds the perturbation, and its derivatives to the variable's, in what the owner's text says."""
+def _with_added(flat: Flat, spot: Spot, polynomial: Symbol) -> Flat:
+    """The model with the perturbation added, and its derivatives to the variable's, in what the owner's text says."""
     recorder = flat.recorder
     old, new = [], []
     symbol, added = spot.symbol, -polynomial if spot.outward else polynomial
@@ -108,8 +109,10 @@ def _add(flat: Flat, spot: Spot, polynomial: Symbol) -> None:
     def seen(expression: Symbol) -> Symbol:
         return ca.substitute(expression, column(old), column(new))
 
-    flat.equations = [Equation(seen(e.residual), e.place) if e.place.path == spot.owner else e for e in flat.equations]
-    for i, (place, law) in enumerate(flat.laws):
-        if place.path == spot.owner and isinstance(law, FrictionLaw | UnilateralLaw):
-            fields: dict[str, Any] = {n: seen(v) for n, v in vars(law).items() if isinstance(v, ca.SX)}
-            flat.laws[i] = (place, replace(law, **fields))
+    def law_seen(place: Place, law: Law) -> Law:
+        if place.path != spot.owner or not isinstance(law, FrictionLaw | UnilateralLaw):
+            return law
+        return law.mapped(lambda expressions: [seen(e) for e in expressions])
+
+    equations = [Equation(seen(e.residual), e.place) if e.place.path == spot.owner else e for e in flat.equations]
+    return replace(flat, equations=equations, laws=[(place, law_seen(place, law)) for place, law in flat.laws])

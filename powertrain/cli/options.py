@@ -138,6 +138,7 @@ class OutputFile(click.Path):
 
 PICTURE = OutputFile(".png", ".pdf", ".svg")
 DATA = OutputFile(".nc", ".csv")
+PAGE = OutputFile(".html")
 
 
 def settings(function: F) -> F:
@@ -159,17 +160,21 @@ def settings(function: F) -> F:
 
 def configured(entry: Entry, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
     """The model with the file's and then the command line's values, and the paths that were set."""
+    with of_the_command_line():
+        return changed(entry.kind(), params, texts)
+
+
+def changed(model: Component, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
+    """A model with the file's and then the command line's values, and the paths that were set."""
     from powertrain.presets import files
     from powertrain.presets.settings import assigned, assignments
 
     paths: list[str] = []
-    with of_the_command_line():
-        model = entry.kind()
-        if params is not None:
-            model, paths = files.applied(model, files.read(params), params.parent)
-        for path, value in assignments(texts):
-            model = assigned(model, path, value)
-            paths.append(path)
+    if params is not None:
+        model, paths = files.applied(model, files.read(params), params.parent)
+    for path, value in assignments(texts):
+        model = assigned(model, path, value)
+        paths.append(path)
     return model, [path for path in paths if _is_there(model, path)]
 
 
@@ -207,9 +212,9 @@ class Interruption:
 
     @staticmethod
     def _drawn(start: float, stop: float) -> Any:
-        from tqdm.auto import tqdm
+        from powertrain.plant import time_bar
 
-        return tqdm(total=stop - start, unit="s", desc="simulated")
+        return time_bar(start, stop)
 
     def __call__(self, t: float) -> None:
         """The time that the simulation has reached [s]."""

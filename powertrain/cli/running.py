@@ -9,6 +9,7 @@ import click
 
 from powertrain.cli.options import (
     DATA,
+    PAGE,
     PICTURE,
     Command,
     CycleName,
@@ -45,6 +46,7 @@ PRINTED_FROM = 50.0
     examples=(
         "run SplitPathCar --cycle wltc --plot run.png",
         "run SplitPathCar --cycle udds --set body.m=1500 --set body.Cd=0.28 --out run.nc",
+        "run PowerSplitHybrid --report hybrid.html",
         "run SplitPathCar --backward",
         "run SplitPathCar --span 0:200 --set transmission.cvu=HydrostaticUnit --set 'engine=MappedEngine.gasoline()'",
         "run SplitPathCar --write-params car.toml",
@@ -79,6 +81,12 @@ PRINTED_FROM = 50.0
     help="Plot the efficiency map from tank to road with the operating points of the cycle, and print it.",
 )
 @click.option(
+    "--report",
+    "page",
+    type=PAGE,
+    help="Write an interactive page to this .html file: power flow, signals, operating points, events, energy, parameters.",
+)
+@click.option(
     "--backward",
     is_flag=True,
     help="Also compute the fuel quasi-statically, from the operating points of the map, without transients.",
@@ -101,6 +109,7 @@ def command(
     signals: tuple[str, ...],
     plot: Path | None,
     chart: Path | None,
+    page: Path | None,
     backward: bool,
     rtol: float,
 ) -> None:
@@ -115,16 +124,10 @@ def command(
     from powertrain.presets import files
     from powertrain.presets.settings import free_or_error
     from powertrain.trials import drive_cycle
-    from powertrain.trials.anatomy import anatomy, value_at
     from powertrain.trials.driveline import check_map
 
     model, paths = configured(vehicle, params, texts)
-    own = anatomy(model).the("cycle")
-    driven: DriveCycle = cycle or value_at(model, own).cycle
-    if span is not None:
-        with of_the_command_line():
-            driven = _part(driven, *span)
-    model = pt.replace(model, {f"{own}.cycle": driven})
+    model, driven = on_cycle(model, cycle, span)
     if chart is not None or backward:
         with of_the_command_line():
             check_map(model)
@@ -146,13 +149,30 @@ def command(
             _draw_run(run, plot)
         if chart is not None:
             click.echo(f"\n{_draw_map(run, model, chart)}")
-    for path in (write_params, out, plot, chart):
+        if page is not None:
+            run.explore(page)
+    for path in (write_params, out, plot, chart, page):
         if path is not None and path.exists():
             click.echo(f"wrote {path}")
     if run.message:
         kind = Interrupted if watch.asked else click.ClickException
         early = run.result.time[-1] < run.cycle.times[-1]
         raise kind(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message)
+
+
+def on_cycle(
+    model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None
+) -> tuple[pt.Component, DriveCycle]:
+    """The vehicle with a cycle, or a part of one, and that cycle; ``None``: its own."""
+    import powertrain as pt
+    from powertrain.trials.anatomy import anatomy, value_at
+
+    own = anatomy(model).the("cycle")
+    driven: DriveCycle = cycle or value_at(model, own).cycle
+    if span is not None:
+        with of_the_command_line():
+            driven = _part(driven, *span)
+    return pt.replace(model, {f"{own}.cycle": driven}), driven
 
 
 def _beside(run: CycleRun, model: pt.Component) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
@@ -46,7 +46,7 @@ class Affine:
         )
 
 
-@dataclass
+@dataclass(frozen=True)
 class Reduced:
     """The model after the aliases are out: ``equations`` contain only roots and their derivatives.
 
@@ -163,10 +163,9 @@ def eliminate_aliases(flat: Flat, parameters: dict[int, float]) -> Reduced:
     for base in list(reduced.aliases):
         work.resolve(base)
     kept = [e for i, e in enumerate(flat.equations) if i not in work.used]
-    reduced.originals = kept
     residuals = reduced.rewrite([e.residual for e in kept])
-    reduced.equations = [Equation(r, e.place) for r, e in zip(residuals, kept, strict=True)]
-    return reduced
+    equations = [Equation(r, e.place) for r, e in zip(residuals, kept, strict=True)]
+    return replace(reduced, equations=equations, originals=kept)
 
 
 class _Elimination:

@@ -44,6 +44,7 @@ class ModelVariable:
     guess: float = 0.0
     prefer: bool = False
     flow: bool = False
+    nominal: float | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ Face = tuple[str, bool]
 """A port seen from outside its component, or (True) from inside it, where its component's own parts are connected to it."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Flat:
     """A model without hierarchy. ``given``: unknowns that stand alone on the left of an equation, and whose text that is."""
 
@@ -197,7 +198,9 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
         symbol = Symbol.sym(name)
         q = quantity
         flat.recorder.units[key(symbol)] = unit
-        flat.unknowns[key(symbol)] = ModelVariable(name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow)
+        flat.unknowns[key(symbol)] = ModelVariable(
+            name, symbol, unit, doc, q.start, q.guess, q.prefer, q.flow, q.nominal
+        )
         return symbol
     symbol = flat.recorder.hold(name)
     flat.recorder.units[key(symbol)] = unit

@@ -168,6 +168,7 @@ class HybridDae:
 
     ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
     accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
+    ``nominal`` are the usual sizes of x and z, the units of their absolute tolerance; ones where there is none.
     """
 
     t: ca.SX
@@ -188,8 +189,14 @@ class HybridDae:
     opened: Opened | None = None
     residual_places: tuple[str, ...] = ()
     smooth: tuple[Smooth, ...] = ()
+    nominal: tuple[float, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
+
+    @property
+    def sizes(self) -> NDArray[np.float64]:
+        """The usual sizes of (x, z)."""
+        return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))
 
     def equation(self, k: int) -> str:
         """The k-th algebraic equation for a message: the line it comes from."""

@@ -15,7 +15,7 @@ R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
 import casadi as ca
@@ -41,7 +41,7 @@ _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class LawTorque:
     """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset."""
 
@@ -54,9 +54,13 @@ class LawTorque:
     rate: Symbol = field(default_factory=Symbol)
 
 
-def declare_torques(reduced: Reduced) -> tuple[list[LawTorque], list[tuple[Place, Law]]]:
-    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root."""
+def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tuple[Place, Law]]]:
+    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root.
+
+    The model with the equations of the new symbols, the laws with their torques, and the other laws.
+    """
     flat, torques, others = reduced.flat, [], []
+    symbols, equations = dict(reduced.symbols), list(reduced.equations)
     taken: dict[int, Place] = {}
     for place, law in flat.laws:
         if not isinstance(law, FrictionLaw | UnilateralLaw):
@@ -80,11 +84,11 @@ def declare_torques(reduced: Reduced) -> tuple[list[LawTorque], list[tuple[Place
             _refuse_given(reduced, place, plain)
         else:
             symbol = Symbol.sym(f"{place.path}.{law.name}.torque")
-            reduced.symbols[key(symbol)] = symbol
-            reduced.equations.append(Equation(value - symbol, place))
+            symbols[key(symbol)] = symbol
+            equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
         torques.append(LawTorque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
-    return torques, others
+    return replace(reduced, symbols=symbols, equations=equations), torques, others
 
 
 def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
@@ -96,29 +100,36 @@ def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
     )
 
 
-def add_rates(system: Differentiated, torques: list[LawTorque]) -> None:
-    """The rate of each law: the derivative of its relative speed, or the speed itself where it depends on the torque at once."""
-    recorder = system.reduced.flat.recorder
+def with_rates(system: Differentiated, torques: Sequence[LawTorque]) -> tuple[Differentiated, list[LawTorque]]:
+    """The system with the speeds and rates of the laws, and the laws with them.
+
+    A law's rate is the derivative of its relative speed, or the speed itself where it depends on the torque at once.
+    """
+    system, symbols = system.copied(), dict(system.reduced.symbols)
+    rate_of = system.reduced.flat.recorder.derivative
 
     def defined(name: str, expression: Symbol, place: Place) -> Symbol:
         symbol = Symbol.sym(name)
-        system.reduced.symbols[key(symbol)] = symbol
+        symbols[key(symbol)] = symbol
         system.add(Equation(symbol - expression, place))
         return symbol
 
-    for torque in torques:
+    def rated(torque: LawTorque) -> LawTorque:
         law, place, path = torque.law, torque.place, torque.mode.name()
         if isinstance(law, FrictionLaw):
-            torque.speed = law.w
-            if any(order > system.top.get(b, 0) for b, order in system.bases(law.w)):
-                defined(f"{path}.speed", law.w, place)
-            torque.algebraic = _follows_at_once(system, law.w, torque.symbol)
+            speed = law.w
+            if any(order > system.top.get(b, 0) for b, order in system.bases(speed)):
+                defined(f"{path}.speed", speed, place)
+            if _follows_at_once(system, speed, torque.symbol):
+                return replace(torque, algebraic=True, speed=speed, rate=speed)
         else:
-            torque.speed = defined(f"{path}.speed", total_derivative(law.gap, recorder.derivative), place)
-        if torque.algebraic:
-            torque.rate = torque.speed
-        else:
-            torque.rate = defined(f"{path}.rate", total_derivative(torque.speed, recorder.derivative), place)
+            speed = defined(f"{path}.speed", total_derivative(law.gap, rate_of), place)
+        rate = defined(f"{path}.rate", total_derivative(speed, rate_of), place)
+        return replace(torque, speed=speed, rate=rate)
+
+    rates = [rated(torque) for torque in torques]
+    system.reduced = replace(system.reduced, symbols=symbols)
+    return system, rates
 
 
 def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:
@@ -159,7 +170,8 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
-    rows, parts = _affine(rows, list(tau))
+    short, parts = _affine([*rows, *(t.rate for t in laws)], list(tau))
+    rows, laws = short[: len(laws)], [replace(t, rate=rate) for t, rate in zip(laws, short[len(laws) :], strict=True)]
     curved = _curved(rows, list(tau))
     explicit = [i for i in range(len(laws)) if i not in curved]
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
@@ -179,17 +191,29 @@ def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
     Under a motion that no torque of its own changes, a law takes the smallest torque that its bounds allow.
     """
-    if isinstance(t.law, UnilateralLaw) or any(ca.which_depends(t.rate, own, 1, False)):
+    if isinstance(t.law, UnilateralLaw) or not _prescribed(t, own):
         return t.rate
     tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), tau, 1, False))
     return own - (Symbol(0) if tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0)))
 
 
+def _prescribed(t: LawTorque, own: Symbol) -> bool:
+    """Whether its own torque never changes the motion of a law."""
+    return not any(ca.which_depends(t.rate, own, 1, False))
+
+
 def _loose(t: LawTorque, own: Symbol) -> Symbol:
-    """What is zero while the law slides or the contact is open."""
+    """What is zero while the law slides or the contact is open.
+
+    At rest under a motion that no torque changes, any torque between the bounds will do: operating points ask for these with modes
+    between -1 and 1.
+    """
     if isinstance(t.law, UnilateralLaw):
         return own
-    return own - ca.if_else(t.mode == -1, t.law.lower, t.law.upper)
+    lower, upper = t.law.lower, t.law.upper
+    if _prescribed(t, own):
+        upper = ca.if_else(ca.fabs(t.mode) < 1, lower + (1 + t.mode) / 2 * (upper - lower), upper)
+    return own - ca.if_else(t.mode == -1, lower, upper)
 
 
 def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:

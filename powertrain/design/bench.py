@@ -6,7 +6,7 @@ D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technolo
 from __future__ import annotations
 
 import powertrain as pt
-from powertrain.components.rotational import ConstantSpeed, Torque
+from powertrain.components.rotational import ConstantSpeed, Inertia, Torque
 from powertrain.components.transmissions import SplitPathTransmission, members
 
 
@@ -16,7 +16,7 @@ class SplitPathBench(pt.Component):
     ``efficiency`` is power delivered over power supplied: the input supplies, or in overrun the output. It is below 0 where both supply and
     all of it is lost. K is power into the variable unit over input power (eq. 29), positive where it goes through the unit towards the
     output. P_1, P_2 and P_3 are the powers into the differential's members at input, variable unit and output, whose signs tell the cases
-    of Fig. 8.
+    of Fig. 8. The inertia at the output separates the load from the pressure of a hydrostatic unit, which is a state.
     """
 
     V: pt.Input = pt.signal_input("1", "Speed ratio of the variable unit")
@@ -30,12 +30,13 @@ class SplitPathBench(pt.Component):
     drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
     transmission: SplitPathTransmission = SplitPathTransmission()
     torque: Torque = Torque()
+    inertia: Inertia = Inertia(J=1)
 
     def equations(self) -> pt.Equations:
         """Connections, and what the figures show."""
         gear = self.transmission
         yield pt.connect(self.drive.flange, gear.flange_a)
-        yield pt.connect(self.torque.flange, gear.flange_b)
+        yield pt.connect(self.torque.flange, self.inertia.flange_a, gear.flange_b)
         yield pt.connect(self.V, gear.ratio)
         yield pt.connect(self.load, self.torque.tau)
         yield self.r * self.drive.w == pt.der(self.torque.phi)

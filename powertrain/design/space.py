@@ -6,7 +6,9 @@ power delivered; the result is their Pareto front.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -16,7 +18,18 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.cvu import CVU
-from powertrain.components.transmissions import Flow, Network, NetworkTransmission, UnitLoss, flow
+from powertrain.components.transmissions import (
+    Flow,
+    Network,
+    NetworkRatio,
+    NetworkTransmission,
+    OverallRatio,
+    RangeTransmission,
+    RatioOfUnit,
+    UnitLoss,
+    VariableTransmission,
+    flow,
+)
 from powertrain.design.duty import Duty, Vector
 from powertrain.design.structure import COMMON, Designs, Structure
 from powertrain.design.units import Variator
@@ -63,17 +76,22 @@ def split_path_space(
         if not 0 < first < last:
             raise pt.ParameterError(f"{what}: from {first:g} to {last:g} is not a range of positive numbers")
     eta = efficiencies or Efficiencies()
-    found: list[Rated] = []
-    pairs = [(unit, structure) for unit in units for structure in structures]
-    for unit, structure in tqdm(pairs, desc="Split-path space", unit="structure", disable=not progress):
+
+    def searched(pair: tuple[Variator, Structure]) -> Rated:
+        unit, structure = pair
         known: Rated | None = None
         for number in range(rounds):
             cube = _cube(structure.parameters, candidates, number, known)
             rated = rate(designs_at(structure, cube, duty, (low, high), basic, unit), duty, unit, eta, cube)
             known = rated if known is None else known.with_(rated)
         assert known is not None
-        found.append(known)
-    return SplitPathSpace(duty, tuple(found), eta)
+        return known
+
+    pairs = [(unit, structure) for unit in units for structure in structures]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        bar = tqdm(pool.map(searched, pairs), "Split-path space", len(pairs), unit="structure", disable=not progress)
+        found = tuple(bar)
+    return SplitPathSpace(duty, found, eta)
 
 
 def _cube(dimension: int, count: int, number: int, known: Rated | None) -> Vector:
@@ -343,10 +361,15 @@ class SplitPathSpace:
             )
         return found
 
-    def transmission(self, line: int = 0, range_: int = 0) -> NetworkTransmission:
-        """One range of a line of the table as a part that drives."""
-        loss = self.unit(line).loss
-        return NetworkTransmission.of(self.ranges(line)[range_][2], cvu_of(loss))
+    def transmission(self, line: int = 0) -> VariableTransmission:
+        """A line of the table as a component: in one range a ``NetworkTransmission``, in several a ``RangeTransmission``, which shifts."""
+        spans, cvu = self.ranges(line), cvu_of(self.unit(line).loss)
+        return NetworkTransmission.of(spans[0][2], cvu) if len(spans) == 1 else RangeTransmission.of(spans, cvu)
+
+    def unit_ratio(self, line: int = 0) -> RatioOfUnit:
+        """The signal ``ratio`` of a line's transmission from an overall ratio: V of the unit, or r itself where ranges shift."""
+        spans = self.ranges(line)
+        return NetworkRatio(network=spans[0][2]) if len(spans) == 1 else OverallRatio()
 
 
 _COLUMNS = (

@@ -152,9 +152,9 @@ def _common() -> Iterator[Structure]:
         behind: Ends = ("input", layout)
         before: Ends = (layout, "output")
         compound: Ends = (layout, layout)
-        for ranges in ((behind,), (before,), (behind, behind), (before, compound)):
+        for ranges in ((behind,), (before,), (behind, behind), (before, compound), (before, compound, compound)):
             yield Structure(ranges)
 
 
 COMMON = tuple(_common())
-"""Of every type: input-coupled, output-coupled, input-coupled with two ranges, and output-coupled below, compound above (two-mode)."""
+"""Of every type: input-coupled, output-coupled, input-coupled with two ranges, two-mode (output-coupled, then compound), three-mode."""

@@ -11,7 +11,7 @@ import numpy as np
 
 import powertrain as pt
 from powertrain.components.cvu import CVU, VariableUnit
-from powertrain.components.rotational import ConstantSpeed, Torque
+from powertrain.components.rotational import ConstantSpeed, Inertia, Torque
 from powertrain.components.transmissions import UnitLoss
 from powertrain.design.duty import Vector
 
@@ -73,12 +73,13 @@ class UnitBench(pt.Component):
     ratio: pt.Variable = pt.variable("1", "Speed of flange_b over speed of flange_a")
     drive: ConstantSpeed = ConstantSpeed(w_fixed=200.0)
     unit: VariableUnit = CVU()
+    inertia: Inertia = Inertia(J=1)
     torque: Torque = Torque()
 
     def equations(self) -> pt.Equations:
-        """Drive, unit, load."""
+        """Drive, unit, load; the inertia separates the load from the pressure of a unit whose pressure is a state."""
         yield pt.connect(self.drive.flange, self.unit.flange_a)
-        yield pt.connect(self.torque.flange, self.unit.flange_b)
+        yield pt.connect(self.torque.flange, self.inertia.flange_a, self.unit.flange_b)
         yield pt.connect(self.V, self.unit.ratio)
         yield pt.connect(self.load, self.torque.tau)
         yield self.ratio * self.drive.w == pt.der(self.torque.phi)

@@ -45,7 +45,7 @@ def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> 
         reason = _first_not_finite(dae, there)
         if reason:
             return f"just after t = {t:.9g} s {reason}. {OUTSIDE}"
-    size = np.abs(here[:n]) / (memory.tolerance[1] + memory.tolerance[0] * np.abs(y[:n]))
+    size = np.abs(here[:n]) / (memory.tolerance[1] * dae.sizes[:n] + memory.tolerance[0] * np.abs(y[:n]))
     worst = dae.state_names[int(np.argmax(size))] if n else "an algebraic equation"
     return (
         f"the step size becomes too small at t = {t:.9g} s (h = {h:.3g} s); {worst} changes fastest. "

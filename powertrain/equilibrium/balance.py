@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import HybridDae
-from powertrain.language.symbols import Symbol, column
+from powertrain.language.symbols import Symbol, column, key
+from powertrain.numerics.batch import dependence
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,12 @@ class Balance:
 def opened(compiled: Compiled, names: Sequence[str]) -> tuple[Symbol, Symbol, Symbol, list[Symbol]]:
     """The torques of the laws; rates, residuals and the variables ``names`` for given torques."""
     dae, given = compiled.dae, []
-    unknowns = {u.name: u.symbol for u in compiled.flat.unknowns.values()}
+    variables = compiled.variables
     if dae.opened is None:
         return Symbol(0, 1), dae.xdot, dae.residual, [compiled.signals[n].expression for n in names]
     for name in names:
-        known = name in unknowns
-        given.append(compiled.open([unknowns[name]])[0] if known else compiled.signals[name].expression)
+        known = name in variables
+        given.append(compiled.open([variables[name].symbol])[0] if known else compiled.signals[name].expression)
     return dae.opened.tau, dae.opened.xdot, dae.opened.residual, given
 
 
@@ -61,15 +62,32 @@ def changed(expressions: Sequence[Symbol], old: Sequence[Symbol], new: Sequence[
 
 
 def start_of(names: Sequence[str], compiled: Compiled, guesses: Mapping[str, float]) -> NDArray[np.float64]:
-    """Where the search for unknowns begins: guesses, parameters as they are, else what the model declares."""
-    return np.array([_start(compiled, name, guesses) for name in names], float)
+    """Where the search for unknowns begins: guesses, parameters as they are, else what the model declares or starts with."""
+    given = _initial_values(compiled)
+    return np.array([_start(compiled, name, guesses, given) for name in names], float)
 
 
-def _start(compiled: Compiled, name: str, guesses: Mapping[str, float]) -> float:
+def _start(compiled: Compiled, name: str, guesses: Mapping[str, float], given: Mapping[str, float]) -> float:
     if name in guesses:
         return float(guesses[name])
     if name in compiled.parameters:
         return compiled.parameters[name].value
-    known = {u.name: u for u in [*compiled.flat.unknowns.values(), *compiled.flat.inputs]}
-    unknown = known.get(name)
-    return 0.0 if unknown is None else float(unknown.start or unknown.guess or 0.0)
+    unknown = compiled.variables.get(name) or compiled.inputs.get(name)
+    return given.get(name, 0.0) if unknown is None else float(unknown.start or unknown.guess or given.get(name, 0.0))
+
+
+def _initial_values(compiled: Compiled) -> dict[str, float]:
+    """The unknowns that an initial equation gives as an expression of parameters."""
+    values, found = {key(c.symbol): c.value for c in compiled.flat.parameters}, dict[str, float]()
+    for equation in compiled.flat.initial:
+        symbols = ca.symvar(equation.residual)
+        unknown = [s for s in symbols if key(s) not in values]
+        if len(unknown) != 1 or key(unknown[0]) not in compiled.flat.unknowns:
+            continue
+        slope = ca.jacobian(equation.residual, unknown[0])
+        others = [s for s in symbols if key(s) in values]
+        line = ca.Function("powertrain_start", [unknown[0], column(others)], [equation.residual, slope])
+        value, rise = (float(x) for x in line(0.0, [values[key(s)] for s in others]))
+        if not dependence([slope], unknown).any() and rise != 0.0 and np.isfinite(value / rise):
+            found[compiled.flat.unknowns[key(unknown[0])].name] = -value / rise
+    return found

@@ -13,6 +13,8 @@ from powertrain.numerics.buffers import Array
 
 SHORT_STEP = 0.1
 """The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
+SINGULAR = 1e14
+"""Condition beyond which equations do not determine their unknowns."""
 GIVEN = 1e-11
 """A law's own torque moves it where its speed changes by more than this share of the terms."""
 
@@ -21,9 +23,11 @@ GIVEN = 1e-11
 class Beginnings:
     """For each point: laws that their own torque does not move and how much the others yield; a motion, as a change of the unknowns.
 
-    ``sliding`` is the motion that torques change most, by which laws slide at one unit of speed; zero where there is none.
+    ``sliding`` is the motion that torques change most, by which laws slide at one unit of speed; zero where there is none. ``start``:
+    where the search begins.
     """
 
+    start: Array
     near: Near
     sliding: Array
 
@@ -38,6 +42,17 @@ def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> tuple[Array, 
     found = solved(np.repeat(matrix, sides, 0), right.transpose(0, 2, 1).reshape(points * sides, n))
     found = found.reshape(points, sides, n).transpose(0, 2, 1)
     return found[:, :, 0], found[:, :, 1:]
+
+
+def _degenerate(laws: SteadyLaws, value: LawValues) -> Mask:
+    """Whether the equations do not determine the unknowns where they are looked at."""
+    matrix = value.rows_[:, :, : laws.unknowns].copy()
+    matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / SHORT_STEP
+    size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
+    good = np.isfinite(matrix).all(axis=(1, 2)) & (size > 0.0).all(axis=(1, 2))
+    matrix[~good] = np.eye(laws.unknowns)
+    level = matrix / np.where(good[:, None, None], size, 1.0)
+    return np.asarray(~good | (np.linalg.cond(level) > SINGULAR), bool)
 
 
 def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
@@ -56,9 +71,14 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     start = np.repeat(laws.balance.start[None], count, 0)
     at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
     value = laws.values(at, lossless=True)
-    along = euler_step(laws, value, SHORT_STEP)[1]
+    move, along = euler_step(laws, value, SHORT_STEP)
+    degenerate = _degenerate(laws, value) & np.isfinite(move).all(axis=1)
+    if degenerate.any():  # at rest a ratio moves nothing: begin where speeds are as prescribed
+        at.y[degenerate] += move[degenerate]
+        value = laws.values(at, lossless=True)
+        along = euler_step(laws, value, SHORT_STEP)[1]
     given, reach, slope = mobilities(value, along)
-    return Beginnings(Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, along))
+    return Beginnings(at.y, Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, along))
 
 
 def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:

@@ -16,7 +16,8 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
-from powertrain.equilibrium.system import Equilibrium, Law
+from powertrain.equilibrium.placed import Law
+from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
 from powertrain.modes.indicators import relation, torque_margins
 from powertrain.modes.tolerances import EPS, ZONE

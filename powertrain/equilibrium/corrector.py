@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, Mask, SteadyLaws
 from powertrain.numerics.buffers import Array
@@ -15,6 +16,8 @@ STILL = 1e-10
 """Unknowns that change by less, relative to one and to their size, are found."""
 CORRECTIONS, PROXIMAL = 20, 3
 """Newton's steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
+DAMPED, HALVINGS = 40, 16
+"""Shortened steps of Newton's method, and how often each is halved."""
 NEUTRAL = 1e6
 """Seconds: a motion that takes longer to come to rest is not held by anything."""
 LOCKED = 1e9
@@ -29,6 +32,10 @@ class Near:
 
     given: Mask
     yields: Array
+
+    def some(self, which: NDArray[np.intp]) -> Near:
+        """That of some of the points."""
+        return Near(self.given[which], self.yields[which])
 
 
 def corrected(
@@ -49,7 +56,12 @@ def corrected(
     for _ in range(changes):
         here = Iterates(at.grid[active], y[active], modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
-        here, fine = _newton(laws, here, there, side[active], lossless, CORRECTIONS)
+        begun = here
+        here, fine = _newton(laws, begun, there, side[active], lossless, CORRECTIONS)
+        if not fine.all():
+            some = np.flatnonzero(~fine)
+            end, found = _damped(laws, begun.some(some), there.some(some), side[active][some], lossless)
+            here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
         here, drive = _shared(laws, here, there, side[active], lossless)
         value = laws.values(here, lossless)
         y[active], tau[active] = here.y, here.tau
@@ -112,6 +124,43 @@ def _newton(
     return Iterates(at.grid, y, at.modes, tau), fine
 
 
+def _damped(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool) -> tuple[Iterates, Mask]:
+    """Newton's steps, each halved until it helps, and where they became small. Full steps go astray where a torque saturates.
+
+    The natural monotonicity test of P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, 3.3: a step helps if the next one
+    with the same matrix is shorter. If it is not half as long, it must not lead back either: beyond a saturation there is another one.
+    """
+    n, z = laws.unknowns, np.concatenate([at.y, at.tau], axis=1)
+    fine, active = np.zeros(len(z), bool), np.flatnonzero(np.isfinite(z).all(axis=1))
+
+    def equations(which: NDArray[np.intp], values: Array) -> tuple[Array, Array]:
+        here = Iterates(at.grid[which], values[:, :n], at.modes[which], values[:, n:])
+        return _bordered(laws, here, laws.values(here, lossless), near.some(which), side[which], True)
+
+    for _ in range(DAMPED):
+        matrix, right = equations(active, z[active])
+        scale = 1.0 + np.abs(z[active])
+        step = solved(matrix, right) / scale
+        size = np.abs(step).max(axis=1, initial=0.0)
+        fine[active], share = size <= STILL, np.ones(len(active))
+        done = helps = fine[active] | ~np.isfinite(size)
+        trial = z[active]
+        for _ in range(HALVINGS):
+            trial = z[active] + np.where(np.isfinite(step), share[:, None] * step, 0.0) * scale
+            following = solved(matrix, equations(active, trial)[1]) / scale
+            after = np.abs(following).max(axis=1, initial=0.0)
+            ahead = (following * step).sum(axis=1) >= 0.0
+            helps = done | (after <= 0.5 * size) | (ahead & (after <= (1 - share / 2) * size))
+            if helps.all():
+                break
+            share = np.where(helps, share, share / 2)
+        z[active] = trial
+        active = active[~done & helps]
+        if not active.size:
+            break
+    return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
+
+
 def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mask:
     """Where an unknown, or the torque of a law that slides, is not determined: unit changes of the equations move it without limit."""
     n = laws.unknowns
@@ -122,7 +171,9 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
     mode = at.modes[:, laws.law_modes]
     slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
     right[:, laws.rates] = 0.0
-    right[:, n:] = slides
+    right[:, n:] = slides * np.linspace(
+        1.0, 2.0, laws.count
+    )  # alike, they would hide torques that grow against each other
     torque = np.where(slides, solved(matrix, right)[:, n:], 0.0)
     return np.asarray((np.abs(drift) > NEUTRAL).any(axis=1) | (np.abs(torque) > LOCKED).any(axis=1))
 

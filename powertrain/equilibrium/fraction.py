@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
 from powertrain.language.symbols import Symbol, free_symbols, key
 
@@ -31,9 +32,65 @@ class _NoFraction(Exception):
     pass
 
 
+_CHECKS, _ALIKE = 5, 1e-9
+_RATIONAL = (ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_NEG, ca.OP_TWICE, ca.OP_SQ, ca.OP_INV)
+_KNOTS = (0.382, -0.618, 1.618)
+"""Where a fraction is looked at that is not written as one; ratios at which nothing in particular happens."""
+
+
 def root_of_fraction(residual: Symbol, x: Symbol) -> Symbol | None:
-    """The x where ``residual`` is zero, if it is a fraction of two affine expressions of x; infinite where that takes an infinite x."""
+    """The x where ``residual`` is zero, if it is a fraction of two affine expressions of x; infinite where that takes an infinite x.
+
+    One that is not written so, as the ratio of a network of gears, is known by the cross-ratio of four of its values.
+    """
     others = [s for s in free_symbols(residual) if key(s) != key(x)]
+    root = _written(residual, x, others)
+    return _by_cross_ratio(residual, x, others) if root is None else root
+
+
+def _by_cross_ratio(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None:
+    """(f_4 - f_1)(f_3 - f_2)/((f_4 - f_2)(f_3 - f_1)) is the same of the values of a fraction as of its arguments."""
+    function = ca.Function("powertrain_values", [x, ca.vertcat(Symbol(0, 1), *others)], [ca.densify(residual)])
+    if not _rational(function):
+        return None
+    rng = np.random.default_rng(0)
+    for _ in range(_CHECKS):
+        point, at = rng.uniform(0.3, 2.0, len(others)), (*_KNOTS, float(rng.uniform(-3.0, 3.0)))
+        values = np.array([float(function(v, point)) for v in at])
+        steep = np.ptp(values)
+        if not (np.isfinite(values).all() and steep > 0.0 and abs(_cross_ratio(*values) - _cross_ratio(*at)) < _ALIKE):
+            return None
+    f = [ca.substitute(residual, x, Symbol(v)) for v in _KNOTS]
+    a, b, c = _KNOTS
+    k = f[0] * (f[2] - f[1]) / (f[1] * (f[2] - f[0])) * ((c - a) / (c - b))  # (x - a)/(x - b)
+    return (a - k * b) / (1 - k)
+
+
+def _rational(function: ca.Function) -> bool:
+    """Whether the result is a polynomial or a fraction of polynomials of the first argument: without kinks, roots and the like."""
+    moved: dict[int, bool] = {}
+    for k in range(function.n_instructions()):
+        operation, inputs, outputs = (
+            function.instruction_id(k),
+            function.instruction_input(k),
+            function.instruction_output(k),
+        )
+        if operation in (ca.OP_CONST, ca.OP_INPUT):
+            moved[outputs[0]] = operation == ca.OP_INPUT and inputs[0] == 0
+        elif operation != ca.OP_OUTPUT:
+            through = any(moved[i] for i in inputs)
+            if through and operation not in _RATIONAL:
+                return False
+            moved.update(dict.fromkeys(outputs, through))
+    return True
+
+
+def _cross_ratio(a: float, b: float, c: float, d: float) -> float:
+    return (d - a) * (c - b) / ((d - b) * (c - a))
+
+
+def _written(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None:
+    """The root by the operations of which the expression consists."""
     tape = ca.Function("powertrain_fraction", [x, ca.vertcat(Symbol(0, 1), *others)], [ca.densify(residual)])
     work: dict[int, _Fraction] = {}
     found = _Fraction()

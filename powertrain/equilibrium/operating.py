@@ -73,6 +73,17 @@ class Solver:
         points.involved[:, (points.status == OK) | (points.status == IMMOVABLE)] = False
         return points
 
+    @property
+    def explicit(self) -> bool:
+        """Whether nothing but modes is unknown."""
+        return self._solutions is None
+
+    def holds(self, grid: Rows, modes: Rows, apart: Mask) -> Mask:
+        """Whether the modes of all laws hold but for those ``apart``, where everything but the modes is given."""
+        values = np.vstack([grid, modes])
+        with np.errstate(all="ignore"):
+            return np.asarray(np.logical_and.reduce([search.holds(values, apart) for search in self._searches]))
+
     def _by_groups(self, grid: Rows, side: Rows) -> Points:
         """All combinations of modes, group by group."""
         laws, count = len(self.choices), grid.shape[1]

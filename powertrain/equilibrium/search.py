@@ -56,6 +56,15 @@ class Search:
                 found.append(self._combine(trials.some(here), side, np.array(list(product(*options))).T))
         return Trials.joined(found), status, involved
 
+    def holds(self, values: Rows, apart: Mask) -> Mask:
+        """Whether the modes of the group's laws hold but for those ``apart`` of all laws."""
+        table, found = self.table.evaluate(values), np.ones(values.shape[1], bool)
+        for i, (k, choice) in enumerate(zip(self.group.laws, self.choices, strict=True)):
+            place = (values[self.places[i]][None, :] == np.array(choice.modes)[:, None]).argmax(axis=0)
+            fine = np.take_along_axis(self.table.margins(table, i), place[None, :], 0)[0] >= 0.0
+            found &= fine | apart[k]
+        return found
+
     def _options(self, pattern: Mask) -> list[tuple[float, ...]]:
         """The modes of every law that a pattern allows."""
         fine = iter(pattern)

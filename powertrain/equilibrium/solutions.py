@@ -76,7 +76,7 @@ class Solutions:
         start = beginnings(laws, grid)
         best, begun = self._nothing(start.near), list[Array]()
         for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
-            found = self._from(speed * start.sliding, grid, side, start.near, begun)
+            found = self._from(start.start + speed * start.sliding, grid, side, start.near, begun)
             both = best.done & found.done
             other = both & self._differ(grid, best, found)
             number[other] = 2
@@ -97,11 +97,11 @@ class Solutions:
         y, modes, tau = (np.zeros((count, n)) for n in sizes)
         return SolvedPoints(np.zeros(count, bool), y, modes, tau, near.given.copy(), near.yields.copy())
 
-    def _from(self, moved: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> SolvedPoints:
+    def _from(self, first: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> SolvedPoints:
         """The solutions from one start, with the modes that its speeds say; at points where another began with these there are none."""
         laws, count = self.laws, len(grid)
         found = self._nothing(near)
-        found.y += laws.balance.start + moved
+        found.y += first
         at = Iterates(grid, found.y, found.modes, found.tau)
         modes = laws.next_modes(at, laws.values(at), found.given, side, None)
         seen = np.zeros(count, bool)

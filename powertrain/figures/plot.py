@@ -109,3 +109,29 @@ def _name_modes(result: _Run, ax: Axes, labels: Sequence[str]) -> None:
     if named:
         ax.set_yticks(sorted(named), [named[mode] for mode in sorted(named)])
         ax.set_ylabel("Mode")
+
+
+def plot_overlaid(
+    results: Sequence[Any], names: Sequence[str], signals: Sequence[str], *, ax: Axes | None = None
+) -> Axes:
+    """Signals of several runs (results, or saved runs) over time in one Axes: a colour for each signal, a line style for each run.
+
+    Errors: ParameterError for unknown signals and for signals of different units.
+    """
+    import matplotlib.pyplot as plt
+
+    units = {unit for result in results for _, unit, _, _ in _signals(result, signals)}
+    if len(units) > 1:
+        raise ParameterError(f"plot: overlaid signals must have one unit, not {', '.join(sorted(units))}")
+    if ax is None:
+        ax = plt.subplots(layout="constrained")[1]
+    shown: list[tuple[str, str]] = []
+    for result, name, style in zip(results, names, ("-", "--", ":", "-."), strict=False):
+        for k, (label, _, doc, values) in enumerate(_signals(result, signals)):
+            ax.plot(result.time, values, color=f"C{k % 10}", linestyle=style, label=f"{label}, {name}")
+            shown.append((label, doc))
+    ax.set(xlabel="Time [s]", ylabel=axis_label(shown, units.pop()))
+    ax.margins(x=0)
+    ax.grid(visible=True, alpha=0.3)
+    ax.legend(loc="best")
+    return ax

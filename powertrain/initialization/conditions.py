@@ -105,7 +105,7 @@ def signal_condition(compiled: Compiled, name: str, value: float, source: str) -
 
 def declared_conditions(compiled: Compiled) -> list[StartEquation]:
     """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
-    declared = [u for u in compiled.flat.unknowns.values() if u.start is not None]
+    declared = [u for u in compiled.variables.values() if u.start is not None]
     declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
     return [signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
 

@@ -159,7 +159,7 @@ class _Plan:
         self.linear = not self.nz and not ca.depends_on(jacobian.nz[:], ca.vertcat(dae.x, dae.z))
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
         self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
-        guesses = {u.name: u.guess for u in compiled.flat.unknowns.values() if u.guess}
+        guesses = {u.name: u.guess for u in compiled.variables.values() if u.guess}
         self.guess = self._guess(guesses, np.zeros(self.size))
         places = [None if self.linear else self._place(c.label) for c in conditions[:given]]
         self.known = [place for place in places if place is not None]

@@ -120,7 +120,8 @@ def _step_function(
     model: Common, name: str, slope: ca.SX, taken: StepResult, defect: ca.SX | None = None
 ) -> ca.Function:
     t, h = model.time[0], model.time[1]
-    scale = model.tolerance[1] + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
+    nominal = ca.DM(model.dae.sizes)
+    scale = model.tolerance[1] * nominal + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)
     norm = ca.sqrt(ca.norm_2(errors)) if model.y.numel() else 0  # no less than the largest; nan if one is
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
@@ -149,7 +150,7 @@ def fresh(model: Common) -> ca.Function:
     t = model.time[0]
     y, slope, speed = _at_rest(model, model.y)
     x = y[:n, :]
-    scale = model.tolerance[1] + model.tolerance[0] * ca.fabs(x)
+    scale = model.tolerance[1] * ca.DM(dae.sizes[:n]) + model.tolerance[0] * ca.fabs(x)
     size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
     speed_norm = ca.sqrt(ca.sumsqr(slope[:n, :] / scale) / max(n, 1))
     first = ca.if_else(ca.logic_or(size < 1e-5, speed_norm < 1e-5), 1e-6, 0.01 * size / speed_norm)

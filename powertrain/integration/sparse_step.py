@@ -28,6 +28,7 @@ class SparseStep:
         self._g, self._outside = zeros(model.indicators), memory.outside
         self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
         self._checks = model.indicators > 0
+        self._nominal = model.dae.sizes
         self._bind(model)
 
     def _bind(self, model: Common) -> None:
@@ -91,7 +92,7 @@ class SparseStep:
     def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:
         """Error norm, dense output and indicators."""
         memory, n = self._memory, self._n
-        scale = memory.tolerance[1] + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
+        scale = memory.tolerance[1] * self._nominal + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
         self._norm[0] = np.sum((stages[7] / scale) ** 4) ** 0.25
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)

@@ -13,6 +13,7 @@ is a symbol), the field specifier gives unit, meaning and default:
 from __future__ import annotations
 
 import math
+import reprlib
 import sys
 import typing
 from collections.abc import Generator, Iterator, Mapping
@@ -21,6 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeV
 import numpy as np
 
 from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.language import htmltext
 from powertrain.language.checks import check_conditions, check_kind, check_rows, is_rows
 from powertrain.language.quantities import quantity
 from powertrain.language.symbols import Symbol
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
 
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 _MISSING: Any = object()
+LONGEST_TEXT = 400
+"""Characters of the text of a component from which its parts are abridged."""
+shortened = reprlib.Repr()
 P = TypeVar("P", bound="Component")
 
 
@@ -105,7 +110,10 @@ class Parameter(Quantity):
 
 
 class Variable(Quantity):
-    """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution."""
+    """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution.
+
+    ``nominal`` is the variable's usual size, the unit of its absolute tolerance; None is one.
+    """
 
     def __init__(
         self,
@@ -115,9 +123,12 @@ class Variable(Quantity):
         guess: float = 0.0,
         prefer: bool = False,
         flow: bool = False,
+        nominal: float | None = None,
     ) -> None:
         super().__init__(unit, doc)
-        self.start, self.guess, self.prefer, self.flow = start, guess, prefer, flow
+        if nominal is not None and not 0.0 < nominal < math.inf:
+            raise ParameterError(f"nominal = {nominal!r} must be positive and finite ({doc}, {unit})")
+        self.start, self.guess, self.prefer, self.flow, self.nominal = start, guess, prefer, flow, nominal
 
 
 class Discrete(Quantity):
@@ -163,10 +174,30 @@ def variable(
     start: float | None = None,
     guess: float = 0.0,
     prefer: bool = False,
+    nominal: float | None = None,
     init: Literal[False] = False,
 ) -> Any:
-    """An unknown with unit and meaning; ``prefer`` prefers it as a state."""
-    return Variable(unit, doc, start, guess, prefer)
+    """An unknown with unit and meaning.
+
+    Parameters
+    ----------
+    unit, doc
+        Its unit and its meaning.
+    start
+        An initial condition, if the variable needs one.
+    guess
+        Where the search for its value begins.
+    prefer
+        Whether it is preferred as a state.
+    nominal
+        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. The default is one.
+
+    Errors
+    ------
+    ParameterError
+        If ``nominal`` is not positive and finite.
+    """
+    return Variable(unit, doc, start, guess, prefer, nominal=nominal)
 
 
 def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:
@@ -189,10 +220,30 @@ def support(kind: type[P], *, init: Literal[False] = False) -> Any:
     return Port(kind, grounded=True)
 
 
+if TYPE_CHECKING:
+    _Kind = type
+else:
+
+    class _Kind(type):
+        """The class of component classes: a name that a class does not have is answered with the variants that it makes."""
+
+        def __getattr__(cls, name):
+            makers = variants(cls) if not name.startswith("_") else []
+            said = f"; its variants are {', '.join(makers)}" if makers else ""
+            raise AttributeError(f"{cls.__name__} has no attribute {name!r}{said}", name=name, obj=cls)
+
+
+def variants(kind: type[Component]) -> list[str]:
+    """The class methods that make components of a class: MappedEngine.gasoline, ..."""
+    owners = [base for base in kind.__mro__ if base is not Component and issubclass(base, Component)]
+    made = [n for base in owners for n, value in vars(base).items() if isinstance(value, classmethod | staticmethod)]
+    return [name for name in dict.fromkeys(made) if not name.startswith("_")]
+
+
 @dataclass_transform(
     kw_only_default=True, frozen_default=False, field_specifiers=(parameter, variable, flow, discrete, port, support)
 )
-class Component:
+class Component(metaclass=_Kind):
     """A part of a model: declared fields and the equations between them. Values are frozen; a class is either partial or final."""
 
     boundary: ClassVar[bool] = False
@@ -331,14 +382,57 @@ class Component:
         return Symbol(0)
 
     def __repr__(self) -> str:
-        shown = [f"{n}={v!r}" for n, v in self._values.items() if not isinstance(self._fields[n], Port)]
-        return f"{type(self).__name__}({', '.join(shown)})"
+        given = {n: v for n, v in self._values.items() if not _is_default(self._fields[n], v)}
+        text = f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in given.items())})"
+        return text if len(text) <= LONGEST_TEXT else _abridged(type(self).__name__, given)
+
+    def _repr_html_(self) -> str:
+        doc = (type(self).__doc__ or "").partition("\n")[0]
+        parameters = [
+            (n, f"{self._values[n]:g}", spec.unit, spec.doc)
+            for n, spec in self._fields.items()
+            if isinstance(spec, Parameter)
+        ]
+        parts = [(n, type(c).__name__, (type(c).__doc__ or "").partition("\n")[0]) for n, c in _parts_of(self)]
+        return (
+            htmltext.heading(type(self).__name__, doc)
+            + (htmltext.table(("parameter", "value", "unit", "meaning"), parameters) if parameters else "")
+            + (htmltext.table(("component", "class", "meaning"), parts) if parts else "")
+        )
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Component) and type(self) is type(other) and self._values == other._values
 
     def __hash__(self) -> int:
         return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
+
+
+def _is_default(spec: Any, value: Any) -> bool:
+    """Whether a value is the one that a component has if nothing is given; ports always are."""
+    if isinstance(spec, Port):
+        return True
+    if isinstance(spec, Parameter):
+        return spec.default is not None and value == spec.default
+    return spec is value or (type(spec) is type(value) and bool(spec == value))
+
+
+def _abridged(name: str, given: Mapping[str, Any]) -> str:
+    """A long text of a component: its parts by their classes, rows of parts by their number, long values cut."""
+    shown = []
+    for n, v in given.items():
+        if isinstance(v, tuple) and any(isinstance(item, Component) for item in v):
+            text = f"({len(v)} parts)"
+        else:
+            text = f"{type(v).__name__}(...)" if isinstance(v, Component) else shortened.repr(v)
+        shown.append(f"{n}={text}")
+    text = f"{name}({', '.join(shown)})"
+    return text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 4]}...)"
+
+
+def _parts_of(component: Component) -> list[tuple[str, Component]]:
+    """The parts of a component without its ports."""
+    ports = {name for name, spec in component._fields.items() if isinstance(spec, Port)}
+    return [(name, part) for name, part in children(component) if name not in ports]
 
 
 def _check_conditions(component: Component) -> None:

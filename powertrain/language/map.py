@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.language import htmltext
 from powertrain.language.arguments import one_of, text
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.dimensions import measure, unit_of
@@ -275,6 +276,20 @@ class Map:
         said = ", ".join(f"{a.name} [{a.unit}] {a.low:g}..{a.high:g} ({len(a.points)}, {a.outside})" for a in self.axes)
         data = zlib.crc32(repr(self.axes).encode() + self.values.tobytes())
         return f"Map({self.name} [{self.unit}] over {said}; {self.method}; {data:08x})"
+
+    def _repr_html_(self) -> str:
+        low, high = float(self.values.min()), float(self.values.max())
+        rows: list[tuple[str, ...]] = [
+            (a.name, a.unit, f"{a.low:g} to {a.high:g}", str(len(a.points)), a.outside) for a in self.axes
+        ]
+        rows.append((f"values of {self.name}", self.unit, f"{low:g} to {high:g}", str(self.values.size), self.method))
+        head = ("axis", "unit", "range", "points", "outside, method")
+        picture = self._curve() if len(self.axes) == 1 and self.values.size > 1 else ""
+        return htmltext.heading("Map", self.name) + htmltext.table(head, rows) + picture
+
+    def _curve(self) -> str:
+        """The values along the only axis as a small picture."""
+        return htmltext.curve(self.axes[0].points, self.values.ravel().tolist())
 
 
 def _ramps(points: Sequence[float], values: NDArray[np.float64], argument: Symbol) -> Symbol:

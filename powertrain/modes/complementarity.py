@@ -26,6 +26,7 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.modes.lemke import Long, lemke
 from powertrain.modes.tolerances import ALONE, LEAST_TORQUE
+from powertrain.numerics.buffers import Evaluated
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -109,17 +110,18 @@ class Laws:
         inputs = [dae.t, dae.x, z, dae.m, dae.p, opened.tau]
         single = [opened.reach, opened.compliance, opened.peak]
         outputs = [*map(ca.densify, values), *slopes, *map(ca.densify, single)]
-        self._function = ca.Function("powertrain_laws_opened", inputs, outputs)
+        self._values = Evaluated(ca.Function("powertrain_laws_opened", inputs, outputs))
 
     def at(self, point: Point, tau: Array) -> Linear:
         """The laws near ``tau`` (``-force`` for contacts); nan where an equation has no value there."""
         z = point.z[: self._model_unknowns]
         sign = np.where(np.arange(self.count) < self.frictions, 1.0, -1.0)
-        found = [np.array(v, float) for v in self._function(point.t, point.x, z, point.m, point.p, sign * tau)]
+        found = self._values(point.t, point.x, z, point.m, point.p, sign * tau)
         residual, speed, rate, lower, upper, g = (v.ravel() for v in found[:6])
         n = self._model_unknowns
         slopes = []
-        step, moved = np.zeros(n), np.zeros((n, self.count))
+        step: NDArray[np.floating] = np.zeros(n)
+        moved: NDArray[np.floating] = np.zeros((n, self.count))
         if n:
             r_z, r_tau = found[6][:, :n], found[6][:, n:] * sign
             try:
@@ -159,12 +161,12 @@ class Complementarity:
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
         known = ca.vertcat(*[f.hysteresis for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
-        self._known = ca.Function("powertrain_known", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(known)])
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        self._known = Evaluated(ca.Function("powertrain_known", inputs, [ca.densify(known)]))
 
     def known(self, point: Point) -> Array:
         """How well the torques of all laws are known with the present modes [N.m, N]."""
-        found = self._known(point.t, point.x, point.z, point.m, point.p)
-        return np.array(found, float).ravel()
+        return self._known(point.t, point.x, point.z, point.m, point.p)[0].ravel()
 
     def solve(self, point: Point, tau: Array, zone: float, bends: bool, known: Array | float = 0.0) -> Answer:
         """The modes for laws that are linear near ``tau``.

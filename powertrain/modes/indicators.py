@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-from powertrain.modes.tolerances import EPS
+from powertrain.modes.tolerances import EPS, INTEGRATED
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,19 @@ def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
     return friction.torque - low + friction.hysteresis, high - friction.torque + friction.hysteresis
 
 
+def speed_tolerance(dae: HybridDae, friction: Friction) -> float:
+    """Hysteresis of the speed of a law: what nothing sets to zero has the error of the integration."""
+    integrated = friction.prescribed and ca.depends_on(friction.w, ca.vertcat(dae.x, dae.z))
+    return INTEGRATED if integrated else EPS
+
+
 def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
     """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits, or a prescribed speed stays zero."""
     mode = dae.m[friction.index]
     below, above = torque_margins(friction)
-    stuck = 2 * EPS - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
-    loose = mode * friction.w + EPS
+    known = speed_tolerance(dae, friction)
+    stuck = 2 * known - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
+    loose = mode * friction.w + known
     if friction.algebraic:  # between bounds that no torque can tell apart the way it slides makes no difference
         loose = ca.fmax(loose, friction.hysteresis - ca.fabs(friction.upper - friction.lower))
     if friction.may_free:

@@ -29,6 +29,8 @@ _MOST_PIECES = 12
 """Conditions of torques in the bounds: with more their combinations are too many to be looked at one by one."""
 _MOST_COMBINATIONS = 5000
 """Of modes that are tried one by one where bounds follow torques: a second of time."""
+_ROUNDING = 1e-9
+"""Share of the speed at an impact that counts as nothing after it."""
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
@@ -314,7 +316,18 @@ class _Events:
         closed = [k for k, c in enumerate(contacts) if m[c.index] and speed[k] < 0.0 and k not in closing]
         struck = [*closing, *closed]
         rebound = np.where(-restitution[struck] * speed[struck] < REST_SPEED, 0.0, restitution[struck])
-        impulse = np.linalg.lstsq(on_a[np.ix_(struck, struck)], -(1.0 + rebound) * speed[struck], rcond=None)[0]
+        effect = on_a[np.ix_(struck, struck)]
+        impulse = np.linalg.lstsq(effect, -(1.0 + rebound) * speed[struck], rcond=None)[0]
+        after, nothing = speed[struck] + effect @ impulse, ZONE + _ROUNDING * np.abs(speed[struck])
+        self._refuse_unstoppable([contacts[k] for k, v in zip(struck, after < -nothing, strict=True) if v])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, struck] @ impulse
-        for k, e in zip(struck, rebound, strict=True):
-            m[contacts[k].index] = 1.0 if e == 0.0 else 0.0
+        for k, e, away in zip(struck, rebound, after > nothing, strict=True):
+            m[contacts[k].index] = 1.0 if e == 0.0 and not away else 0.0  # others may throw it back
+
+    def _refuse_unstoppable(self, contacts: Sequence[Contact]) -> None:
+        if contacts:
+            named = ", ".join(f"{contact.name} ({contact.where})" for contact in contacts)
+            raise SimulationError(
+                f"at t = {self.memory.time[0]:.9g} s a motion that no force can stop closes {named}: it is prescribed, or held against the "
+                "contact by others. Put a compliance between the prescribed motion and the contact, or an elastic contact in its place"
+            )

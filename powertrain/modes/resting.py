@@ -30,13 +30,15 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]
     count = problem.laws.frictions
     holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
     limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
-    return [k for k in limited if _follows(G, k, holds)]
+    return [k for k, follows in zip(limited, _follow(G, limited, holds), strict=True) if follows]
 
 
-def _follows(G: NDArray[np.float64], k: int, holds: NDArray[np.bool_]) -> bool:
-    """Whether row k is a combination of the rows of the laws that hold."""
+def _follow(G: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:
+    """Whether each of these rows is a combination of the rows of the laws that hold."""
+    if not rows or not holds.any():
+        return [False] * len(rows)
     size = np.sqrt(np.abs(np.diag(G)))
     scaled = G / np.maximum(np.outer(size, size), 1e-300)
-    c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds, k], rcond=_SINGULAR)[0]
-    left: NDArray[np.float64] = scaled[k] - c @ scaled[holds]
-    return bool(holds.any() and np.abs(left).max() <= 1e-8)
+    c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds][:, rows], rcond=_SINGULAR)[0]
+    left = scaled[rows] - c.T @ scaled[holds]
+    return [bool(one) for one in np.abs(left).max(axis=1) <= 1e-8]

@@ -12,10 +12,11 @@ from powertrain.modes.indicators import (
     friction_free,
     in_time,
     relation,
+    speed_tolerance,
     switch_margin,
     torque_margins,
 )
-from powertrain.modes.tolerances import EPS, ZONE
+from powertrain.modes.tolerances import EPS, INTEGRATED, SWIFT, ZONE
 
 
 @dataclass(frozen=True)
@@ -93,10 +94,9 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     mode, w, rate = dae.m[friction.index], friction.w, friction.rate
     below, above = torque_margins(friction)
     sign = ca.if_else(w > 0, 1.0, -1.0)
-    zone = ca.SX(1) if friction.algebraic else ca.fabs(w) <= ZONE
+    zone = ca.SX(1) if friction.algebraic else ca.logic_or(ca.fabs(w) <= ZONE, _error(friction, mode, jumped))
     if friction.prescribed:
-        here = ca.if_else(rate > EPS, 1.0, ca.if_else(rate < -EPS, -1.0, 0.0))
-        new = ca.if_else(zone, here, sign)
+        new = _prescribed(dae, friction)
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
@@ -112,6 +112,35 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     leaves = friction_free(dae, friction) <= 0
     free = ca.if_else(mode == 2, ca.logic_not(leaves), leaves)
     return ca.if_else(free, 2.0, new)
+
+
+def _prescribed(dae: HybridDae, friction: Friction) -> ca.SX:
+    """The next mode of a law that moves as it is told: near rest its rate tells.
+
+    Where the speed has the error of the integration, as behind a filter, a low rate tells nothing, and the law keeps its mode.
+    """
+    mode, w, rate = dae.m[friction.index], friction.w, friction.rate
+    known = speed_tolerance(dae, friction)
+    if known > EPS:
+        slow = ca.if_else(rate == 0, 0.0, ca.if_else(mode * w <= -known, ca.sign(w), mode))
+        near = ca.if_else(ca.fabs(rate) > SWIFT, ca.sign(rate), slow)
+    else:
+        near = ca.if_else(ca.fabs(rate) > EPS, ca.sign(rate), 0.0)
+    return ca.if_else(ca.fabs(w) > 2 * known, ca.sign(w), near)
+
+
+def _error(friction: Friction, mode: ca.SX, jumped: ca.SX) -> ca.SX:
+    """Whether a law moves against its mode, or where its torque has no limit, by the error of the integration alone.
+
+    Without a jump nothing else brings it there, but for the little by which its event is found late.
+    """
+    w, smooth = friction.w, ca.logic_not(jumped)
+    little = ca.fabs(w) <= INTEGRATED
+    against = ca.logic_and(ca.fabs(mode) == 1, mode * w < 0)
+    blocked = sum((ca.logic_and(mode == -way, way * w > 0) for way in friction.limitless), ca.SX(0))
+    return ca.logic_or(
+        ca.logic_and(against, ca.logic_and(smooth, little)), ca.logic_and(blocked, ca.logic_or(smooth, little))
+    )
 
 
 def snapped(dae: HybridDae) -> tuple[ca.SX, ca.SX]:

@@ -8,6 +8,10 @@ EPS = 1e-10
 """Hysteresis of speeds (rad/s, m/s), of gaps (m), and of conditions without torques: far above the accuracy of events in time."""
 ZONE = 2 * EPS
 """Speeds (rad/s, m/s) below this are rest."""
+INTEGRATED = 3e-7
+"""How well a speed (rad/s, m/s) is known that follows from states which no law sets to zero: 30 times their usual tolerance."""
+SWIFT = 1e-3
+"""Rates (rad/s2, m/s2) above this tell the direction of a prescribed speed that is not known: it is known again within 0.1 ms."""
 LEAST_TORQUE = 1e-9
 """Torques and forces (N.m, N) below this are nothing."""
 RESOLVED = 1e-8

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import suggestion
-from powertrain.language.component import Port
+from powertrain.language.component import Port, variants
 from powertrain.presets.catalogue import components, find, fitting
 
 M = TypeVar("M", bound=pt.Component)
@@ -139,7 +139,7 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
     cls = component_named(name.id, kind, where)
     maker: Any = cls
     if isinstance(target, ast.Attribute):
-        makers = [n for n in vars(cls) if isinstance(vars(cls)[n], (classmethod, staticmethod)) and n[0] != "_"]
+        makers = variants(cls)
         if target.attr not in makers:
             raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
         maker = getattr(cls, target.attr)

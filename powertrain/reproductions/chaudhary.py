@@ -295,6 +295,11 @@ PAPER = Paper(
             f"Fig. 4b: conjugate cams and rollers of both sides; {DATA}.",
             lambda: drawn(CAMS, "mechanism", (10, 7), "3d"),
         ),
+        Picture(
+            "exploded",
+            f"Fig. 4b, exploded: rollers of the left side, inner cam, outer cam above it, rollers of the right side; {DATA}.",
+            lambda: drawn(CAMS, "mechanism", (10, 7), "3d", exploded=1.1),
+        ),
         Picture("figure-5", "Fig. 5: pressure angles over the cam's angle, {4, 5} and {4, 4}.", figure_5),
         Picture("table-1", "Table 1: printed and computed ranges of the operating pressure angle.", figure_table_1),
         Picture(

@@ -29,11 +29,13 @@ def panels(
     return figure, list(axes.flat)
 
 
-def drawn(package: str, name: str, size: tuple[float, float] = (7.5, 4.5), projection: str | None = None) -> Figure:
+def drawn(
+    package: str, name: str, size: tuple[float, float] = (7.5, 4.5), projection: str | None = None, **options: float
+) -> Figure:
     """The figure ``name`` of a package of components, such as ``drawn("gearless.linkage", "motion")``; ``projection``: "3d" for some."""
     import matplotlib.pyplot as plt
 
     figure = plt.figure(figsize=size, layout="constrained")
     ax = figure.add_subplot(projection=projection)
-    getattr(import_module(f"powertrain.components.{package}.figures"), name)(ax=ax)
+    getattr(import_module(f"powertrain.components.{package}.figures"), name)(ax=ax, **options)
     return figure

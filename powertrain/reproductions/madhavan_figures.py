@@ -33,7 +33,7 @@ def _curves(ax: Axes, x: Array, lines: Mapping[str, Array], xlabel: str, ylabel:
     ax.set(xlabel=xlabel, ylabel=ylabel, xlim=(x[0], x[-1]))
     ax.grid(alpha=0.25)
     if any(lines):
-        ax.legend(fontsize=8)
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8, frameon=False)
 
 
 PRESTRESS = 200.0
@@ -77,7 +77,7 @@ def coupling_forces() -> Figure:
     said = f"indeterminate: couplers fitted under ±{PRESTRESS:g} N"
     axes[2].fill_between(np.degrees(CYCLE), low, high, color="C0", alpha=0.2, label=said)
     axes[2].set_ylim(-1.2 * PRESTRESS / 2, 2 * PRESTRESS / 2)
-    axes[2].legend(fontsize=7, loc="upper center")
+    axes[2].legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2, fontsize=8, frameon=False)
     _over_alpha(axes[3], {"": found.C_force[:, 2]}, "force  [N]")
     return figure
 

@@ -197,14 +197,18 @@ def _over_r(name: str, label: str, limits: tuple[float, float]) -> Figure:
     found = curves()
     r = found.r.values
     at_one = {number: points(layout, np.array([1.0])).isel(r=0) for number, layout in TYPES.items()}
-    inset = _inset(ax) if f"{name}_low" in at_one[1] else None
+    spans = {
+        number: [float(p[f"{name}_{end}"]) for end in ("low", "high") if f"{name}_{end}" in p]
+        for number, p in at_one.items()
+    }
+    inset = _inset(ax) if any(span and abs(span[1] - span[0]) > 1e-9 for span in spans.values()) else None
     for number, layout in TYPES.items():
         y = found[name].sel(type=number).values
         for part in (r < 0, (r > 0) & (r < 1), r > 1):
             text = f"{number}: {', '.join(layout)}" if r[part][0] > 1 else None
             ax.plot(r[part], y[part], color=f"C{number - 1}", label=text)
         if inset is not None:
-            low, high = sorted(float(at_one[number][f"{name}_{end}"]) for end in ("low", "high"))
+            low, high = sorted(spans[number])
             ax.plot([1, 1], [low, high], color=f"C{number - 1}", lw=3, solid_capstyle="butt", zorder=4)
             half = (high - low) / 2
             inset.errorbar(number, 0, yerr=half, color=f"C{number - 1}", capsize=4, lw=2.5, capthick=1.5)
@@ -212,7 +216,9 @@ def _over_r(name: str, label: str, limits: tuple[float, float]) -> Figure:
     ax.axhline(0, color="0.6", lw=0.6)
     ax.axvline(0, color="0.6", lw=0.6)
     ax.grid(alpha=0.25)
-    ax.legend(title="type: member at input, unit, output", ncols=2, fontsize=8, title_fontsize=8)
+    figure.legend(
+        title="type: member at input, unit, output", ncols=6, fontsize=8, title_fontsize=8, loc="outside lower center"
+    )
     return figure
 
 
@@ -237,7 +243,7 @@ def figure_6() -> Figure:
     ax.axhline(0, color="0.6", lw=0.6)
     ax.axvline(0, color="0.6", lw=0.6)
     ax.grid(alpha=0.25)
-    ax.legend()
+    figure.legend(ncols=2, loc="outside lower center")
     return figure
 
 

@@ -44,7 +44,7 @@ def steady_gradient(
 
     ``wrt``: names of the grid. The derivative of ``y`` with respect to ``x`` is the variable ``d(y)/d(x)``. Modes do not change with a
     small change of the grid, so derivatives are exact wherever the status is ``ok``; on the boundary between two modes they are those of
-    the mode that was found. If the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` belong to the ends of the interval of ``y``.
+    the mode that was found. If the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` are those at the ends of the law's bounds.
     They are nan elsewhere. Other arguments and errors are those of ``pt.steady``.
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)

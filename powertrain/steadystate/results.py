@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
+from powertrain.equilibrium.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD
+from powertrain.steadystate.intervals import ranges
 
 ALIKE = 1e-9
 """Values at both ends of an interval that differ by less, relative to the larger, are one value."""
@@ -45,7 +45,7 @@ class MapResults:
         resting = np.isin(status, (OK, ONE)) & points.rest.any(axis=0)
         if resting.any():
             where = np.flatnonzero(resting)
-            low, high, solved = self._both_ends(grid[:, where], points, where)
+            low, high, solved = ranges(self.solver, grid[:, where], np.flatnonzero(points.rest[:, where].any(axis=1)))
             status[where] = np.where(solved, STUCK_POINT, NONE)
             alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
             points.involved[:, where] = points.rest[:, where]
@@ -66,20 +66,6 @@ class MapResults:
         self._note(places, np.vstack([points.involved, left & outside]), status)
         good = np.flatnonzero(status == OK)
         return points.modes[:, good[-1]].copy() if good.size else None
-
-    def _both_ends(self, grid: Rows, points: Points, where: NDArray[np.intp]) -> tuple[Rows, Rows, NDArray[np.bool_]]:
-        """Least and greatest values over the ends of the bounds of the laws at rest, and whether all ends can be."""
-        laws = np.flatnonzero(points.rest[:, where].any(axis=1))
-        low = np.full((self.count, where.size), np.inf)
-        high, solved = -low, np.ones(where.size, bool)
-        for ends in product((1.0, -1.0), repeat=min(len(laws), 8)):
-            side = np.ones((points.modes.shape[0], where.size))
-            side[laws[:8]] = np.array(ends)[:, None]
-            end = self.solver.solve(grid, side)
-            values, _ = self.solver.values(grid, end)
-            solved &= np.isin(end.status, (OK, ONE))
-            low, high = np.minimum(low, values), np.maximum(high, values)
-        return low, high, solved
 
     def _note(self, places: NDArray[np.intp], involved: NDArray[np.bool_], status: NDArray[np.int8]) -> None:
         hit = (status != OK) & (status != UNDEFINED) & involved.any(axis=0)

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from powertrain.equilibrium.placed import Request, state_of
 from powertrain.equilibrium.points import Look
-from powertrain.equilibrium.system import Request, formulate, state_of
+from powertrain.equilibrium.system import formulate
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
@@ -69,7 +70,8 @@ def steady(
 
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. If the status is ``stuck``, friction
     is at rest under a prescribed motion, and equilibrium does not determine its torque: ``<name>_low`` and ``<name>_high`` are then the
-    values at both ends of the law's bounds. With ``side`` = 1 or -1 the values are those at one of these ends, where the torque
+    least and the greatest value for all torques between the law's bounds, infinite where the signal has a pole between them (where
+    unknowns are implicit: at the bounds). With ``side`` = 1 or -1 the values are those at one of these ends, where the torque
     is that of a forward or backward motion. Values at all other points that are not ``ok`` are nan; ``undefined_value`` refers to
     signals that are nan only there, such as an efficiency at zero power. ``status_laws`` are the laws that the status refers to; the
     attribute ``problems`` explains it in words.

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
+from powertrain.language import htmltext
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 
 SPEED_BAND = 2 / 3.6
@@ -192,6 +195,24 @@ class CycleRun:
             "largest deviation beyond the tolerance": (float(deviation) * 3.6, "km/h"),
         }
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])
+
+    def __repr__(self) -> str:
+        said = f", {self.message.splitlines()[0]}" if self.message else ""
+        main = ", ".join(f"{what} {value:.4g} {unit}" for what, value, unit in self.table.head(3).itertuples())
+        return f"CycleRun({self.anatomy.vehicle} over {self.cycle.name}: {main}{said})"
+
+    def _repr_html_(self) -> str:
+        rows = [(str(what), f"{value:.4g}", str(unit)) for what, value, unit in self.table.itertuples()]
+        about = f"{self.anatomy.vehicle} over {self.cycle.name}"
+        said = htmltext.heading("Ended early:", self.message) if self.message else ""
+        return htmltext.heading("CycleRun", about) + said + htmltext.table(("quantity", "value", "unit"), rows)
+
+    def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:
+        """The interactive page of the run with its main results, see ``pt.explore``; by default it plots speed and prime movers."""
+        parts = self.anatomy
+        movers = [f"{path}.{name}" for name in ("w", "tau") for path in parts.prime_movers]
+        shown = signals or (f"{parts.the('body')}.v", *movers)
+        return pt.explore(self, file, *shown, name=f"{parts.vehicle} over {self.cycle.name}")
 
     def _burnt(self, engine: str) -> float:
         return float(self.result[f"{engine}.fuel"][-1])

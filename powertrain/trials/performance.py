@@ -15,6 +15,8 @@ from powertrain.components.control import SetPedals
 from powertrain.trials.anatomy import anatomy
 
 KM_H = 1 / 3.6
+MOVES = 1.0
+"""Distance [m] within the first minute from which a vehicle moves."""
 SETTLED = 1e-3
 """Acceleration [m/s2] below which a vehicle no longer gains speed."""
 
@@ -22,7 +24,7 @@ SETTLED = 1e-3
 def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
     """Accelerate from rest with the pedal fully pressed until the top speed is reached, in steps of one minute.
 
-    Errors: SimulationError if that takes more than ten minutes.
+    Errors: SimulationError if that takes more than ten minutes, and for a vehicle that does not move.
     """
     parts = anatomy(vehicle)
     plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
@@ -30,10 +32,23 @@ def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
     for minutes in range(1, 11):
         result = plant.simulate(60.0 * minutes, points=6000 * minutes, **options)
         t, v = result.time, _speed(result)
+        _check_moving(result)
         if v[-1] - v[np.searchsorted(t, t[-1] - 5)] < 5 * SETTLED:
             return result
         reached = float(v[-1])
     raise pt.SimulationError(f"the vehicle still accelerates after ten minutes, at {reached / KM_H:.1f} km/h")
+
+
+def _check_moving(result: pt.Result[Any]) -> None:
+    """SimulationError, with the run, for a vehicle that stands."""
+    parts = anatomy(result.model)
+    path = result[f"{parts.the('body')}.s"]
+    if abs(path[-1] - path[0]) < MOVES:
+        raise pt.SimulationError(
+            f"{parts.vehicle} does not move: with the accelerator fully pressed it covers {abs(path[-1] - path[0]):.2g} m in "
+            f"{result.time[-1]:.0f} s. Look at what its wheels are given and what holds them",
+            result,
+        )
 
 
 def time_between(result: pt.Result[Any], low: float, high: float) -> float:

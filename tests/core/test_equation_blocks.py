@@ -115,3 +115,22 @@ def test_elimination_with_an_entry_that_is_zero() -> None:
     numbers = [{j: float(entry) for j, entry in row.items()} for row in rows]
     found = linear.solve(rows, [ca.SX(b) for b in (3, 5, 6)], numbers)
     assert [float(found[j]) for j in range(3)] == [3.0, 4.0, 2.0]
+
+
+class Curved(pt.Component):
+    """An unknown that stays implicit, and a state that it follows."""
+
+    x: pt.Variable = pt.variable("1", "State", start=0.3, prefer=True)
+    z: pt.Variable = pt.variable("1", "Implicit unknown", guess=0.3)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == 0.5 - self.x
+        yield self.z + 0.4 * ca.sin(3 * self.z) == self.x
+
+
+def test_derivative_of_an_implicit_unknown() -> None:
+    """The equations contain no derivative of z: (1 + 1.2 cos 3 z) der(z) = der(x)."""
+    result = pt.simulate(Curved(), 2.0)
+    assert result.compiled.dae.z.numel() == 1
+    rate = result[lambda m: pt.der(m.z)]
+    np.testing.assert_allclose(rate, (0.5 - result["x"]) / (1 + 1.2 * np.cos(3 * result["z"])), rtol=1e-9, atol=1e-12)

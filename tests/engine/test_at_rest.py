@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from joined import joined
 
 import powertrain as pt
 from powertrain.components import rotational as rot
-from powertrain.components.blocks import Ramp
+from powertrain.components.blocks import Ramp, Step
 from powertrain.components.body import AxlePath, DrivenAxle, RoadProfile, VehicleBody
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
 from powertrain.components.rotational import TwoFlanges
@@ -121,3 +122,39 @@ def test_exponential_end_of_a_motion(w: float) -> None:
     result = pt.simulate(Ending(), 400.0, starts={"first.w": w})
     assert abs(result["first.w"][-1]) < 1e-8
     assert len(result.events) < 50
+
+
+@pytest.mark.parametrize("w", [1.0, 4.7])
+def test_a_freewheel_between_shafts_that_come_to_rest(w: float) -> None:
+    """The braked shaft ends exponentially; what the integration leaves of its speed, of either sign, does not block the freewheel."""
+    braked, drag = rot.Inertia(J=0.5), rot.SignTorque(tau_nominal=-3.0)
+    joints = "0.flange_a=1.flange_a=2.flange 1.flange_b=3.flange_a"
+    model = joined(braked, rot.Freewheel(), drag, rot.Inertia(J=0.6), joints=joints)
+    result = pt.simulate(model, 5.0, starts={"parts[1].w_rel": w, "parts[3].w": 0.0})
+    assert len(result.events) == 0
+    assert abs(result["parts[1].w_rel"][-1]) < 1e-7
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_a_bearing_behind_a_filter_keeps_its_direction_while_the_speed_ends(rtol: float) -> None:
+    """What is integrated passes zero any number of times within its error; the true speed never does."""
+    bearing = rot.BearingFriction(tau_pos=((0.0, 1.0),))
+    joints = "0.flange=1.flange_a=2.flange_a 3.y=0.w_ref"
+    stopped = Step(offset=3.0, height=-3.0, startTime=0.1)
+    model = joined(rot.Speed(), rot.Inertia(J=1.0), bearing, stopped, joints=joints)
+    result = pt.simulate(model, 2.0, rtol=rtol)
+    assert [e.name for e in result.events] == ["parts[3].switch0"]
+    assert result["parts[2].tau"][-1] == 1.0
+
+
+@pytest.mark.parametrize(("c", "d"), [(1e4, 300.0), (1e3, 300.0), (3e3, 1e3)])
+def test_a_shaft_that_ends_at_the_limit_of_its_bearing(c: float, d: float) -> None:
+    """An overdamped spring and the bearing balance the torque as the speed ends; the error of that speed does not reverse the bearing."""
+    parts = rot.BearingFriction(tau_pos=((0.0, 1.0),)), rot.SpringDamper(c=c, d=d), rot.Fixed()
+    joints = "0.flange_a=1.flange_a=2.flange_b=4.flange 2.flange_a=3.flange"
+    model = joined(rot.Inertia(J=1.0), *parts, rot.ConstantTorque(tau_constant=3.0), joints=joints)
+    for rtol in (1e-4, 1e-6):
+        result = pt.simulate(model, 30.0, rtol=rtol, starts={"parts[0].w": 1.0})
+        assert len(result.events) <= 1
+        assert 2.0 - 1e-5 < result["parts[2].tau"][-1] < 4.0 + 1e-5
+        assert abs(result["parts[0].w"][-1]) < 1e-9

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from joined import joined
 
 import powertrain as pt
 from powertrain.components import blocks
@@ -80,3 +81,19 @@ def test_what_happens_with_the_start_is_no_event(begin: float, first: str) -> No
     result = pt.simulate(model, 1.0, starts={"J1.w": 1.0})
     assert first in str(result.events).splitlines()[1]
     assert result.events[-1].new == 0
+
+
+@pytest.mark.parametrize("amplitude", [3.0, -3.0])
+@pytest.mark.parametrize("w", [2.0, -2.0])
+def test_the_driving_side_changes_with_a_signal_that_begins_at_zero(amplitude: float, w: float) -> None:
+    """A gear at a given speed under a torque that rises from zero at the start, and in each period anew: it always loses."""
+    gear = rot.Gear(ratio=0.4, efficiency=0.6)
+    wave = blocks.Trapezoid(period=0.5, amplitude=amplitude, rising=0.1, width=0.1, falling=0.05)
+    joints = "0.flange=1.flange_a 1.flange_b=2.flange=4.flange_a 2.tau=3.y"
+    model = joined(rot.ConstantSpeed(w_fixed=w), gear, rot.Torque(), wave, rot.Inertia(J=0.5), joints=joints)
+    result = pt.simulate(model, 1.2, rtol=1e-8)
+    load = result["parts[2].tau"]
+    drives = load * w < 0  # the shaft with the given speed, against the load
+    loss = np.where(drives, 1 / 0.6 - 1, 1 - 0.6) * np.abs(load * w / 0.4)
+    np.testing.assert_allclose(result["parts[1].lossPower"], loss, rtol=1e-6, atol=1e-6)
+    assert pt.energy_audit(result).violations.empty

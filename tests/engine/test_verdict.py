@@ -26,7 +26,7 @@ def info(norm: float, samples: Matrix, before: float = 1e-4, stiffness: float = 
 
 def test_pi_controller() -> None:
     """0.9 norm^-0.14 before^0.08, or 0.6 norm^-0.2 where that is more."""
-    for norm, before in ((0.9, 0.5), (0.5, 0.9), (0.2, 0.3), (3.0, 1.0)):
+    for norm, before in ((0.9, 0.5), (0.5, 0.9), (0.2, 0.3), (3.0, 1.0), (0.01, 1e-4), (3e-4, 1e-4)):
         expected = max(0.9 * norm**-0.14 * before**0.08, 0.6 * norm**-0.2)
         assert factor(norm, before) == pytest.approx(expected, rel=1e-12)
     assert factor(1.0, 1e-4) == pytest.approx(0.6)  # patience is worth nothing

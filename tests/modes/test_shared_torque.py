@@ -143,3 +143,33 @@ def test_a_start_at_rest_needs_the_break_away_torque() -> None:
         )
         result = pt.simulate(model, 1.0, inputs={"press": 1.0})
         assert (abs(result["shaft.w"][-1]) > 0.1) == moves
+
+
+class Balanced(pt.Component):
+    """A torque on a shaft that two brakes and a damper hold, one brake and the damper behind a gear; its speed is not known before."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Torque on the shaft")
+    drive: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    one: rot.Brake = brake(100.0)
+    gear: rot.IdealGear = rot.IdealGear(ratio=2.0)
+    other: rot.Brake = brake(100.0)
+    damper: rot.Damper = rot.Damper(d=0.3)
+    wall: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.drive.tau)
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.one.flange_a, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.other.flange_a, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.wall.flange)
+        yield self.one.f_normalized.value == 1.0
+        yield self.other.f_normalized.value == 1.0
+
+
+def test_operating_points_share_as_simulations_do() -> None:
+    """The brake behind the gear sees half of the speed and takes twice the torque: tau = tau_1 + tau_2/2."""
+    found = pt.steady(Balanced(), {"tau": [10.0, -4.0, 0.0]}, outputs=["one.tau", "other.tau"])
+    assert (found.status == 0).all()
+    np.testing.assert_allclose(found["one.tau"], [5.0, -2.0, 0.0], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(found["other.tau"], [10.0, -4.0, 0.0], rtol=1e-6, atol=1e-12)

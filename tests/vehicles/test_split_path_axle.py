@@ -78,3 +78,38 @@ def test_a_whole_cycle(differential: str, tyre: str, rtol: float) -> None:
     run = drive_cycle(car(differential, tyre), DriveCycle.named("wltc"), rtol=rtol)
     closes(run, 1e-6 if rtol < 1e-5 else 1e-5)
     assert run.time_outside == 0
+
+
+class OnBends(pt.Component):
+    """A car on a road whose curvature is a table over its length."""
+
+    bends: pt.Map
+    car: SplitPathCar
+
+    def equations(self) -> pt.Equations:
+        yield self.car.curvature.value == self.bends(self.car.body.s.value)
+
+
+def winding_road() -> pt.Map:
+    """Bends every 150 m in turns, whose side force is some 0.3 to 0.7 of the load at the speeds of the WLTC."""
+    s = np.arange(0.0, 24000.0, 20.0)
+    sharp = np.interp(s, [3000, 3300, 7700, 8000, 14900, 15300], [0.03, 0.008, 0.008, 0.004, 0.004, 0.002])
+    return pt.Map.curve(
+        s, sharp * np.sin(2 * np.pi * s / 300.0), x="s", x_unit="m", unit="1/m", outside="clip", method="smooth"
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("differential", "grip"), [("bevel", 1.0), ("locking cam", 0.4)])
+def test_a_cycle_on_a_winding_road(differential: str, grip: float) -> None:
+    """Curvature over distance, and the left wheel on dry or on wet ground, where an open differential would let it spin."""
+    model = OnBends(bends=winding_road(), car=car(differential, "magic"))
+    run = drive_cycle(model, DriveCycle.named("wltc"), rtol=1e-4, parameters={"car.front.left.mu": grip})
+    assert run.message == ""
+    work = float(np.trapezoid(np.abs(run.result["car.engine.power"]), run.result.time))
+    assert abs(run.audit.residual) < 1e-5 * work
+    assert run.time_outside == 0
+    apart = np.abs(run.result["car.front.left.w"] - run.result["car.front.right.w"])
+    bend = np.abs(run.result["car.curvature"] * run.result["car.body.v"]) * 1.5 / 0.3
+    assert np.median(np.abs(apart - bend)[bend > 0.5]) < 0.1 / grip  # rad/s
+    assert apart.max() < 100.0

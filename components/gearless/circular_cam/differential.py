@@ -20,7 +20,7 @@ from powertrain import (
     variable,
 )
 from powertrain.components.differentials.interfaces import Differential
-from powertrain.components.gearless.circular_cam.design import CircularCams
+from powertrain.components.gearless.circular_cam.design import LEAST_WIDTH, CircularCams
 from powertrain.components.gearless.circular_cam.disk import Wear, check_wear, friction_diameter
 from powertrain.components.gearless.circular_cam.locking_law import (
     Sharing,
@@ -140,6 +140,14 @@ class CircularCamDifferential(Differential, Lossy):
         check_wear(self.uniform)
         yield self.D_in < self.D_out  # the inner track lies inside
         yield self.d_in < self.d_out  # the hole of the friction disk lies inside
+        room, masses = self.D_out - self.D_in, self.masses
+        for D, alpha, name in ((self.D_out, self.alpha_out, "r_out"), (self.D_in, self.alpha_in, "r_in")):
+            lift = math.pi * D / self.n * ca.tan(alpha / 2)
+            least = LEAST_WIDTH * lift  # twice that of a roller of half the lift, the least that keeps the cams apart
+            yield least < room  # the tracks leave no width to the rollers otherwise
+            if masses is not None:
+                diameter = 2 * getattr(masses, name)
+                yield lift < diameter  # otherwise the cams collide where a hill passes a hill
 
     def equations(self) -> Equations:
         """Symmetric kinematics, and the friction that the load makes."""

@@ -87,7 +87,7 @@ def contact_angles(cams: CircularCams = TABLE_1, ax: Axes | None = None) -> Axes
         ax.text(math.degrees(phase), top, str(count), ha="center", va="bottom", fontsize=9)
     ax.set(xlabel=r"$\theta$ [°]", ylabel="contact angle [°]", xticks=np.arange(0, 181, 22.5), ylim=(0, 1.15 * top))
     ax.set_title("contact angles, and how many rollers are active", fontsize=10)
-    ax.legend(loc="lower right")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8, frameon=False)
     return ax
 
 
@@ -100,7 +100,7 @@ def locking_coefficient(cams: CircularCams = TABLE_1, ax: Axes | None = None) ->
     ax.text(np.degrees(theta[-1]) / 4, 1.02, "locked above", ha="center", va="bottom", fontsize=9)
     ax.set(xlabel=r"$\theta$ [°]", ylabel=r"$\kappa$ [1]", ylim=(0, 1.6), xlim=(0, np.degrees(theta[-1])))
     ax.set_title(f"locking coefficient, μ = {cams.disk.mu:g}", fontsize=10)
-    ax.legend()
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, fontsize=8, frameon=False)
     return ax
 
 
@@ -132,7 +132,7 @@ def locking_limits(cams: CircularCams = TABLE_1, ax: Axes | None = None, *, shar
         )
     ax.set(xlabel=r"$\mu$ of the disks [1]", ylabel=r"$\alpha_m$ [°]", ylim=(0, 30), xlim=(mu[0], mu[-1]))
     ax.set_title(f"locking map, similar tracks, {sharing} sharing", fontsize=10)
-    ax.legend(loc="lower right", fontsize=8)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8, frameon=False)
     return ax
 
 
@@ -145,7 +145,7 @@ def normal_forces(cams: CircularCams = TABLE_1, torque: float = TORQUE, ax: Axes
             ax.plot(np.degrees(theta), force / 1e3, style, color=TRACKS[name], label=f"{name}, {sharing}")
     ax.set(xlabel=r"$\theta$ [°]", ylabel="normal force [kN]", ylim=(0, 25), xlim=(0, np.degrees(theta[-1])))
     ax.set_title(f"on one roller, cage {torque:g} N.m", fontsize=10)
-    ax.legend(fontsize=8)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8, frameon=False)
     return ax
 
 
@@ -165,7 +165,7 @@ def contact_pressures(
     ax.set(xlabel=r"$\theta$ [°]", ylabel="greatest pressure [GPa]", xlim=(0, np.degrees(theta[-1])))
     ax.set_ylim(bottom=0)
     ax.set_title(f"cage {torque:g} N.m, hollow {hollow:g} r", fontsize=10)
-    ax.legend(fontsize=7, loc="lower center", ncols=2)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8, frameon=False)
     return ax
 
 

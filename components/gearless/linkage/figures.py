@@ -75,7 +75,7 @@ def mechanism(linkage: Linkage | None = None, alpha: float = 0.6, phi: float = 0
     space.set_box_aspect((reach, height, height), zoom=0.95)
     space.view_init(elev=30, azim=-60)
     if space.get_legend() is None:
-        space.legend(loc="upper left", fontsize=8)
+        space.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2, fontsize=8, frameon=False)
     return cast("Axes", space)
 
 
@@ -213,7 +213,7 @@ def forces_over_length(
     right.set_ylabel("greatest shaking force [N]")
     ax.set(xlabel="length of the couplers a [cm]", ylabel="greatest force [N]", ylim=(0, None))
     ax.grid(alpha=0.3)
-    ax.legend()
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, fontsize=8, frameon=False)
     return ax
 
 
@@ -235,7 +235,7 @@ def front(found: Front, ax: Axes | None = None) -> Axes:
         text = name.replace("ball", "S-pair").replace("rod", "C-pair").replace("_", " ")
         axis(f"greatest {text} [{units[name.rpartition('_')[2]]}]")
     ax.grid(alpha=0.3)
-    ax.legend()
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, fontsize=8, frameon=False)
     return ax
 
 

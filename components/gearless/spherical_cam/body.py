@@ -189,6 +189,14 @@ class CamBody:
         """Of one roller on the inner cam and one on the outer cam, as full cones [kg]."""
         return self.density * 2 * math.pi * (1 - math.cos(self.cam.alpha_4)) * sum(self._sizes)
 
+    @property
+    def roller_inertias(self) -> tuple[float, float]:
+        """Of one roller on the inner cam and of one on the outer cam about their axes, as full cones [kg.m2]."""
+        c = math.cos(self.cam.alpha_4)
+        around = 2 * math.pi * self.density * (2 / 3 - c + c**3 / 3) / 5
+        inner, outer = (around * (high**5 - low**5) for low, high in (self.inner, self.outer))
+        return inner, outer
+
 
 def cone_solid(edge: Array, low: float, high: float, bore: float = 0.0) -> Array:
     """Triangles of what a cone over a closed curve on the unit sphere (n, 3), around z, contains between two spheres, but for a bore."""

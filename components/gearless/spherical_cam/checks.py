@@ -31,11 +31,7 @@ def _check_counts(cam: CamCurves) -> None:
 def check_angles(cam: CamCurves) -> None:
     """Refuses numbers and angles before anything is computed. Errors: ParameterError."""
     _check_counts(cam)
-    if cam.M == cam.N:
-        raise _refused(
-            cam,
-            f"M = N = {cam.M}: as many lobes as rollers make the pressure angle vanish and the pitch curve nearly a cusp; change one",
-        )
+    _check_pressure(cam)
     _between(cam, "alpha_1", 0.0, math.pi / 2, "the axes of cam and carrier cross at an angle of at most 90°")
     _between(
         cam, "alpha_3", 0.0, cam.alpha_1, "the roller's axis lies between the axes of carrier and cam", open_end=True
@@ -54,8 +50,17 @@ def check_angles(cam: CamCurves) -> None:
         raise _refused(cam, f"alpha_3 + alpha_4 = {total} must be less than 90°: rollers of both carriers meet there")
 
 
+def _check_pressure(cam: CamCurves) -> None:
+    if cam.M == cam.N:
+        raise _refused(
+            cam,
+            f"M = N = {cam.M}: as many lobes as rollers make the pressure angle vanish and the pitch curve nearly a cusp; change one",
+        )
+
+
 def check_cut(cam: CamCurves) -> None:
-    """Refuses a profile that does not close, or is undercut. Errors: ParameterError."""
+    """Refuses a profile that cannot drive, does not close, or is undercut. Errors: ParameterError."""
+    _check_pressure(cam)
     sigma = cam.sigma
     if not sigma > 0:
         end = "never" if math.isnan(sigma) else f"at sigma = {_deg(sigma)}"

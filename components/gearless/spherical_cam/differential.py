@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import casadi as ca
 
 from powertrain import Component, Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
 from powertrain.components.differentials.interfaces import Differential
+from powertrain.components.gearless.spherical_cam.body import CamBody
 from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.profile import SphericalCam
-from powertrain.components.gearless.spherical_cam.rollers import Algebra, Sharing, locking, rollers
+from powertrain.components.gearless.spherical_cam.rollers import Algebra, Sharing, locking, roller_spin, rollers
 from powertrain.components.rotational.interfaces import Lossy
 
 _FRICTION = CamFriction()
@@ -19,13 +20,29 @@ _LAWS = Algebra(ca, lambda condition, a, b, name: switch(condition, a, b, name=n
 
 
 class CamMasses(Component):
-    """Masses inside of a spherical cam differential that move while the sides turn against each other."""
+    """Masses inside of a spherical cam differential that move while the sides turn against each other: cams, and rollers on their pins.
+
+    On either side each cam has one roller in its stroke, which rolls. A roller between two strokes coasts on with the speed with which it
+    left, and at constant speed that is the one with which the next stroke takes it on; what it slips there otherwise is left out.
+    Rollers as rigid parts of their carriers belong to the inertia of the side wheels, but for their moments of inertia about the pins,
+    which belong to that of the cage.
+    """
 
     J_cam: Parameter = parameter("kg.m2", "Moment of inertia of all cams about their shafts", above=0)
+    J_inner: Parameter = parameter(
+        "kg.m2", "Moment of inertia about their pins of all rollers in a stroke of an inner cam", default=0.0, min=0
+    )
+    J_outer: Parameter = parameter("kg.m2", "The same for the outer cams", default=0.0, min=0)
 
     def equations(self) -> Equations:
         """None: the differential moves them."""
         yield from ()
+
+    @classmethod
+    def of(cls, body: CamBody) -> Self:
+        """Those of a design, with full conical rollers."""
+        inner, outer = (2 * body.pairs * J for J in body.roller_inertias)
+        return cls(J_cam=body.spin_inertia, J_inner=inner, J_outer=outer)
 
 
 class SphericalCamDifferential(Differential, Lossy):
@@ -46,7 +63,8 @@ class SphericalCamDifferential(Differential, Lossy):
 
     Where rollers are so rough that the sides are locked, kappa = 3, halves at rest stay so under any torque of the cage.
 
-    Without friction it is the open bevel differential. Without inertia: put inertias at its flanges. Geometry is structure; friction is
+    Without friction it is the open bevel differential. ``masses``: the inertia of cams and rollers, as ``CamMasses.of(body)``; otherwise it
+    has none: put inertias at its flanges. Geometry is structure; friction is
     parameters: ``friction`` = CamFriction(...) at construction gives all eight. The cam by default is the paper's choice {M = 4, N = 5};
     its friction is assumed. Source: M. Chaudhary, J. Angeles, A. Morozov, Design of a spherical cam mechanism for an automotive
     differential, Trans. CSME (2014). Errors: ParameterError for a cam that cannot be built, axes not at right angles, or an unknown rule of
@@ -112,7 +130,7 @@ class SphericalCamDifferential(Differential, Lossy):
         yield self.w_rel == 2 * der(self.theta)
         yield self.psi == self.cam.N / self.cam.M * self.theta
         yield self.w_cam == self.cam.N / self.cam.M * self.w_rel / 2
-        spin = 0 if self.masses is None else self.masses.J_cam * self.cam.N / self.cam.M / 2 * der(self.w_cam)
+        spin = self._inertial()
         yield self.left.tau == self.tau + spin - self.crown.tau / 2
         yield self.right.tau == -self.tau - spin - self.crown.tau / 2
         handover = Cycle(self.cam, sharing=self.sharing).handover
@@ -124,9 +142,32 @@ class SphericalCamDifferential(Differential, Lossy):
         yield friction(self.w_rel, self.tau, -self.kappa_back * size, self.kappa * size)
         yield from self._dissipate()
 
+    def _inertia(self) -> Symbol:
+        """I(psi) of the relative motion over the spin of the cams [kg.m2]: I psi'^2/2 is its kinetic energy.
+
+        I = J_cam + J_inner Q(u)^2 + J_outer Q(pi/M - u)^2, u the distance of the roller on an inner cam from the middle of its stroke. A
+        roller turns about its pin with Q psi', against the carrier so that it rolls on the cam, and with the carrier:
+
+        Q = |(M/N) e_phi + e_psi| sin(beta_3)/sin(alpha_4) + (M/N) cos(alpha_3)
+        """
+        cam, masses = self.cam, self.masses
+        assert masses is not None
+        sine = ca.sin(cam.M * self.psi)
+        u = ca.atan2(switch(sine >= 0, sine, -sine, continuous=True), ca.cos(cam.M * self.psi)) / cam.M
+        Q_inner, Q_outer = roller_spin(cam, u, ca), roller_spin(cam, cam.half - u, ca)
+        return Symbol(masses.J_cam + masses.J_inner * Q_inner**2 + masses.J_outer * Q_outer**2)
+
+    def _inertial(self) -> Symbol:
+        """Torque that the inertia of cams and rollers adds to tau."""
+        if self.masses is None:
+            return Symbol(0)
+        inertia = self._inertia()
+        slope = ca.gradient(inertia, self.psi)
+        return Symbol(inertia * der(self.w_cam) + slope * self.w_cam**2 / 2) * self.cam.N / self.cam.M / 2
+
     def energy(self) -> Symbol:
-        """Kinetic energy of the cams' spin."""
-        return Symbol(0) if self.masses is None else self.masses.J_cam * self.w_cam**2 / 2
+        """Kinetic energy of cams and rollers."""
+        return Symbol(0) if self.masses is None else self._inertia() * self.w_cam**2 / 2
 
     def loss(self) -> Symbol:
         """Friction torque times relative speed."""

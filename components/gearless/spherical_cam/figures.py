@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import product
-from typing import Any, cast
+from typing import cast
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -57,7 +57,7 @@ def flat_profile(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
     ax.plot(x, y, color=RIGHT, lw=2, label="one valley")
     ax.set(xlabel="x", ylabel="y", title=f"Profile, M = {cam.M}, N = {cam.N}")
     ax.set_aspect("equal")
-    ax.legend(loc="upper right", fontsize=7)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, fontsize=8, frameon=False)
     return ax
 
 
@@ -68,9 +68,9 @@ def profile_on_sphere(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
     solid.plot_wireframe(
         np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v), color="0.8", lw=0.3, rstride=2, cstride=2
     )
-    _cone(solid, cam.whole_profile(91), 1.0, INNER)
     psi = -0.7 * cam.half
-    _cone(solid, _roller(cam, cam.roller_axis(psi)), 1.0, RIGHT)
+    roller = cone_solid(_circle(cam), 0.8, 1.0) @ _onto(cam.roller_axis(psi)).T
+    _add(solid, [(cone_solid(cam.whole_profile(31), 0.8, 1.0, BORE), INNER), (roller, OUTER)])
     for vector, name in (
         (np.array([0.0, 0.0, 1.0]), r"$e_\psi$"),
         (cam.e_phi, r"$e_\phi$"),
@@ -107,7 +107,7 @@ def pressure_angles(cam: CamGeometry = CAM, ax: Axes | None = None, *, cycles: i
         title=f"Pressure angles, M = {cam.M}, N = {cam.N}",
     )
     ax.grid(alpha=0.25)
-    ax.legend(fontsize=8)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8, frameon=False)
     return ax
 
 
@@ -203,7 +203,7 @@ def _onto(axis: Array) -> Array:
     return np.stack([x, np.cross(axis, x), axis], axis=1)
 
 
-def _circle(cam: SphericalCam, points: int = 20) -> Array:
+def _circle(cam: CamGeometry, points: int = 20) -> Array:
     turn = np.linspace(0, 2 * math.pi, points, endpoint=False)
     s, c = math.sin(cam.alpha_4), math.cos(cam.alpha_4)
     return np.stack([s * np.cos(turn), s * np.sin(turn), np.full(points, c)], -1)
@@ -217,21 +217,13 @@ def _touches(cam: CamGeometry, psi: float, roller: int) -> bool:
     return abs(own) <= cam.half + cam.sigma
 
 
-def _roller(cam: CamGeometry, axis: Array, points: int = 25) -> Array:
-    """Circle in which a roller's cone meets the unit sphere."""
-    across = unit(np.cross(axis, [0.3, 0.5, 0.81]))
-    angle = np.linspace(0, 2 * math.pi, points)[:, None]
-    circle = np.cos(angle) * across + np.sin(angle) * np.cross(axis, across)
-    return np.asarray(math.cos(cam.alpha_4) * axis + math.sin(cam.alpha_4) * circle)
-
-
-def _cone(solid: Axes3D, edge: Array, size: float, color: str, alpha: float = 0.35) -> None:
-    """The part of a cone between 0.8 of its size and its size."""
-    following = np.roll(edge, -1, axis=0)
-    strips = np.stack([0.8 * edge, edge, following, 0.8 * following], axis=1) * size
-    solid.add_collection3d(Poly3DCollection(list(strips), facecolor=color, edgecolor="none", alpha=alpha))
-    closed: Any = np.vstack([edge, edge[:1]]).T * size
-    solid.plot(*closed, color=color, lw=0.8, alpha=min(1.0, 2.5 * alpha))
+def _add(solid: Axes3D, parts: list[tuple[Array, str]]) -> None:
+    """Draws bodies, opaque and shaded."""
+    triangles = np.concatenate([body for body, _ in parts])
+    colors = np.concatenate([np.tile(to_rgb(name), (len(body), 1)) for body, name in parts])
+    solid.add_collection3d(
+        Poly3DCollection(list(triangles), facecolors=shaded(triangles, colors), edgecolors="none", antialiased=False)
+    )
 
 
 def _frame(solid: Axes3D, reach: float, title: str, *, below: bool = False) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from powertrain.components.gearless.spherical_cam.checks import check_angles, check_cut, check_numbers, check_profile
 from powertrain.components.gearless.spherical_cam.curves import Array, CamCurves
 
 
+@dataclass(frozen=True)
 class CamGeometry(CamCurves):
     """The equations of a cam of M lobes that meshes with a carrier of N conical rollers, whether or not it can be built.
 
@@ -16,11 +19,12 @@ class CamGeometry(CamCurves):
         check_numbers(self)
 
     def whole_profile(self, points: int = 361) -> Array:
-        """The closed profile of all M lobes: ``points`` for each valley. Errors: ParameterError where it is undercut, or does not close."""
+        """The closed profile of all M lobes: ``points`` for each valley. Errors: ParameterError where undercut, open, or M = N."""
         check_cut(self)
         return self.valleys(points)
 
 
+@dataclass(frozen=True)
 class SphericalCam(CamGeometry):
     """A spherical cam that can be built, with its rollers: ``CamGeometry``, checked.
 

@@ -118,6 +118,18 @@ def _spin(cam: SphericalCam, u: Any, since: float, by: Algebra) -> Any:
     return by.choose(by.of.fmax(outside(u, by.of), idle) > 0, 1.0, -1.0, "spin")
 
 
+def roller_spin(cam: SphericalCam, u: Any, of: Any = np) -> Any:
+    """Speed of a rolling roller about its pin over that of the cam, cage at rest: against the carrier and with it.
+
+    (phi' e_phi + s e_p - psi' e_psi) x e_c = 0 gives s = -psi' |(M/N) e_phi + e_psi| sin(beta_3)/sin(alpha_4), and phi' = -(M/N) psi'.
+    """
+    cos_4 = math.sin(cam.beta_1) * math.cos(cam.alpha_3) + math.cos(cam.beta_1) * math.sin(cam.alpha_3) * of.cos(
+        cam.M / cam.N * u
+    )
+    sin_3 = of.sqrt(1 - cos_4**2) * math.cos(cam.alpha_4) - cos_4 * math.sin(cam.alpha_4)
+    return math.hypot(cam.M / cam.N, 1.0) * sin_3 / math.sin(cam.alpha_4) + cam.M / cam.N * math.cos(cam.alpha_3)
+
+
 def place(cam: SphericalCam, s: Any, by: Algebra = NUMBERS) -> tuple[Any, Any]:
     """Angle u of the roller on either conjugate cam. It jumps to that of the next roller halfway between two strokes, out of touch."""
     centre = (cam.half + cam.sigma) / 2

@@ -221,3 +221,43 @@ def test_actuated_unit_takes_any_demand() -> None:
     assert V[-1] == pytest.approx(1.4, abs=1e-5)
     np.testing.assert_allclose(result["parts[0].w_b"], V * result["parts[0].w_a"], atol=1e-9)
     assert pt.energy_audit(result).closure < 1e-6
+
+
+@pytest.mark.parametrize("E_0", [5e3, 5e4])
+def test_map_of_an_electric_variator(E_0: float) -> None:
+    """The slip of the speed control from its torque, the torque of the other machine from the balance of powers, a quadratic equation."""
+    from powertrain.design.units import UnitBench
+
+    V, load, w_a = np.linspace(-1, 1, 5), np.array([-100.0, -20.0, 40.0]), 200.0
+    found = pt.steady(
+        UnitBench(unit=ElectricVariator(E_0=E_0)),
+        {"V": V, "load": load, "drive.w_fixed": w_a},
+        outputs=["unit.flange_a.tau", "ratio"],
+        progress=False,
+    )
+    assert (found.status == 0).all()
+    k, limit, copper, iron = 100.0, 300.0, 0.05, 2e-3
+    w_b = V[:, None] * w_a - -load / np.sqrt(1 - (load / limit) ** 2) / k
+    needed = copper * load**2 + iron * (w_a**2 + w_b**2) - load * w_b
+    tau_a = (w_a - np.sqrt(w_a**2 - 4 * copper * needed)) / (2 * copper)
+    np.testing.assert_allclose(found["ratio"].values, w_b / w_a, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found["unit.flange_a.tau"].values, tau_a, rtol=1e-8)
+
+
+@pytest.mark.parametrize("coupling", ["input", "output"])
+@pytest.mark.parametrize("unit", [ElectricVariator(), HydrostaticUnit(leakage=1e-12)])
+def test_transmissions_with_real_units_have_maps(unit: VariableUnit, coupling: Any) -> None:
+    """At light load close to those of an ideal unit; at r = 1 the mesh is stuck."""
+    from powertrain.components.transmissions import SplitPathTransmission
+    from powertrain.design import SplitPathBench
+
+    maps = []
+    for cvu in (unit, CVU()):
+        bench = SplitPathBench(transmission=SplitPathTransmission(layout="Hba", coupling=coupling, cvu=cvu))
+        grid = {"r": np.array([0.4, 0.8, 1.0, 1.2, 1.6]), "load": np.array([-30.0, 10.0])}
+        maps.append(pt.steady(bench, grid, outputs=["V"], progress=False))
+    real, ideal = maps
+    np.testing.assert_array_equal(real.status.values, ideal.status.values)
+    moving = real.status.values == 0
+    assert moving.sum() == 8
+    np.testing.assert_allclose(real.V.values[moving], ideal.V.values[moving], rtol=0.05)

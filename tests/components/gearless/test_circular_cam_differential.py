@@ -20,6 +20,7 @@ from powertrain.components.gearless.circular_cam import (
     CircularCamDifferential,
     CircularCams,
     FrictionDisk,
+    RollerMasses,
     Sharing,
     bias_ratio,
     latent_efficiency,
@@ -320,3 +321,13 @@ def test_ends_of_arcs_do_not_disturb_the_integration() -> None:
 def test_impossible_data_are_refused(make: Any, message: str) -> None:
     with pytest.raises(pt.ParameterError, match=message):
         make()
+
+
+def test_tracks_without_room_for_rollers_are_refused() -> None:
+    """Rollers that keep the cams apart need a radius of half the lift, and a fifth of it as width; given ones twice the radius."""
+    with pytest.raises(pt.ParameterError, match="the tracks leave no width to the rollers"):
+        CircularCamDifferential(D_out=0.085, D_in=0.084)
+    masses = RollerMasses.of(TABLE_1)
+    assert CircularCamDifferential(masses=masses).masses == masses
+    with pytest.raises(pt.ParameterError, match="the cams collide where a hill passes a hill"):
+        CircularCamDifferential(masses=pt.replace(masses, r_out=0.004))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -57,6 +59,8 @@ def test_rollers_have_their_mass() -> None:
 
 
 def test_stl_holds_what_was_written(tmp_path: Path) -> None:
+    """Read by the layout of the format, in millimetres."""
+    pytest.importorskip("trimesh")
     solid = BODIES[0].cam_solid("outer", 31)
     data = write_stl(tmp_path / "cam.stl", solid).read_bytes()
     count = int(np.frombuffer(data[80:84], "<u4")[0])
@@ -71,15 +75,29 @@ def test_stl_holds_what_was_written(tmp_path: Path) -> None:
 
 def test_dxf_of_a_track(tmp_path: Path) -> None:
     """The unrolled track comes back to its height after one turn; lengths are in millimetres."""
+    ezdxf = pytest.importorskip("ezdxf")
     curves = developed(TABLE_1.outer)
-    text = write_dxf(tmp_path / "track.dxf", curves, closed=False).read_text(encoding="ascii").split("\n")
-    assert text[-2] == "EOF"
-    assert text.count("POLYLINE") == 2
-    assert text.count("VERTEX") == 2 * 721
-    x = [float(text[i + 4]) for i, word in enumerate(text) if word == "VERTEX"]
-    assert max(x) == pytest.approx(np.pi * 85, abs=0.01)
-    for points in curves.values():
+    drawing = ezdxf.readfile(write_dxf(tmp_path / "track.dxf", curves, closed=False))
+    assert drawing.units == ezdxf.units.MM
+    found = {line.dxf.layer: np.array(line.get_points("xy")) for line in drawing.modelspace()}
+    assert set(found) == {"axes", "cam"}
+    for name, points in curves.items():
+        np.testing.assert_allclose(found[name], 1e3 * points, rtol=1e-12, atol=1e-9)
         assert points[0, 1] == pytest.approx(points[-1, 1], abs=1e-12)
+    assert found["axes"][:, 0].max() == pytest.approx(np.pi * 85)
+    assert not drawing.audit().errors
+
+
+def test_a_missing_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("trimesh", "ezdxf"):
+        monkeypatch.setitem(sys.modules, name, None)
+    writes: list[Callable[[], Path]] = [
+        lambda: write_stl(tmp_path / "a.stl", BODIES[0].roller_solid("inner")),
+        lambda: write_dxf(tmp_path / "a.dxf", developed(TABLE_1.outer)),
+    ]
+    for write in writes:
+        with pytest.raises(pt.ParameterError, match=r"is not installed: pip install 'powertrain\[cad\]'"):
+            write()
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.6, 2.5])
@@ -104,6 +122,7 @@ def test_parts_of_the_linkage_are_closed_and_meet(alpha: float, tmp_path: Path) 
         assert np.linalg.norm(solids["lever"].reshape(-1, 3) - points[f"S_{side}"], axis=1).min() == pytest.approx(
             1.35 * ball, rel=0.02
         )
+    pytest.importorskip("trimesh")
     assert write_stl(tmp_path / "lever.stl", solids["lever"]).stat().st_size > 1000
     with pytest.raises(pt.ParameterError, match="does not hold"):
         LinkageBody(Linkage(), bar=0.02)

@@ -242,6 +242,8 @@ def test_no_geometry_at_all(given: dict[str, Any], said: str) -> None:
         CamGeometry(**{"M": 4, "N": 5, **given})
     with pytest.raises(pt.ParameterError, match="undercut"):
         CamGeometry(4, 5, alpha_3=math.radians(50.5)).whole_profile()
+    with pytest.raises(pt.ParameterError, match=r"CamGeometry\(M=4, N=4\): M = N = 4.*pressure angle vanish"):
+        CamGeometry(4, 4).whole_profile()
 
 
 @pytest.mark.parametrize("alpha_3", [49.0, 50.0, 50.25, 50.5, 50.9])
@@ -285,8 +287,8 @@ def test_a_roller_that_cuts_in_is_found() -> None:
     """The profile of a smaller roller with a larger one."""
 
     class Thick(CamGeometry):
-        def whole_profile(self, points: int = 361) -> Any:
-            return SphericalCam(4, 5, alpha_4=math.radians(18)).whole_profile(points)
+        def valleys(self, points: int = 361) -> Any:
+            return SphericalCam(4, 5, alpha_4=math.radians(18)).valleys(points)
 
     assert clearance(PAPER) == pytest.approx(0, abs=1e-12)
     assert clearance(Thick(4, 5)) == pytest.approx(-math.radians(1), abs=1e-6)

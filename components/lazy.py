@@ -1,0 +1,26 @@
+"""Names of a package that are imported when they are first asked for; its stub file (.pyi) lists them, for type checkers too (SPEC 1)."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+
+@cache
+def modules_of(stub: str) -> dict[str, str]:
+    """The module of every name in a stub file of lines ``from module import (Name as Name, ...)``."""
+    import ast
+
+    tree = ast.parse(Path(stub).read_text(encoding="utf-8"))
+    found = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    return {alias.name: str(node.module) for node in found for alias in node.names}
+
+
+def attribute(package: str, file: str, name: str) -> Any:
+    """What ``package.name`` is. AttributeError for a name that the stub beside ``file`` does not list."""
+    modules = modules_of(str(Path(file).with_suffix(".pyi"))) if not name.startswith("_") else {}
+    if name not in modules:
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+    return getattr(import_module(modules[name]), name)

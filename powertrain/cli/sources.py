@@ -1,0 +1,72 @@
+"""Runs that commands show and compare: saved ones from netCDF files, and vehicles driven over a cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from powertrain.cli.options import ArgumentType, Interruption, VehicleName, of_the_command_line
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    import powertrain as pt
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.presets.catalogue import Entry
+    from powertrain.trials import CycleRun
+
+
+class Source(ArgumentType):
+    """A saved run (.nc), a parameter file (.toml), or the name of a vehicle."""
+
+    name = "run"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path | Entry:
+        """Files by their ending, everything else by the class's name."""
+        path = Path(str(value))
+        if path.suffix.lower() not in (".nc", ".toml"):
+            return VehicleName().convert(value, param, ctx)
+        if not path.is_file():
+            self.fail(f"there is no file {str(value)!r}", param, ctx)
+        return path
+
+
+def model_of(source: Path | Entry, params: Path | None, texts: Sequence[str]) -> pt.Component:
+    """The vehicle of a source with the values of a file and of the command line. Errors: UsageError for a saved run."""
+    from powertrain.cli.options import configured
+    from powertrain.presets.named import load
+
+    if not isinstance(source, Path):
+        return configured(source, params, texts)[0]
+    if source.suffix.lower() == ".nc":
+        raise click.UsageError(
+            f"{source} is a saved run, which has no model: --set, --params and --cycle need a vehicle"
+        )
+    with of_the_command_line():
+        from powertrain.cli.options import changed
+
+        return changed(load(source), params, texts)[0]
+
+
+def driven(model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None) -> CycleRun:
+    """The run of a vehicle over a cycle, or a part of one; by default the vehicle's own. A run that ends early is an error."""
+    import powertrain as pt
+    from powertrain.cli.running import on_cycle
+    from powertrain.trials import drive_cycle
+
+    model, over = on_cycle(model, cycle, span)
+    with Interruption(float(over.times[0]), float(over.times[-1])) as watch:
+        run = drive_cycle(pt.compile(model), progress=watch)
+    if run.message:
+        raise click.ClickException(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}")
+    return run
+
+
+def saved(path: Path) -> xr.Dataset:
+    """A saved run."""
+    import powertrain as pt
+
+    return pt.load(path)

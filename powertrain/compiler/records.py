@@ -1,0 +1,200 @@
+"""The laws of a reduced model as the records of the hybrid DAE, with their places among the values that change only at events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.flatten import Flat
+from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, When
+from powertrain.compiler.resolver import Resolver
+from powertrain.compiler.torques import LawTorque
+from powertrain.errors import ModelError
+from powertrain.language.law import Law
+from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
+from powertrain.language.recorder import GuardEntry, Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.modes.tolerances import condition_tolerance
+
+
+@dataclass(frozen=True)
+class Held:
+    """The values that change only at events: modes, discrete variables, signals of time, and whether a law at its limit is at rest.
+
+    ``flags`` belong to the ``when`` laws in their order, ``rests`` to the modes of laws that others may hold.
+    """
+
+    symbols: tuple[Symbol, ...]
+    start: NDArray[np.float64]
+    flags: tuple[Symbol, ...]
+    rests: dict[int, Symbol]
+    layout: dict[int, int]
+
+    def place(self, symbol: Symbol) -> int:
+        """Where the value of a symbol is kept."""
+        return self.layout[key(symbol)]
+
+
+def held_values(
+    flat: Flat, torques: Sequence[LawTorque], others: Sequence[tuple[Place, Law]], resolver: Resolver
+) -> Held:
+    """All values of a model that change only at events, with those at the start."""
+    recorder = flat.recorder
+    flags = [recorder.hold(f"{place.path}.{law.name}") for place, law in others if isinstance(law, WhenLaw)]
+    rests = {
+        key(t.mode): recorder.hold(f"{t.mode.name()}.rests")
+        for k, t in enumerate(torques)
+        if isinstance(t.law, FrictionLaw) and resolver.shares(k)
+    }
+    symbols = [*(t.mode for t in torques), *(s.mode for s in recorder.switches), *flags]
+    symbols += [*(d.symbol for d in flat.discretes), *(s for e in recorder.schedules for s in e.held), *rests.values()]
+    known = {key(d.symbol): d.value for d in flat.discretes}
+    known |= {key(e.held[1]): float(e.values[0]) for e in recorder.schedules}
+    start = np.array([known.get(key(s), 0.0) for s in symbols])
+    return Held(tuple(symbols), start, tuple(flags), rests, {key(s): i for i, s in enumerate(symbols)})
+
+
+def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Friction:
+    """A friction law of the DAE."""
+    opened = resolver.laws[k]
+    law, given = t.law, opened.law
+    assert isinstance(law, FrictionLaw)
+    assert isinstance(given, FrictionLaw)
+    prescribed = not any(ca.which_depends(opened.rate, resolver.tau[k], 1, False))
+    return Friction(
+        t.mode.name(), str(t.place), held.place(t.mode), t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
+        unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
+        algebraic=t.algebraic,
+        prescribed=prescribed,
+        acts=not prescribed or resolver.acts(k),
+        limitless=tuple(
+            mode for mode, bound in ((1.0, given.upper), (-1.0, given.lower)) if bound.is_constant() and np.isinf(float(bound))
+        ),
+        may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False)),
+        known=resolver.known(k),
+        rounding=resolver.rounding(k),
+        reach=resolver.reach(k),
+        rests=held.place(held.rests[key(t.mode)]) if key(t.mode) in held.rests else None,
+    )  # fmt: skip
+
+
+def opened_record(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
+    """The model for given torques; None without laws."""
+    laws = [t for t in resolver.laws if isinstance(t.law, FrictionLaw)]
+    contacts = [t for t in resolver.laws if isinstance(t.law, UnilateralLaw)]
+    if not laws and not contacts:
+        return None
+    friction = [t.law for t in laws if isinstance(t.law, FrictionLaw)]
+    place = {id(t): k for k, t in enumerate(resolver.laws)}
+    return Opened(
+        tau=column([resolver.tau[place[id(t)]] for t in [*laws, *contacts]]),
+        xdot=column(resolver.opened(rates)),
+        residual=column(resolver.open_residuals()),
+        speed=column([t.speed for t in [*laws, *contacts]]),
+        rate=column([t.rate for t in [*laws, *contacts]]),
+        lower=column([*(f.lower for f in friction), *(Symbol(-np.inf) for _ in contacts)]),
+        upper=column([*(f.upper for f in friction), *(Symbol(0) for _ in contacts)]),
+        peak=column([*(f.peak for f in friction), *(Symbol(1) for _ in contacts)]),
+        reach=column([resolver.open_reach(place[id(t)]) for t in [*laws, *contacts]]),
+        compliance=column([resolver.open_compliance(place[id(t)]) for t in [*laws, *contacts]]),
+        conditions=column(resolver.open_conditions()),
+    )
+
+
+def contact_record(t: LawTorque, held: Held) -> Contact:
+    """A contact of the DAE."""
+    law = t.law
+    assert isinstance(law, UnilateralLaw)
+    return Contact(
+        t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution
+    )
+
+
+def with_impacts(dae: HybridDae, resolver: Resolver, torques: list[LawTorque]) -> HybridDae:
+    """The response of the states' derivatives and of the gaps' accelerations to the contact forces."""
+    contacts = [i for i, t in enumerate(torques) if isinstance(t.law, UnilateralLaw)]
+    if not contacts:
+        return dae
+    forces = column([resolver.tau[i] for i in contacts])
+    rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
+    opened = [*resolver.opened(rates), *(resolver.laws[i].rate for i in contacts)]
+    (response,) = resolver.close([ca.jacobian(column(opened), forces)])
+    return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
+
+
+def switch_records(resolver: Resolver, held: Held) -> tuple[Switch, ...]:
+    """The conditions that choose between expressions."""
+    recorder = resolver.reduced.flat.recorder
+    values = resolver.model([s.g for s in recorder.switches])
+    return tuple(
+        Switch(
+            s.mode.name(),
+            str(s.place),
+            held.place(s.mode),
+            g,
+            _event_time(g, _lasting(resolver)),
+            s.continuous,
+            condition_tolerance(resolver.meeting(opened), resolver.largest),
+        )
+        for s, g, opened in zip(recorder.switches, values, resolver.open_conditions(), strict=True)
+    )
+
+
+def guard_record(g: GuardEntry, resolver: Resolver) -> Guard:
+    """Limits of a quantity."""
+    value, low, high = resolver.model([g.value, g.low, g.high])
+    return Guard(g.name, str(g.place), value, low, high, g.unit, g.action)
+
+
+def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: Held, x: list[Symbol]) -> When:
+    """What happens where a condition becomes true. ModelError for a reset of something that is no state."""
+    assert isinstance(law, WhenLaw)
+    reduced, flat = resolver.reduced, resolver.reduced.flat
+    position = {key(s): i for i, s in enumerate(x)}
+    resets = []
+    for reset in law.resets:
+        (value,) = resolver.model([reset.value])
+        if key(reset.variable) in held.layout:
+            resets.append(Reset(True, held.place(reset.variable), value))
+            continue
+        (root,) = reduced.rewrite([reset.variable])
+        inside = [s for s in free_symbols(root) if key(s) in position]
+        if len(inside) != 1 or len(free_symbols(root)) != 1:
+            names = {key(reduced.expression(k, 0)): u.name for k, u in reversed(flat.unknowns.items())}
+            known = ", ".join([names.get(key(s), s.name()) for s in inside or x][:8])
+            said = f"it is no state of the model; {'it follows from' if inside else 'states are'} {known}: reset these"
+            raise ModelError(f"{place}\n  reinit of {reset.variable}: {said}")
+        slope = ca.jacobian(root, inside[0])
+        resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
+    (g,) = resolver.model([law.g])
+    return When(
+        f"{place.path}.{law.name}".lstrip("."),
+        str(place),
+        held.place(flag),
+        g,
+        tuple(resets),
+        _event_time(g, _lasting(resolver)),
+    )
+
+
+def _lasting(resolver: Resolver) -> set[int]:
+    """What is constant but for resets and signals of time: all that is held, but for the modes of laws."""
+    recorder = resolver.reduced.flat.recorder
+    return recorder.constants - {key(t.mode) for t in resolver.laws} - {key(s.mode) for s in recorder.switches}
+
+
+def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:
+    """The instant where g, affine in time and free of states, changes its sign.
+
+    None where modes are part of it: with these the instant moves, and one that has just become the present would be missed.
+    """
+    if any(key(s) not in constants and key(s) != key(time) for s in free_symbols(g)):
+        return None
+    slope = ca.jacobian(g, time)
+    if slope.is_zero() or any(key(s) == key(time) for s in free_symbols(slope)):
+        return None
+    return -ca.substitute(g, time, 0) / slope

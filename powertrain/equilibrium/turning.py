@@ -1,0 +1,102 @@
+"""Angles that merely turn: states on which nothing depends, or of which only differences matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.compiler.index import generic
+from powertrain.equilibrium.placed import Placed, Request, Turning
+from powertrain.errors import ParameterError
+from powertrain.language.symbols import Symbol, column, key
+from powertrain.numerics.batch import dependence
+from powertrain.numerics.buffers import Array
+
+
+def influential(dae: HybridDae, everything: Sequence[Symbol]) -> list[int]:
+    """The states that anything depends on."""
+    found = dependence(everything, [dae.x[i] for i in range(dae.x.numel())])
+    return [i for i in range(dae.x.numel()) if found.size and found[:, i].any()]
+
+
+def refuse_turning(asked: Request, kept: Sequence[int], stage: Placed) -> None:
+    """ParameterError where an angle is held that merely turns."""
+    for name in asked.held:
+        if stage.state_of(name) not in kept:
+            raise ParameterError(
+                f"grid: {name} only rotates; nothing in the model depends on it, so it has no steady value"
+            )
+
+
+def turning_together(compiled: Compiled, kept: Sequence[int], stage: Placed, parameters: Array) -> Turning:
+    """The states of which only differences matter, for given parameters. ParameterError where that changes along the grid."""
+    found = _null_directions(compiled.dae, kept, stage, parameters)
+    moved = parameters.copy()
+    moved[[i for i, n in enumerate(compiled.parameters) if n in stage.axis or n in stage.free]] *= 1.01
+    if found and not _alike(found, _null_directions(compiled.dae, kept, stage, moved)):
+        names = ", ".join(compiled.dae.state_names[i] for i in (*found, *next(iter(found.values()))))
+        raise ParameterError(
+            f"steady: {names} turn together by ratios that change along the grid; "
+            "declare their difference as a variable with prefer=True"
+        )
+    return found
+
+
+def _alike(one: Turning, other: Turning) -> bool:
+    return one.keys() == other.keys() and all(
+        one[i].keys() == other[i].keys() and all(abs(one[i][j] - other[i][j]) < 1e-9 for j in one[i]) for i in one
+    )
+
+
+def _null_directions(dae: HybridDae, kept: Sequence[int], stage: Placed, values: Array) -> Turning:
+    if not kept:
+        return {}
+    x = column([dae.x[i] for i in kept])
+    whole = column(stage.everything)
+    jacobian = ca.jacobian(whole, x)
+    parameters = {key(dae.p[i]) for i in range(dae.p.numel())}
+    symbols = [s for s in ca.symvar(jacobian) if key(s) not in parameters]
+    function = ca.Function("powertrain_turning", [column(symbols), dae.p], [ca.densify(jacobian)])
+    stacks = []
+    for k in range(3):
+        point = np.random.default_rng(k).uniform(0.3, 2.0, len(symbols))
+        value = np.nan_to_num(np.array(function(point, values)), nan=1.0, posinf=1.0, neginf=1.0)
+        stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
+    _, sizes, basis = np.linalg.svd(np.vstack(stacks))
+    null = basis[int((sizes > 1e-9 * max(sizes.max(), 1e-300)).sum()) :]
+    pivots: dict[int, Array] = {}
+    for _ in range(len(null)):
+        row, place = (int(i) for i in np.unravel_index(int(np.abs(null).argmax()), null.shape))
+        pivot = null[row] / null[row, place]
+        null = np.delete(null - np.outer(null[:, place], pivot), row, axis=0)
+        pivots = {other: each - each[place] * pivot for other, each in pivots.items()}
+        pivots[place] = pivot
+    turning: Turning = {}
+    for place, pivot in pivots.items():
+        shares = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j not in pivots and abs(pivot[j]) > 1e-9}
+        turning[kept[place]] = shares
+    return turning
+
+
+def lost_outputs(stage: Placed, cyclic: list[Symbol], turning: Turning) -> list[bool]:
+    """The wanted expressions that depend on how far the model has turned."""
+    wanted, x = stage.put(stage.asked.wanted), stage.dae.x
+    leaves = [s for s in cyclic if key(s) not in {key(x[i]) for i in turning}]
+    lost: NDArray[np.bool_] = np.asarray(dependence(wanted, leaves).any(axis=1))
+    for i, shares in turning.items():
+        direction = ca.DM.zeros(x.numel())
+        for j, share in (shares | {i: 1.0}).items():
+            direction[j] = share
+        change = ca.jtimes(column(wanted), x, direction)
+        symbols = ca.symvar(change)
+        point = [
+            stage.values.get(key(s), generic(s)) for s in symbols
+        ]  # ratios by which angles turn are those of the parameters
+        number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
+        lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > 1e-9))
+    return [bool(lost[i]) for i in range(len(wanted))]

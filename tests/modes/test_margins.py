@@ -1,0 +1,72 @@
+"""Margins of laws at their limits, and impacts of several contacts at once, by hand."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+from joined import joined
+
+import powertrain as pt
+from powertrain.compiler.hybrid import Friction
+from powertrain.components import translational as tr
+from powertrain.modes.indicators import torque_margins
+
+NONE = ca.SX(0)
+
+
+@pytest.mark.parametrize("lower", [-2.0, 0.5])
+@pytest.mark.parametrize("torque", [-3.0, 0.7, 4.0])
+def test_margins_are_the_same_on_both_sides(lower: float, torque: float) -> None:
+    """The hysteresis lies outside both limits; turned round, the lower limit is the upper one."""
+
+    def margins(tau: float, low: float, high: float) -> tuple[float, float]:
+        law = Friction("law", "", 0, NONE, ca.SX(tau), ca.SX(low), ca.SX(high), ca.SX(1.0), NONE, known=ca.SX(0.25))
+        below, above = torque_margins(law)
+        return float(below), float(above)
+
+    below, above = margins(torque, lower, 3.0)
+    assert (below, above) == pytest.approx((torque - lower + 0.25, 3.0 - torque + 0.25))
+    assert margins(-torque, -3.0, -lower) == pytest.approx((above, below))
+
+
+@pytest.mark.parametrize("restitutions", [(0.5,), (0.0, 0.5), (0.5, 0.0), (0.2, 0.0, 0.7)])
+def test_stops_at_one_place(restitutions: tuple[float, ...]) -> None:
+    """What throws the mass back opens all of them, though one alone would have held it; it leaves freely and keeps its energy."""
+    stops = [
+        tr.MassWithStopAndFriction(
+            m=1.0, F_prop=0, F_Coulomb=0, F_Stribeck=0, fexp=1, smin=-0.1, smax=9.0, restitution=e
+        )
+        for e in restitutions
+    ]
+    joints = "=".join(f"{k}.flange_a" for k in range(len(stops)))
+    rod = tr.Mass(m=1.0)
+    model = joined(*stops, rod, joints=f"{joints}={len(stops)}.flange_a")
+    result = pt.simulate(model, 1.0, starts={f"parts[{len(stops)}].v": -1.0})
+    v = result[f"parts[{len(stops)}].v"]
+    assert v[-1] == pytest.approx(np.mean(restitutions), rel=1e-6)
+    assert all(result[f"parts[{k}].stop_min"][-1] == 0 for k in range(len(stops)))
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-9
+    assert audit.violations.empty
+
+
+@pytest.mark.parametrize(("v", "closed"), [(-1.9e-4, True), (-2.1e-4, False)])
+def test_a_rebound_below_a_tenth_of_a_millimetre_per_second_stays_closed(v: float, closed: bool) -> None:
+    stop = tr.MassWithStopAndFriction(
+        m=1.0, F_prop=0, F_Coulomb=0, F_Stribeck=0, fexp=1, smin=-1e-5, smax=9.0, restitution=0.5
+    )
+    load = tr.ConstantForce(f_constant=-1e-6)
+    result = pt.simulate(joined(stop, load, joints="0.flange_b=1.flange"), 0.08, starts={"parts[0].v": v})
+    assert (result["parts[0].stop_min"][-1] == 1) == closed
+    assert (abs(result["parts[0].v"][-1]) < 1e-12) == closed
+
+
+def test_a_prescribed_motion_runs_into_a_stop() -> None:
+    """No impulse stops it: refused at the stop, with its name."""
+    stop = tr.MassWithStopAndFriction(m=1.0, F_prop=0, F_Coulomb=0, F_Stribeck=0, fexp=1, smin=-0.1, smax=9.0)
+    model = joined(stop, tr.ConstantSpeed(v_fixed=-0.4), joints="0.flange_b=1.flange")
+    with pytest.raises(
+        pt.SimulationError, match=r"(?s)at t = 0\.25.* s a motion that no force can stop closes parts\[0\]\.stop_min"
+    ):
+        pt.simulate(model, 1.0)

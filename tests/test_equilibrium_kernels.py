@@ -1,0 +1,122 @@
+"""The kernels of operating points alone, on laws written by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from powertrain.equilibrium.beginnings import mobilities
+from powertrain.equilibrium.corrector import Near, _bordered, solved, undetermined
+from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues
+from powertrain.equilibrium.solutions import Solutions, SolvedPoints
+
+Matrix = np.ndarray[Any, Any]
+RNG = np.random.default_rng
+
+
+def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple[Any, Iterates]:
+    """One shaft of a speed y, braked by a damper and by laws that slide; their limits follow the others' torques by ``coupling``."""
+    count = len(coupling)
+    values = LawValues(
+        rows=np.zeros((1, 1)),
+        speed=np.full((1, count), speed),
+        lower=np.full((1, count), -1.0),
+        upper=np.full((1, count), 1.0),
+        g=np.zeros((1, 0)),
+        rows_=np.concatenate([[[-damping]], -np.ones((1, count))], axis=1)[None],
+        speed_=np.concatenate([np.ones((count, 1)), np.zeros((count, count))], axis=1)[None],
+        lower_=np.zeros((1, count, 1 + count)),
+        upper_=np.concatenate([np.zeros((count, 1)), coupling], axis=1)[None],
+        g_=np.zeros((1, 0, 1 + count)),
+    )
+    laws = SimpleNamespace(
+        unknowns=1, count=count, frictions=count, contact=np.zeros(count, bool), law_modes=np.arange(count),
+        rates=np.array([0]), rate_of=np.array([0]), values=lambda at: values, zone=lambda value, at: 1e-9,
+    )  # fmt: skip
+    return laws, Iterates(np.zeros((1, 0)), np.full((1, 1), speed), np.ones((1, count)), np.ones((1, count)))
+
+
+def test_many_small_systems() -> None:
+    """Against numpy one by one, of rows that differ by many orders; a singular one gets the shortest solution, one without values nan."""
+    matrices, right = RNG(0).normal(size=(5, 3, 3)), RNG(1).normal(size=(5, 3))
+    matrices[1] *= np.array([[1e-9], [1.0], [1e9]])
+    matrices[2, 2], right[2, 2] = matrices[2, 1], right[2, 1]
+    matrices[3, 0, 0] = np.nan
+    found = solved(matrices, right)
+    for k in (0, 1, 4):
+        np.testing.assert_allclose(found[k], np.linalg.solve(matrices[k], right[k]), rtol=1e-9)
+    np.testing.assert_allclose(matrices[2] @ found[2], right[2], rtol=1e-9)
+    assert np.linalg.norm(found[2]) <= np.linalg.norm(np.linalg.pinv(matrices[2]) @ right[2]) * 10
+    assert np.isnan(found[3]).all()
+
+
+def test_mobilities() -> None:
+    """How much a torque moves its own law: its entry of G; what cancels does not move it, and counts as one."""
+    G = np.array([[2.0, -0.5, 0.0], [-0.5, 0.25, 0.0], [1.0, 0.0, 0.0]])
+    laws, _ = sliding(np.zeros((3, 3)))
+    value = laws.values(None)
+    value.speed_[0, :, 1:] = -G
+    value.speed_[0, 2, 0] = 1.0
+    given, reach, slope = mobilities(value, np.array([[[0.0, 0.0, 0.0]]]))
+    np.testing.assert_array_equal(given, [[False, False, True]])
+    np.testing.assert_allclose(reach, [[2.0, 0.25, 1.0]])
+    np.testing.assert_allclose(slope[0], -G)
+    moved = np.array([[[0.0, 0.0, 3.0]]])
+    given, reach, _ = mobilities(value, moved)
+    assert not given[0, 2]
+    assert reach[0, 2] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("gain", "locked"), [(0.5, False), (0.99, False), (1.0 - 1e-11, True), (-1.0 + 1e-11, True)])
+def test_torques_that_follow_each_other_without_limit(gain: float, locked: bool) -> None:
+    """tau_1 = 1 + gain tau_2 and tau_2 = 1 + gain tau_1 grow as 1/(1 - gain^2)."""
+    laws, at = sliding(np.array([[0.0, gain], [gain, 0.0]]))
+    near = Near(np.zeros((1, 2), bool), np.full((1, 2), 1e-8))
+    assert undetermined(laws, at, near, np.ones((1, 2))).tolist() == [locked]
+
+
+@pytest.mark.parametrize(("damping", "open_"), [(1.0, False), (1e-5, False), (1e-9, True)])
+def test_a_motion_that_nothing_holds(damping: float, open_: bool) -> None:
+    laws, at = sliding(np.zeros((1, 1)), damping)
+    near = Near(np.zeros((1, 1), bool), np.full((1, 1), 1e-8))
+    assert undetermined(laws, at, near, np.ones((1, 1))).tolist() == [open_]
+
+
+@pytest.mark.parametrize(("speed", "differ"), [(5.0, True), (0.0, False)])
+def test_solutions_that_differ_in_a_torque_alone(speed: float, differ: bool) -> None:
+    """Where the law slides there are two; how laws at rest share a torque makes no other solution."""
+    laws, at = sliding(np.zeros((1, 1)), speed=speed)
+    solutions = Solutions.__new__(Solutions)
+    solutions.laws = laws
+
+    def point(tau: float) -> SolvedPoints:
+        one = np.ones((1, 1))
+        return SolvedPoints(np.ones(1, bool), at.y, at.modes, tau * one, np.zeros((1, 1), bool), one)
+
+    assert solutions._differ(at.grid, point(1.0), point(1.0 + 1e-4)).tolist() == [differ]
+    assert solutions._differ(at.grid, point(1.0), point(1.0 + 1e-9)).tolist() == [False]
+
+
+def test_modes_at_rest_come_first() -> None:
+    laws, at = sliding(np.zeros((2, 2)))
+    solutions = Solutions.__new__(Solutions)
+    solutions.laws = laws
+
+    def rank(*modes: float) -> int:
+        return int(solutions._rank(SolvedPoints(at.y, at.y, np.array([modes]), at.tau, at.tau, at.tau))[0])  # type: ignore[arg-type]
+
+    assert rank(STUCK, STUCK) < rank(FORWARD, STUCK) < rank(BACKWARD, STUCK) < rank(FORWARD, FORWARD)
+
+
+def test_stuck_laws_yield_in_newtons_matrix() -> None:
+    """Row of a stuck law: its speed, less what it yields; of a sliding one: its torque, less its limit."""
+    laws, at = sliding(np.zeros((2, 2)), speed=0.0)
+    at.modes[0] = STUCK, FORWARD
+    near = Near(np.zeros((1, 2), bool), np.array([[3e-8, 5e-8]]))
+    matrix, right = _bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=False)
+    np.testing.assert_array_equal(matrix[0, 1:], [[1.0, -3e-8, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(right[0, 1:], [3e-8, 0.0])
+    assert _bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=True)[1][0, 1] == 0.0

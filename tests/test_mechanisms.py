@@ -1,0 +1,128 @@
+"""Random machines either run, with closed energy and the same events in finer steps, or are refused with the names of their parts.
+
+``POWERTRAIN_FUZZ=2000:12000`` examines these seeds in place of those of the slow suite.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from mechanisms import mechanism, random_starts
+from test_fuzz import bounded
+
+import powertrain as pt
+from powertrain.engine.trajectory import Instant
+
+FIRST, _, LAST = os.environ.get("POWERTRAIN_FUZZ", "60:500").partition(":")
+STOP = 1.0
+FINE: dict[str, Any] = {"rtol": 1e-7, "atol": 1e-9}
+NOTHING = 1e-9
+"""Energy in J that is round-off."""
+NOISE = 1e-6
+"""Speeds (rad/s, m/s) and shares of energies that are nothing: a hundred times what the integration may leave of a speed."""
+SLOW = 1e-2
+"""Rates (rad/s2, m/s2) that are nothing: what a speed that is nothing makes of stiff couplings."""
+NEAR = 1e-3
+"""By how much (s) an event may be moved by the error of the coarse run: with speeds near zero it grows."""
+
+
+class Laws:
+    """What the friction laws of a plant are seen to do."""
+
+    def __init__(self, plant: pt.Plant[Any], result: pt.Result[Any]) -> None:
+        dae = plant.compiled.dae
+        self.laws, self.p = dae.frictions, np.array(list(result.parameters.values()))
+        self.sizes = dae.x.numel(), dae.z.numel(), dae.m.numel()
+        values = ca.vertcat(*[ca.horzcat(law.w, law.rate) for law in dae.frictions])
+        self.function = ca.Function("laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
+
+    def changes(self, instant: Instant) -> dict[str, str]:
+        """The laws that are seen to change at an instant, and what they do after it."""
+        before, after = (self._seen(instant, right) for right in (False, True))
+        return {law.name: now for law, old, now in zip(self.laws, before, after, strict=True) if old != now}
+
+    def _seen(self, instant: Instant, right: bool) -> list[str]:
+        """The direction of motion: what is about to rest comes from where its rate does not point."""
+        y, held = (instant.right, instant.held_right) if right else (instant.left, instant.held_left)
+        n, nz, nm = self.sizes
+        values = np.array(self.function(instant.time, y[:n], y[n : n + nz], held[:nm], self.p)).reshape(-1, 2)
+        found = []
+        for law, (w, rate) in zip(self.laws, values, strict=True):
+            turns = 0.0 if law.prescribed or abs(rate) < SLOW else rate if right else -rate
+            way = float(np.sign(turns if abs(w) < NOISE else w))
+            found.append({1.0: "forward", 0.0: "at rest", -1.0: "backward"}[way])
+        return found
+
+
+def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> dict[str, list[tuple[float, str]]]:
+    """Of all laws by their names: when they are seen to have become what."""
+    laws, found = Laws(plant, result), dict[str, list[tuple[float, str]]]()
+    names, touching = {law.name for law in laws.laws}, {c.name for c in plant.compiled.dae.contacts}
+    for event in result.events:
+        shared = event.name in touching and not np.isnan(event.new)  # friction may hold what presses on a stop
+        if event.name not in names and not shared:
+            seen = found.setdefault(event.name, [])
+            if (
+                not seen or event.time - seen[-1][0] > NEAR
+            ):  # of bounces that accumulate the last ones cannot be counted
+                seen.append((event.time, f"{event.new:g}"))
+    for instant in result.trajectory.instants:
+        for name, now in laws.changes(instant).items():
+            seen = found.setdefault(name, [])
+            if not seen or seen[-1][1] != now:  # between two of the same it did what cannot be told from noise
+                seen.append((instant.time, now))
+    return found
+
+
+def examined(seed: int, careless: bool = False) -> bool:
+    """Whether the machine of this seed runs; fails where it neither runs as it should nor is refused with names."""
+    found = runs(seed, careless)
+    if isinstance(found, pt.PowertrainError):
+        assert "parts[" in str(found), f"{seed} names no component: {found}"
+        return False
+    plant, coarse, fine = found
+    audit = pt.energy_audit(fine)
+    assert audit.residual < 1e-5 * audit.turnover + NOTHING, (seed, audit)
+    assert not (audit.violations.amount.abs() > NOISE * (1.0 + audit.turnover)).any(), (seed, audit)
+    for result in (coarse, fine):
+        assert np.isfinite(result.to_dataframe().to_numpy()).all(), seed
+    seldom, often = happened(plant, coarse), happened(plant, fine)
+    for name in sorted(seldom.keys() | often.keys()):
+        one, other = seldom.get(name, []), often.get(name, [])
+        assert [what for _, what in one] == [what for _, what in other], (seed, name, one, other)
+        assert [t for t, _ in one] == pytest.approx([t for t, _ in other], abs=NEAR), (seed, name)
+    return True
+
+
+def runs(seed: int, careless: bool) -> tuple[pt.Plant[Any], pt.Result[Any], pt.Result[Any]] | pt.PowertrainError:
+    """A run, and one with a fifth of the step size and a tenth of the tolerance; or the refusal."""
+    try:
+        with bounded():
+            plant = pt.compile(mechanism(seed, careless))
+            starts = random_starts(plant, seed)
+            coarse = plant.simulate(STOP, starts=starts)
+            step = STOP / max(coarse.statistics["steps"], 1.0) / 5
+            return plant, coarse, plant.simulate(STOP, starts=starts, max_step=step, **FINE)
+    except pt.PowertrainError as error:
+        return error
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_mechanisms(seed: int) -> None:
+    examined(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(int(FIRST), int(LAST)))
+def test_many_mechanisms(seed: int) -> None:
+    examined(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100))
+def test_careless_mechanisms(seed: int) -> None:
+    examined(seed, careless=True)

@@ -1,0 +1,97 @@
+"""Ranges of outputs while a law at rest carries any torque between its bounds: extrema inside, and no bound where there is a pole."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components import rotational as rot
+
+OK, STUCK = 0, 1
+LIMIT = 2.0
+
+
+class Rubbing(pt.Component):
+    """A bearing on a shaft whose speed is given, under a load; what the motor has to give, and what is computed from that."""
+
+    load: pt.Input = pt.signal_input("N.m", "Load")
+    w: pt.Input = pt.signal_input("rad/s", "Speed")
+    motor: rot.Speed = rot.Speed(exact=True)
+    bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=((0.0, LIMIT),))
+    pull: rot.Torque = rot.Torque()
+    tau: pt.Variable = pt.variable("N.m", "Torque of the motor")
+    affine: pt.Variable = pt.variable("1", "Affine in the torque")
+    parabola: pt.Variable = pt.variable("1", "With a minimum")
+    bump: pt.Variable = pt.variable("1", "With a maximum")
+    rising: pt.Variable = pt.variable("1", "Bent, without an extremum")
+    size: pt.Variable = pt.variable("1", "With a kink")
+    pole: pt.Variable = pt.variable("1", "With a pole whose sign changes")
+    even: pt.Variable = pt.variable("1", "With a pole upwards from both sides")
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.w, self.motor.w_ref)
+        yield pt.connect(self.motor.flange, self.bearing.flange_a)
+        yield pt.connect(self.bearing.flange_b, self.pull.flange)
+        yield pt.connect(self.load, self.pull.tau)
+        yield self.tau == self.bearing.tau - self.load.value
+        for name, formula in FORMULAS.items():
+            yield getattr(self, name) == formula(self.tau)
+
+
+FORMULAS: dict[str, Any] = {
+    "affine": lambda tau: 3 * tau + 1,
+    "parabola": lambda tau: (tau - 0.37) ** 2,
+    "bump": lambda tau: 1 / (1 + (tau + 0.2) ** 2),
+    "rising": lambda tau: tau**3 + 0.1 * tau,
+    "size": lambda tau: (
+        pt.switch(tau > 0.5, tau - 0.5, 0.5 - tau, continuous=True)
+        if not isinstance(tau, np.ndarray)
+        else np.abs(tau - 0.5)
+    ),
+    "pole": lambda tau: 1 / (tau - 0.1234567),
+    "even": lambda tau: 1 / (tau - 0.1234567) ** 2,
+}
+
+
+@pytest.mark.parametrize("load", [0.0, 1.0, -1.7, -5.0, 5.0])
+def test_ranges_are_those_of_all_torques(load: float) -> None:
+    names = ["tau", *FORMULAS]
+    found = pt.steady(Rubbing(), {"w": [0.0, 1.0], "load": [load, 20.0]}, outputs=names)
+    assert found.status.values.tolist() == [[STUCK, STUCK], [OK, OK]]
+    tau = np.linspace(-LIMIT, LIMIT, 400001) - load
+    for name, formula in {"tau": lambda tau: tau, **FORMULAS}.items():
+        ends = [found[f"{name}_{end}"].values[0, 0] for end in ("low", "high")]
+        values = formula(tau)
+        low, high = values.min(), values.max()
+        if name in ("pole", "even") and tau[0] < 0.1234567 < tau[-1]:
+            low, high = -np.inf if name == "pole" else low, np.inf
+        np.testing.assert_allclose(ends, [low, high], rtol=1e-6, atol=1e-8, err_msg=name)
+        assert found[f"{name}_low"].values[1, 0] == found[f"{name}_high"].values[1, 0] == found[name].values[1, 0]
+
+
+class Two(pt.Component):
+    """Two bearings on the shaft."""
+
+    one: Rubbing = Rubbing()
+    other: Rubbing = Rubbing()
+    w: pt.Input = pt.signal_input("rad/s", "Speed")
+    product: pt.Variable = pt.variable("1", "Of both torques")
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.w, self.one.w, self.other.w)
+        yield self.one.load.value == 0.0
+        yield self.other.load.value == 1.0
+        yield self.product == (self.one.tau - self.other.tau) ** 2
+
+
+def test_two_laws_at_rest() -> None:
+    """tau_1 in -2..2 and tau_2 in -3..1: their difference lies between -3 and 5, and its square is zero on a line between two ends."""
+    found = pt.steady(Two(), {"w": 0.0}, outputs=["product", "one.bump", "other.tau"])
+    assert found.status.item() == STUCK
+    assert found["product_high"].item() == pytest.approx(25.0)
+    assert found["product_low"].item() == pytest.approx(0.0, abs=1e-9)
+    assert found["one.bump_high"].item() == pytest.approx(1.0, rel=1e-9)
+    assert (found["other.tau_low"].item(), found["other.tau_high"].item()) == pytest.approx((-3.0, 1.0))

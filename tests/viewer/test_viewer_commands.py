@@ -1,0 +1,126 @@
+"""The commands view, compare and convert, and --report of run."""
+
+from __future__ import annotations
+
+import webbrowser
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from pages import Page
+from scipy.io import loadmat
+
+import powertrain as pt
+from powertrain.cli import main
+
+SHORT = "--span", "0:40"
+
+
+def called(*arguments: str, code: int = 0) -> str:
+    result = CliRunner().invoke(main, list(arguments))
+    assert result.exit_code == code, result.output
+    return " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A saved run of forty seconds, with its page beside it."""
+    path = tmp_path_factory.mktemp("runs") / "run.nc"
+    text = called("run", "ManualCar", *SHORT, "--out", str(path), "--report", str(path.with_suffix(".html")))
+    assert f"wrote {path.with_suffix('.html')}" in text
+    return path
+
+
+def test_report_of_a_run_has_results_power_flow_and_the_engines_map(saved: Path) -> None:
+    run = Page(saved.with_suffix(".html")).content["runs"][0]
+    assert run["name"] == "ManualCar over wltc, 0 to 40 s" or run["name"].startswith("ManualCar over")
+    assert run["results"][0][0] == "distance"
+    assert "engine" in [box[0] for box in run["layouts"][""]["boxes"]]
+    assert [one["path"] for one in run["maps"]] == ["engine"]
+
+
+def test_a_saved_run_is_viewed(saved: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+
+    def opening(address: str) -> bool:
+        opened.append(address)
+        return True
+
+    monkeypatch.setattr(webbrowser, "open", opening)
+    assert "wrote" in called("view", str(saved), "--out", str(tmp_path / "a.html"))
+    assert not opened
+    called("view", str(saved))
+    assert opened[0].startswith("file://")
+    t, v = Page(tmp_path / "a.html").curve("body.v")
+    data = pt.load(saved).drop_duplicates("time")
+    np.testing.assert_allclose(np.interp(data.time, t, v), data["body.v"], atol=2.1e-3 * float(data["body.v"].max()))
+    assert "has no model" in called("view", str(saved), "--set", "body.m=3", code=2)
+
+
+def test_one_vehicle_is_compared_with_itself_as_changed(tmp_path: Path) -> None:
+    page = tmp_path / "c.html"
+    text = called("compare", "ManualCar", *SHORT, "--set", "body.m=1500", "--signals", "body.v", "--report", str(page))
+    assert "as it is and body.m=1500" in text
+    assert "body.m 1300 1500 kg" in text
+    assert [run["name"] for run in Page(page).content["runs"]] == ["as it is", "body.m=1500"]
+
+
+def test_saved_runs_are_compared_by_the_names_of_their_files(saved: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.nc"
+    other.write_bytes(saved.read_bytes())
+    text = called("compare", str(saved), str(other), "--signals", "body.v", "--plot", str(tmp_path / "v.png"))
+    assert "run and other, 0 to 40 s" in text
+    assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
+    assert "give two runs" in called("compare", str(saved), code=2)
+    assert "give two runs" in called("compare", str(saved), str(other), "--set", "body.m=3", code=2)
+    assert "there is no file" in called("compare", str(saved), "nothing.nc", code=2)
+
+
+def test_a_saved_run_is_converted(saved: Path, tmp_path: Path) -> None:
+    data = pt.load(saved)
+    for ending in ("csv", "mat", "nc", "html"):
+        called("convert", str(saved), str(tmp_path / f"a.{ending}"), "--signals", "body.*")
+    table = pd.read_csv(tmp_path / "a.csv", index_col="time")
+    np.testing.assert_allclose(table["body.v"], data["body.v"])
+    matlab = loadmat(tmp_path / "a.mat")
+    np.testing.assert_array_equal(matlab["body_v"].ravel(), data["body.v"])
+    info = {name: [str(cell[0][0]) for cell in matlab["info"][0, 0][name]] for name in ("variable", "name", "unit")}
+    assert info["unit"][info["name"].index("body.v")] == "m/s"
+    assert info["variable"][info["name"].index("body.v")] == "body_v"
+    assert set(pt.load(tmp_path / "a.nc")) == {name for name in data if str(name).startswith("body.")}
+    assert "body.v" in Page(tmp_path / "a.html").content["runs"][0]["curves"]
+    assert "no signal body.w; did you mean body.v" in called(
+        "convert", str(saved), str(tmp_path / "b.csv"), "--signals", "body.w", code=2
+    )
+    assert not (tmp_path / "b.csv").exists()
+    assert "ends in none of .csv, .mat, .nc, .html" in called("convert", str(saved), str(tmp_path / "b.xyz"), code=2)
+
+
+def test_a_vehicle_that_stands_has_no_performance() -> None:
+    """Ten thousand tonnes: friction holds them, and a top speed of 1e-13 km/h is no result."""
+    text = called("performance", "ManualCar", "--set", "body.m=1e7", code=1)
+    assert "ManualCar does not move" in text
+    assert "km/h" not in text
+
+
+def test_an_unknown_variant_names_those_there_are() -> None:
+    from powertrain.components import MappedEngine
+
+    with pytest.raises(AttributeError, match=r"MappedEngine has no attribute 'petrol'.*from_csv, gasoline, diesel"):
+        MappedEngine.petrol()  # type: ignore[attr-defined]
+    text = called("run", "ManualCar", "--set", "engine=MappedEngine.petrol()", code=2)
+    assert "no variant 'petrol'; choose from from_csv, gasoline, diesel" in text
+
+
+def test_progress_has_few_digits(capsys: pytest.CaptureFixture[str]) -> None:
+    from powertrain.plant import time_bar
+
+    bar = time_bar(0.0, 1800.0)
+    bar.update(1234.56789012345)
+    bar.refresh()
+    bar.close()
+    shown = capsys.readouterr().err
+    assert "1235 of 1800 s" in shown
+    assert "1234.5" not in shown

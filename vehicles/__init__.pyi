@@ -1,0 +1,12 @@
+from powertrain.presets.named import load as load
+from powertrain.presets.named import names as names
+from powertrain.presets.named import save as save
+from powertrain.vehicles.automatic_car import AutomaticCar as AutomaticCar
+from powertrain.vehicles.electric_car import ElectricCar as ElectricCar
+from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid as FlywheelHybrid
+from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar as FourWheelDriveCar
+from powertrain.vehicles.manual_car import ManualCar as ManualCar
+from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid as PowerSplitHybrid
+from powertrain.vehicles.rear_drive import RearDriveCar as RearDriveCar
+from powertrain.vehicles.split_path_car import SplitPathCar as SplitPathCar
+from powertrain.vehicles.variator_car import VariatorCar as VariatorCar
