@@ -6,9 +6,13 @@ and 200 models with 5 % noise on every parameter against their event sequences a
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import math
+import shutil
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -78,6 +82,25 @@ def engine_alone(plant: pt.Plant[CoupledClutches], compiled: bool) -> Callable[[
     return lambda: engine.run(x, p, m, stop=STOP).at(GRID)
 
 
+def exported(plant: pt.Plant[CoupledClutches]) -> Callable[[], Array]:
+    """The model exported as C; its run gives the states at the grid."""
+    folder = Path(tempfile.mkdtemp(prefix="powertrain_exported_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    library = plant.export_c(folder).library
+    memory, out = np.zeros(library.pt_size() // 8 + 1), np.empty((len(GRID), len(plant.compiled.states)))
+
+    def run() -> Array:
+        one, rows, grid = map(native.pointer, (memory, out, GRID))
+        library.pt_start(one)
+        library.pt_sample(one, grid, ctypes.c_long(len(GRID)), rows)
+        status = library.pt_run(one, ctypes.c_double(STOP))
+        if status:
+            raise RuntimeError(library.pt_message(status).decode())
+        return out
+
+    return run
+
+
 def speeds(result: pt.Result[CoupledClutches]) -> Array:
     """The four speeds at the grid."""
     found = result.at(GRID, ["J1.w", "J2.w", "J3.w", "J4.w"])
@@ -138,6 +161,7 @@ def run(rounds: int = 31, variants: int = 200) -> list[Row]:
         calls |= {
             "compiled engine": engine_alone(plant, compiled=True),
             "compiled": lambda: simulate(plant, compile=True),
+            "exported": exported(plant),
             "C": floor(checks=True),
             "C, step ends": floor(checks=False),
         }
@@ -156,6 +180,7 @@ def run(rounds: int = 31, variants: int = 200) -> list[Row]:
         rows.append(at_most(NAME, "compiled steps against C", times.ratio("compiled", "C"), 7))
         rows.append(at_most(NAME, "the engine alone, no compiler against C", times.ratio("engine", "C"), 15))
         rows.append(at_most(NAME, "the engine alone, compiled steps against C", times.ratio("compiled engine", "C"), 7))
+        rows.append(at_most(NAME, "the exported model in C against hand-written C", times.ratio("exported", "C"), 2))
         strict = [f"{times.ratio(name, 'C, step ends'):.3g} x" for name in ("ours", "compiled")]
         rows.append(Row(NAME, "the same two against C without checks inside steps", ", ".join(strict)))
     rows.append(Row(NAME, "hand-written for solve_ivp, BDF", duration(times.median("scipy"))))

@@ -51,6 +51,8 @@ from powertrain.components.control import LaggingDriver as LaggingDriver
 from powertrain.components.control import OpenPedals as OpenPedals
 from powertrain.components.control import OperatingLineControl as OperatingLineControl
 from powertrain.components.control import Pedals as Pedals
+from powertrain.components.control import PlannedCharge as PlannedCharge
+from powertrain.components.control import PlannedPowerSplit as PlannedPowerSplit
 from powertrain.components.control import PowerShiftSchedule as PowerShiftSchedule
 from powertrain.components.control import PowerSplitControl as PowerSplitControl
 from powertrain.components.control import SetPedals as SetPedals

@@ -1,8 +1,11 @@
-"""The clutch engagement with the least heat, for a limited torque in the drive shaft: optimal control through slip and stick.
+"""The clutch engagement with the least heat, for limited torque and jerk: optimal control through slip and stick.
 
 The clutch command and the engine torque bring a car from rest to a given speed in two seconds. The initial guess is one simulated
 engagement, whose sequence of modes is kept: the clutch slips, then it sticks. The instant of sticking is free. Finally the plan is
 simulated with the complete model.
+
+The jerk of the car is that of the torque in its shaft, J_load der(a) = c w_rel + d der(w_rel). Its first part is limited: where the clutch
+sticks, the acceleration of the disc jumps, and with it the torque of the damper.
 """
 
 from __future__ import annotations
@@ -18,6 +21,8 @@ from powertrain.components.rotational import Clutch, Inertia, SpringDamper, Torq
 STARTS = {"engine.w": 100.0, "disc.w": 0.0, "load.w": 0.0, "load.phi": 0.0, "shaft.phi_rel": 0.0}
 TORQUE = 80.0
 """The limit of the shaft's torque in N.m."""
+JERK = 250.0
+"""The limit of the load's jerk in rad/s3."""
 
 
 class Launch(pt.Component):
@@ -48,6 +53,11 @@ def heat(m: Any) -> Any:
     return m.clutch.tau * m.clutch.w_rel
 
 
+def jerk(m: Any) -> Any:
+    """Jerk of the load in rad/s3, as the spring of the shaft gives it."""
+    return m.shaft.c * m.shaft.w_rel / m.load.J
+
+
 def main(picture: str | None = None) -> pt.Plan:
     """Plans, replays and draws."""
     plant = pt.compile(Launch())
@@ -58,8 +68,9 @@ def main(picture: str | None = None) -> pt.Plan:
         guess,
         {"press": (0.02, 1.0), "torque": (0.0, 60.0)},
         ends={"load.w": 80.0, "shaft.w_rel": 0.0},
-        limits={"shaft.tau": (-TORQUE, 10.0)},
+        limits={"shaft.tau": (-TORQUE, 10.0), jerk: (-JERK, JERK)},
         smooth=0.1,
+        intervals=40,
     )
     print(f"guess: {pt.gradient(guess, pt.integral(heat), 'engine.J').value:.0f} J, to {guess['load.w'][-1]:.0f} rad/s")
     print(f"plan to 80 rad/s: {plan}")

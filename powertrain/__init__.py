@@ -26,6 +26,7 @@ from powertrain.language.component import (
     variable,
 )
 from powertrain.language.connectors import Connector, Input, Output, Signal, signal_input, signal_output
+from powertrain.language.cutting import bench
 from powertrain.language.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
 from powertrain.language.map import Axis, Map
 from powertrain.language.replacing import replace
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
     from powertrain.analysis.eigenmodes import eigenmodes
     from powertrain.analysis.linearization import linearize
+    from powertrain.analysis.sampling import sample
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
     from powertrain.export import load
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.planning import Plan, optimal_control
+    from powertrain.optimal.scheduling import Schedule, Stages, dynamic_programming, ecms
     from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
@@ -84,18 +87,23 @@ __all__ = [
     "PowertrainError",
     "Result",
     "Running",
+    "Schedule",
     "Signal",
     "SimulationError",
+    "Stages",
     "Sweep",
     "Symbol",
     "Variable",
     "__version__",
     "at",
+    "bench",
     "compare",
     "compile",
     "connect",
     "der",
     "discrete",
+    "dynamic_programming",
+    "ecms",
     "eigenmodes",
     "energy_audit",
     "explore",
@@ -118,6 +126,7 @@ __all__ = [
     "read_experiment",
     "reinit",
     "replace",
+    "sample",
     "schedule",
     "schematic",
     "sensitivity",
@@ -165,6 +174,10 @@ _ANALYSES = {
     "Fit": "powertrain.optimal.fitting",
     "Plan": "powertrain.optimal.planning",
     "optimal_control": "powertrain.optimal.planning",
+    "Schedule": "powertrain.optimal.scheduling",
+    "Stages": "powertrain.optimal.scheduling",
+    "dynamic_programming": "powertrain.optimal.scheduling",
+    "ecms": "powertrain.optimal.scheduling",
     "Floquet": "powertrain.variational.floquet",
     "floquet": "powertrain.variational.floquet",
     "Running": "powertrain.running",
@@ -178,6 +191,7 @@ _ANALYSES = {
     "schematic": "powertrain.figures.schematic",
     "steady": "powertrain.steadystate.steady",
     "steady_gradient": "powertrain.steadystate.gradient",
+    "sample": "powertrain.analysis.sampling",
     "sweep": "powertrain.analysis.sweeping",
 }
 

@@ -7,6 +7,8 @@ import pickle
 import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
 
 import numpy as np
@@ -34,17 +36,21 @@ from powertrain.language.arguments import (
     positive,
     row,
 )
+from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component, children
 from powertrain.nonfinite import explain
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
 if TYPE_CHECKING:
+    from powertrain.native.driver import Begun, CModel
     from powertrain.optimal.dynamics import Dynamics
     from powertrain.running import Running
 
 M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
+_USUAL = 10.0
+"""The span [s] for which the method of an export is chosen."""
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
 """The value of an input: a number, or (times in s, values), linear between, constant outside, a repeated time is a jump."""
 
@@ -231,6 +237,65 @@ class Plant(Generic[M]):
         options = {"rtol": rtol, "atol": atol, "max_step": max_step, "record": record}
         state, p = State(float(t), x, z, m), self.parameter_vector(parameters)
         return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options, free)
+
+    def export_c(
+        self,
+        folder: str | PathLike[str],
+        *,
+        method: Method = "auto",
+        start: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+        starts: Mapping[str, float] | None = None,
+        guesses: Mapping[str, float] | None = None,
+        inputs: Mapping[str, InputValue] | None = None,
+    ) -> CModel[M]:
+        """Write the model as C99 source that runs without Python and without allocation: steps, events, modes and loop.
+
+        Parameters
+        ----------
+        folder
+            Where the files go; those of an earlier export are replaced.
+        method
+            "dopri5" (not stiff, no algebraic unknowns) or "rodas5p"; "auto" takes what a run of ten seconds would begin with.
+        start, parameters, starts, guesses, inputs
+            As for ``simulate``: the start [s] that ``pt_start`` loads.
+
+        Returns
+        -------
+        CModel
+            Compiles the files and runs them from Python; its results are those of ``simulate`` to rounding.
+
+        Raises
+        ------
+        ParameterError
+            For models with contacts or with more than 100 unknowns.
+        """
+        from powertrain.native.code import refuse, write
+        from powertrain.native.driver import CModel
+
+        target, engine = Path(argument_path("folder", folder)), self._engine(method, False)
+        refuse(self.compiled.dae, engine)
+        begun = self._begin(start, parameters, starts, guesses, inputs)
+        engine.resolve(start, *begun[:4])
+        chosen = engine.first_method(_USUAL)
+        write(
+            target,
+            engine,
+            chosen,
+            (float(start), *begun[:4]),
+            begun.schedules,
+            list(self.compiled.inputs),
+            list(self.parameters),
+        )
+        return CModel(self.compiled, target, chosen, self._begin)
+
+    def _begin(self, start: float, parameters: Any, starts: Any, guesses: Any, inputs: Any) -> Begun:
+        """A consistent start of a run, for drivers in other languages."""
+        from powertrain.native.driver import Begun
+
+        given = by_name("inputs", inputs)
+        x, z, m, report = self.initialize(start, parameters, starts, guesses, given)
+        return Begun(x, z, m, self.parameter_vector(parameters), report, self._schedules(given))
 
     def _engine(self, method: Method, compiled: bool) -> Simulator:
         one_of("method", method, get_args(Method))

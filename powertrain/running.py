@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Schedule
@@ -15,7 +16,7 @@ from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.language import htmltext
-from powertrain.language.arguments import number
+from powertrain.language.arguments import number, row
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
@@ -132,15 +133,15 @@ class Running(Generic[M]):
             return float(self._signals.compute([picked.name], sample, self._p)[picked.name][0])
         return float(self._signals.evaluate([picked.expression], sample, self._p)[0, 0])
 
-    def result(self) -> Result[M]:
-        """The run since its start, or since its state was set."""
+    def result(self, times: ArrayLike | None = None) -> Result[M]:
+        """The run since its start, or since its state was set; ``times`` (s): of the output, by default those of the steps."""
         if not self._options["record"]:
             raise ParameterError("the run was started with record=False, which keeps only the present state")
         if not self._pieces:
             raise ParameterError("the run has not advanced yet: call step(dt) first")
-        times = np.array([p.start for p in self._pieces] + [self._state.t])
+        grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else row("times", times)
         knots = {name: _steps(series) for name, series in self._knots.items()}
-        return Result(self._compiled, joined(self._first, self._pieces), times, self._p, self._report, inputs=knots)
+        return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=knots)
 
     def __repr__(self) -> str:
         return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"

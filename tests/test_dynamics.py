@@ -10,6 +10,7 @@ import pytest
 from small_models import STARTS, CoupledClutches, Engaging
 
 import powertrain as pt
+from powertrain.components.rotational import Inertia, Speed, Torque
 
 INPUTS = {"torque": 20.0, "press": 0.6}
 
@@ -104,3 +105,32 @@ def test_bad_input(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) -> None:
         plant.function(modes=bad)
     with pytest.raises(pt.ParameterError, match="not positive"):
         plant.function(modes=(run, 0.0)).step(0.0)
+
+
+class Dragged(pt.Component):
+    """An inertia whose speed is prescribed by an input, and what its torque depends on."""
+
+    v: pt.Input = pt.signal_input("rad/s", "Speed")
+    extra: pt.Input = pt.signal_input("N.m", "Torque against it")
+    motion: Speed = Speed(exact=True)
+    inertia: Inertia = Inertia(J=2.0)
+    brake: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.v, self.motion.w_ref)
+        yield pt.connect(self.motion.flange, self.inertia.flange_a)
+        yield pt.connect(self.inertia.flange_b, self.brake.flange)
+        yield pt.connect(self.extra, self.brake.tau)
+
+
+def test_inputs_over_time_keep_their_course_and_their_derivative() -> None:
+    """Of a run from which modes are taken: also far from the instant, J der(v) from the slope of the signal there."""
+    plant = pt.compile(Dragged())
+    times, speeds = [0.0, 1.0, 3.0, 4.0], [0.0, 5.0, 1.0, 1.0]
+    run = plant.simulate(4.0, inputs={"v": (times, speeds), "extra": 1.0})
+    model = plant.function("motion.flange.tau", inputs=["extra"], modes=(run, 0.5))
+    for t, slope in ((0.2, 5.0), (2.0, -2.0), (3.5, 0.0)):
+        found = float(model.function(t=t, x=model.x, z=model.z, u=[1.0], p=model.p)["y"])
+        size = 2.0 * slope - 1.0
+        assert abs(found) == pytest.approx(abs(size)), t
+        assert found == pytest.approx(run.at([t], ["motion.flange.tau"])["motion.flange.tau"][0])

@@ -333,11 +333,16 @@ def test_many_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_fuel_of_the_split_path_car() -> None:
-    """The first 200 s of the WLTC against differences; their scatter is what the tolerance leaves."""
+    """The first 200 s of the WLTC against differences.
+
+    The fuel of a run scatters by its tolerance, so the difference over +-h scatters by rtol/h relative to a parameter with elasticity 1,
+    and for the inertia of the engine, with 0.0011, by 1e-3 at h = 1e-3. Measured: 7e-5 there, and 4e-7 for the mass of the body, with
+    0.53. Smaller steps scatter more: 3e-3 for the engine at h = 1e-5, at which all errors fall with 1/h as noise does.
+    """
     from powertrain.vehicles.split_path_car import SplitPathCar
 
-    plant = pt.compile(SplitPathCar())
-    options: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11, "points": 1}
+    plant, rtol, h = pt.compile(SplitPathCar()), 1e-9, 1e-3
+    options: dict[str, Any] = {"rtol": rtol, "atol": 1e-11, "points": 1}
     found = pt.gradient(plant.simulate(200.0, **options), "engine.fuel")
     for name in (
         "body.m",
@@ -349,9 +354,10 @@ def test_fuel_of_the_split_path_car() -> None:
     ):
         value = plant.parameters[name]
         ends = [
-            plant.simulate(200.0, parameters={name: value * k}, **options)["engine.fuel"][-1] for k in (1.0001, 0.9999)
+            plant.simulate(200.0, parameters={name: value * k}, **options)["engine.fuel"][-1] for k in (1 + h, 1 - h)
         ]
-        assert found[name] == pytest.approx((ends[0] - ends[1]) / (2e-4 * value), rel=1e-3), name
+        scatter = rtol * found.value / (h * abs(value))
+        assert found[name] == pytest.approx((ends[0] - ends[1]) / (2 * h * value), rel=5e-6, abs=scatter), name
 
 
 # What is refused

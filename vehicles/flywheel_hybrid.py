@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, RollingAxle, VehicleBody
-from powertrain.components.control import Driver, FlywheelCharge, FlywheelDrive, Pedals
+from powertrain.components.control import Driver, FlywheelCharge, FlywheelCharging, FlywheelDrive, Pedals
 from powertrain.components.cvu import RatioActuator
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.engines import Engine, WillansEngine
@@ -35,7 +35,7 @@ class FlywheelHybrid(Car):
     stores: ClassVar[tuple[str, ...]] = ("flywheel",)
     driver: Pedals = Driver(k_a=1 / 3.5)
     drive: FlywheelDrive = FlywheelDrive()
-    charge: FlywheelCharge = FlywheelCharge()
+    charge: FlywheelCharging = FlywheelCharge()
     engine: Engine = WillansEngine()
     engine_clutch: Clutch = Clutch(fn_max=250, mue_pos=((0.0, 1.0),))
     step_up: IdealGear = IdealGear(ratio=1 / 3)
@@ -44,7 +44,7 @@ class FlywheelHybrid(Car):
     air: ChurningLoss = ChurningLoss(d2=1.5e-7)
     input: SpeedSensor = SpeedSensor()
     unit_ratio: UnitRatio = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
-    actuator: RatioActuator = RatioActuator(T=0.2, rate=0.5, ratio_min=V_MIN, ratio_max=V_MAX, ratio_start=V_MIN)
+    actuator: Actuator = RatioActuator(T=0.2, rate=0.5, ratio_min=V_MIN, ratio_max=V_MAX, ratio_start=V_MIN)
     transmission: SplitPathTransmission = TRANSMISSION
     shaft: Inertia = Inertia(J=0.02)
     before: SpeedSensor = SpeedSensor()

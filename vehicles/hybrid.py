@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from powertrain import Equations, connect
-from powertrain.components.control import HybridControl
+from powertrain.components.control import HybridSupervisor
 from powertrain.components.electric import AccessoryLoad, PolarizedBattery
 from powertrain.components.engines import Engine, WillansEngine, throttle_table
 from powertrain.vehicles.car import Car
@@ -19,7 +19,7 @@ class HybridCar(Car):
     battery: PolarizedBattery = PolarizedBattery(R=0.2)
     accessories: AccessoryLoad = AccessoryLoad(P=300)
 
-    def _engine_by(self, control: HybridControl) -> Equations:
+    def _engine_by(self, control: HybridSupervisor) -> Equations:
         """The control knows vehicle, charge and engine, and moves the engine's throttle and switch."""
         throttle = throttle_table(self.engine, speeds=21, torques=31)
         firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
-from powertrain.components.control import Driver, Pedals, PowerSplitControl
+from powertrain.components.control import Driver, Pedals, PowerSplit, PowerSplitControl
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
 from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines import Engine, WillansEngine, operating_line
@@ -29,7 +29,7 @@ class PowerSplitHybrid(HybridCar):
     """
 
     driver: Pedals = Driver(k_a=1 / 4)
-    control: PowerSplitControl = PowerSplitControl()
+    control: PowerSplit = PowerSplitControl()
     engine: Engine = ENGINE
     damper: SpringDamper = SpringDamper(c=800, d=20)
     gear: Epicyclic = PlanetaryGear(ratio=2.6, eta_ab=0.98, eta_ba=0.98)

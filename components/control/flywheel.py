@@ -11,11 +11,13 @@ from powertrain import (
     Input,
     Output,
     Parameter,
+    Symbol,
     discrete,
     parameter,
     reinit,
     signal_input,
     signal_output,
+    switch,
     time,
     when,
 )
@@ -85,7 +87,24 @@ class FlywheelDrive(Component):
         yield self.friction.value == b - self.recovery * engaged * room * ca.fmin(b, self.share)
 
 
-class FlywheelCharge(Component):
+class FlywheelCharging(Component):
+    """Partial: an engine that charges a flywheel through a clutch."""
+
+    slip: Parameter = parameter("1", "Slip at which the clutch begins to close", default=0.1, above=0)
+    w: Input = signal_input("rad/s", "Speed of the engine")
+    w_in: Input = signal_input("rad/s", "Speed of the shaft to be charged")
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
+    throttle: Output = signal_output("1", "Throttle of the engine")
+    clutch: Output = signal_output("1", "Pressure of the engine's clutch")
+
+    def _give(self, charging: Symbol, throttle: Symbol) -> Equations:
+        yield self.on.value == charging
+        yield self.throttle.value == charging * throttle
+        yield self.clutch.value == charging * limited((self.w.value / self.w_in.value - 1 + self.slip) / self.slip)
+
+
+class FlywheelCharge(FlywheelCharging):
     """Runs the engine at an efficient throttle position while the flywheel is slow, and stops it while the flywheel is fast.
 
     on = 1 from where w_in < w_rest - slope |v|,  on = 0 from where w_in > w_rest - slope |v| + hysteresis
@@ -101,13 +120,6 @@ class FlywheelCharge(Component):
     slope: Parameter = parameter("rad/m", "Reduction of this speed per unit of vehicle speed", default=0.5, min=0)
     hysteresis: Parameter = parameter("rad/s", "Rise of the input speed during charging", default=100.0, above=0)
     u_charge: Parameter = parameter("1", "Throttle while charging", default=0.9, above=0, max=1)
-    slip: Parameter = parameter("1", "Slip at which the clutch begins to close", default=0.1, above=0)
-    w: Input = signal_input("rad/s", "Speed of the engine")
-    w_in: Input = signal_input("rad/s", "Speed of the shaft to be charged")
-    v: Input = signal_input("m/s", "Speed of the vehicle")
-    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
-    throttle: Output = signal_output("1", "Throttle of the engine")
-    clutch: Output = signal_output("1", "Pressure of the engine's clutch")
     charging: Discrete = discrete("1", "1: charging, 0: not charging", start=0.0)
 
     def equations(self) -> Equations:
@@ -116,6 +128,20 @@ class FlywheelCharge(Component):
         w_in = self.w_in.value
         yield when(ca.logic_and(w_in < low, time > SOON), reinit(self.charging, 1))
         yield when(w_in > low + self.hysteresis, reinit(self.charging, 0))
-        yield self.on.value == self.charging
-        yield self.throttle.value == self.charging * self.u_charge
-        yield self.clutch.value == self.charging * limited((self.w.value / w_in - 1 + self.slip) / self.slip)
+        yield from self._give(self.charging, self.u_charge)
+
+
+class PlannedCharge(FlywheelCharging):
+    """Runs the engine as it is told from outside, by a plan over time or a supervisor.
+
+    on = 1 where engine_on > 0.5,  throttle = on engine_throttle,  clutch as of ``FlywheelCharge``
+
+    Both are inputs of the model: ``inputs={"charge.engine_on": (times, values), "charge.engine_throttle": (times, values)}``.
+    """
+
+    engine_on: Input = signal_input("1", "1: the engine runs, 0: it is stopped", default=0.0, outside=True)
+    engine_throttle: Input = signal_input("1", "Throttle while it runs", default=0.9, outside=True)
+
+    def equations(self) -> Equations:
+        """As planned."""
+        yield from self._give(switch(self.engine_on.value > 0.5, 1.0, 0.0), self.engine_throttle.value)

@@ -29,7 +29,27 @@ PRESSED = 0.05
 """Accelerator from which the engine gives power."""
 
 
-class HybridControl(Component):
+class HybridSupervisor(Component):
+    """Partial: says whether the engine of a hybrid runs, and which power and torque it gives.
+
+    The vehicle supplies the data of the engine: ``tau_open`` is the torque with an open throttle, ``opening`` the throttle for the
+    ``torque`` that goes out.
+    """
+
+    P_min: Parameter = parameter("W", "Minimum power of the running engine", default=5e3, min=0)
+    w_fire: Parameter = parameter("rad/s", "Speed from which the engine delivers power", default=90.0, above=0)
+    v: Input = signal_input("m/s", "Speed of the vehicle")
+    w: Input = signal_input("rad/s", "Speed of the engine")
+    soc: Input = signal_input("1", "State of charge")
+    tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
+    opening: Input = signal_input("1", "Throttle of the engine for the torque")
+    power: Output = signal_output("W", "Power demand on the engine")
+    torque: Output = signal_output("N.m", "Torque demand on the engine")
+    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
+    throttle: Output = signal_output("1", "Throttle of the engine")
+
+
+class HybridControl(HybridSupervisor):
     """Partial: starts and stops the engine of a hybrid by a demand of power and by the speed of the vehicle.
 
     engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run or stood for t_least
@@ -42,20 +62,9 @@ class HybridControl(Component):
     soc_0: Parameter = parameter("1", "Set point of the state of charge", default=0.6, min=0, max=1)
     P_on: Parameter = parameter("W", "Power demand above which the engine runs", default=9e3)
     P_off: Parameter = parameter("W", "Power demand below which the engine stops", default=4e3)
-    P_min: Parameter = parameter("W", "Minimum power of the running engine", default=5e3, min=0)
     v_on: Parameter = parameter("m/s", "Vehicle speed from which the engine always runs", default=22.0, above=0)
     v_off: Parameter = parameter("m/s", "Vehicle speed below which the engine may stop", default=20.0, above=0)
     t_least: Parameter = parameter("s", "Minimum time between starts and stops", default=4.0, min=0)
-    w_fire: Parameter = parameter("rad/s", "Speed from which the engine delivers power", default=90.0, above=0)
-    v: Input = signal_input("m/s", "Speed of the vehicle")
-    w: Input = signal_input("rad/s", "Speed of the engine")
-    soc: Input = signal_input("1", "State of charge")
-    tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
-    opening: Input = signal_input("1", "Throttle of the engine for the torque")
-    power: Output = signal_output("W", "Power demand on the engine")
-    torque: Output = signal_output("N.m", "Torque demand on the engine")
-    on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
-    throttle: Output = signal_output("1", "Throttle of the engine")
     demand: Variable = variable("W", "Power demand of vehicle and battery")
     running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
     since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)

@@ -9,13 +9,15 @@ from powertrain import (
     Input,
     Output,
     Parameter,
+    Symbol,
     Variable,
     parameter,
     signal_input,
     signal_output,
+    switch,
     variable,
 )
-from powertrain.components.control.hybrid import HybridControl
+from powertrain.components.control.hybrid import HybridControl, HybridSupervisor
 from powertrain.components.limited import limited
 
 MARGIN = 0.8
@@ -24,20 +26,19 @@ OVER = 40.0
 """Speed above w_ref from which the engine gives less torque, none at twice as much [rad/s]."""
 
 
-class PowerSplitControl(HybridControl):
-    """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
+class PowerSplit(HybridSupervisor):
+    """Partial: the torques of an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
     fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, charge_power/(tau_full w_ring))
     wanted = min(tau_full accelerator, (0.8 discharge_power + torque w)/w_ring) - tau_full regenerated,  friction = brake - regenerated
-    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc)
-    power = demand, at least P_min,  w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
+    w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
     torque = power/w, at most tau_open
     tau_1 = held - torque/(1 + ratio),  tau_2 = wanted - ratio (torque/(1 + ratio) - held)
     held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as torque until it fires and where it overspeeds
 
-    The battery covers the difference between the power of the engine and the power demanded; a charge below soc_0 increases the demand.
-    Machine 1 holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers
-    as much as the battery accepts. Machine 1 starts the engine with the same speed control.
+    When the engine runs and what power it gives is up to the class; the battery covers the difference to the power demanded. Machine 1
+    holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers as much as
+    the battery accepts. Machine 1 starts the engine with the same speed control.
 
     The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``, ``tau_open`` the torque
     with an open throttle, ``opening`` the throttle for the ``torque`` that goes out.
@@ -67,25 +68,54 @@ class PowerSplitControl(HybridControl):
     friction: Output = signal_output("1", "Demand on the friction brakes")
     w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
 
-    def equations(self) -> Equations:
-        """Pedals, power, engine, machines."""
+    def _split(self, running: Symbol, demand: Symbol) -> Equations:
+        """Pedals, power, engine, machines: the engine runs (1) or stands (0) and shall give the power ``demand``."""
         b, w, w_ring = self.brake.value, self.w.value, self.w_ring.value
         turning = ca.fmax(w_ring, self.w_fade)
         most = self.charge_power.value / (self.tau_full * turning)
         regenerated = ca.fmin(ca.fmin(b, self.share), most) * limited(w_ring / self.w_fade)
         asked = self.tau_full * self.accelerator.value
-        charge = self.k_soc * (self.soc_0 - self.soc.value)
-        yield self.demand == asked * w_ring + charge
-        yield from self._switch()
-        yield self.power.value == ca.fmax(self.demand, self.P_min)
+        yield self.power.value == ca.fmax(demand, self.P_min)
         yield self.w_ref == ca.fmin(self.w_best.value, (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
-        firing = self.running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
+        firing = running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
         torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.torque.value == torque
-        held = self.running * limited(self.k_w * (self.w_ref - w), -self.tau_held, self.tau_held)
+        held = running * limited(self.k_w * (self.w_ref - w), -self.tau_held, self.tau_held)
         given = MARGIN * self.discharge_power.value + torque * w
         wanted = ca.fmin(asked, given / turning) - self.tau_full * regenerated
         yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
         yield self.tau_2.value == wanted - self.ratio * (torque / (1 + self.ratio) - held)
         yield self.friction.value == b - regenerated
+
+
+class PowerSplitControl(PowerSplit, HybridControl):
+    """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
+
+    The torques are those of ``PowerSplit``, the engine is started and stopped as in ``HybridControl``, with
+    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc),  power = demand, at least P_min
+    """
+
+    def equations(self) -> Equations:
+        """The demand, the engine's switch, and the split."""
+        charge = self.k_soc * (self.soc_0 - self.soc.value)
+        yield self.demand == self.tau_full * self.accelerator.value * self.w_ring.value + charge
+        yield from self._switch()
+        yield from self._split(self.running, self.demand)
+
+
+class PlannedPowerSplit(PowerSplit):
+    """The same for an engine that is switched, and given a power, from outside: by a plan over time or a supervisor.
+
+    The equations are those of ``PowerSplit``; the engine runs where engine_on > 0.5, and power = engine_power, at least P_min. Both are
+    inputs of the model: ``inputs={"control.engine_on": (times, values), "control.engine_power": (times, values)}``.
+    """
+
+    engine_on: Input = signal_input("1", "1: the engine runs, 0: it is stopped", default=0.0, outside=True)
+    engine_power: Input = signal_input("W", "Power that the running engine shall give", default=0.0, outside=True)
+
+    def equations(self) -> Equations:
+        """As planned."""
+        running = switch(self.engine_on.value > 0.5, 1.0, 0.0)
+        yield self.on.value == running
+        yield from self._split(running, self.engine_power.value)

@@ -297,6 +297,18 @@ class _Nodes:
                 flat.equations.append(Equation(sum(signed[1:], signed[0]), place))
             else:
                 flat.equations.extend(Equation(s - symbols[0], place) for s in symbols[1:])
+        if not outputs and not any(inward and isinstance(self.ports[path, inward], Input) for path, inward in faces):
+            self._write_outside(flat, [self.ports[f] for f in faces if not f[1]], place)
+
+    def _write_outside(self, flat: Flat, ports: Sequence[Connector], place: Place) -> None:
+        """An input from outside that is connected to other inputs gives all of them their value."""
+        sources = [p for p in ports if isinstance(p, Input) and p.outside and "." in p._path]
+        if len(sources) > 1:
+            raise ModelError(
+                f"{place}: two inputs of the model are connected: {' and '.join(p._path for p in sources)}"
+            )
+        for port in sources:
+            _write_unconnected_signal(flat, port, place, top=False)
 
 
 def _write_unconnected(flat: Flat, port: Connector, spec: Port, top: bool) -> None:

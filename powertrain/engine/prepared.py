@@ -22,7 +22,7 @@ from powertrain.integration.specialized import Calls, SpecialSteps
 from powertrain.modes.admissible import Admissible
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.indicators import Indicator, indicators
-from powertrain.modes.resolve import ModeResolver
+from powertrain.modes.resolve import ModeResolver, reset_values
 from powertrain.modes.rules import timed
 from powertrain.numerics.buffers import Array, Bound, Memory
 from powertrain.numerics.compiled import compile_functions
@@ -198,14 +198,7 @@ class Prepared:
     def _build(self) -> None:
         """Build and bind what every method needs."""
         model, memory = self._shared(), self.memory
-        functions = {"fresh": steps.fresh(model), "locate": steps.locate(model), "update": steps.update(model)}
-        if self.timed:
-            functions["instants"] = steps.instants(self.dae)
-        if self._turning:
-            functions["corner"] = steps.corner(model)
-        if 0 < self.sizes[1] <= _LARGE:
-            functions["newton"] = steps.newton(model)
-        functions = self._finished(functions)
+        functions = self._finished(self._called(model))
         m, p, tolerance = memory.m, memory.p, memory.tolerance
         self.fresh = [
             Bound(
@@ -248,6 +241,26 @@ class Prepared:
             (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None
         ]
         self._ready = True
+
+    def _called(self, model: steps.Common) -> dict[str, ca.Function]:
+        """What the loop calls besides steps, by name."""
+        functions = {"fresh": steps.fresh(model), "locate": steps.locate(model), "update": steps.update(model)}
+        if self.timed:
+            functions["instants"] = steps.instants(self.dae)
+        if self._turning:
+            functions["corner"] = steps.corner(model)
+        if 0 < self.sizes[1] <= _LARGE:
+            functions["newton"] = steps.newton(model)
+        return functions
+
+    def functions(self, method: str) -> dict[str, ca.Function]:
+        """All functions of a run with one method, for other drivers than ``loop``; after a start was loaded."""
+        model = self._shared()
+        make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
+        found = {"method": make(model)} | self._called(model) | {"longest": self.waves.function()}
+        if self.dae.whens:
+            found["resets"] = reset_values(self.dae)
+        return found
 
     def _finished(self, functions: dict[str, ca.Function]) -> dict[str, ca.Function]:
         return compile_functions(functions) if self.compile else functions

@@ -22,6 +22,17 @@ class Schedules:
         self._owners = [k for _, k in points]
         self._jumps = {(k, float(time)) for k, schedule in enumerate(schedules) for time in _jumps(schedule)}
 
+    @property
+    def segments(self) -> list[tuple[list[float], list[Array]]]:
+        """Of each schedule the start times, and one row (t0, y0, slope) more: the first holds before the first time."""
+        return self._segments
+
+    @property
+    def breakpoints(self) -> list[tuple[float, int, bool]]:
+        """Time, place of its schedule, and whether that jumps there, in time order."""
+        pairs = zip(self._times, self._owners, strict=True)
+        return [(t, k, (k, t) in self._jumps) for t, k in pairs]
+
     def __bool__(self) -> bool:
         return bool(self._schedules)
 

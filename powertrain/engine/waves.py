@@ -26,6 +26,19 @@ class Waves:
         values = ca.vertcat(ca.SX(0, 1), *[speed for _, speeds in found for speed in speeds])
         self._speeds = ca.Function("powertrain_waves", [dae.t, dae.m, dae.p], [ca.fabs(values)])
         self._sizes = dae.m.numel(), dae.p.numel()
+        self._symbols = dae.t, dae.m, dae.p
+
+    def function(self) -> ca.Function:
+        """``longest_step`` as a function of (t, stop, m, p)."""
+        t, m, p = self._symbols
+        stop, fastest, k = ca.SX.sym("stop"), ca.SX(0.0), 0
+        now, then = (self._speeds(at, m, p) for at in (t, stop))
+        for law, count in self._laws:
+            for _ in range(count):
+                fastest = ca.fmax(fastest, ca.if_else(_following(law, m), ca.fmax(now[k], then[k]), 0.0))
+                k += 1
+        longest = ca.if_else(fastest > 0, 2 * np.pi * PART / fastest, np.inf)
+        return ca.Function("powertrain_longest", [t, stop, m, p], [longest])
 
     def longest_step(self, t: float, stop: float, m: Array, p: Array) -> float:
         """In seconds, for the modes in ``m``; infinite where none of them follows a sine."""
@@ -43,6 +56,14 @@ def _follows(law: object, m: Array) -> bool:
     if isinstance(law, Friction):
         return law.algebraic or law.prescribed or m[law.index] in (0.0, 2.0)  # stuck or free
     return not isinstance(law, Contact) or m[law.index] > 0.5
+
+
+def _following(law: object, m: ca.SX) -> ca.SX:
+    """``_follows`` as an expression of the modes."""
+    if isinstance(law, Friction):
+        mode = m[law.index]
+        return ca.SX(1) if law.algebraic or law.prescribed else ca.logic_or(mode == 0, mode == 2)
+    return m[law.index] > 0.5 if isinstance(law, Contact) else ca.SX(1)
 
 
 def _speeds(dae: HybridDae, expression: ca.SX) -> list[ca.SX]:

@@ -273,15 +273,20 @@ class ModeResolver:
         return True
 
 
+def reset_values(dae: HybridDae) -> ca.Function:
+    """The right sides of all resets of all laws, one after the other: (t, x, z, m, p) -> values."""
+    values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
+    return ca.Function(PREFIX + "resets", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
+
+
 class _Events:
     """Values of resets and impacts, evaluated when one happens."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory = dae, memory
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
         contacts = [ca.vertcat(*[getattr(c, field) for c in dae.contacts]) for field in ("speed", "restitution")]
-        self._resets = ca.Function(PREFIX + "resets", inputs, [ca.densify(values)])
+        self._resets = reset_values(dae)
         outputs = [ca.densify(e) for e in (*contacts, dae.impact_x, dae.impact_a)]
         self._impact = ca.Function(PREFIX + "impact", inputs, outputs)
         self._first = {}

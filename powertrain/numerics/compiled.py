@@ -42,9 +42,9 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
     generator = ca.CodeGenerator("powertrain_steps.c")
     for function in functions.values():
         generator.add(function)
-    code, compiler = generator.dump(), _compiler()
+    code, command = generator.dump(), compiler()
     try:
-        library = _library(code, compiler)
+        library = _library(code, command)
         return {key: ca.external(function.name(), str(library)) for key, function in functions.items()}
     except (OSError, RuntimeError) as error:  # the latter from a file system that does not allow programs
         warnings.warn(
@@ -101,8 +101,8 @@ def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
     return library
 
 
-def _compiler() -> tuple[str, ...]:
-    """The command of the C compiler with its arguments."""
+def compiler(what: str = "compile=True") -> tuple[str, ...]:
+    """The command of the C compiler with its arguments; PowertrainError, saying what needs it, where there is none."""
     try:
         chosen = shlex.split(os.environ.get("CC") or "")
     except ValueError as error:
@@ -110,7 +110,7 @@ def _compiler() -> tuple[str, ...]:
     found = chosen or [path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))][:1]
     if not found:
         raise PowertrainError(
-            "compile=True needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, or leave compile=False."
+            f"{what} needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, or leave compile=False."
         )
     return tuple(found)
 

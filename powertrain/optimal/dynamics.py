@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Schedule
+from powertrain.compiler.hybrid import Contact, Friction, HybridDae
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, listed, number
 from powertrain.language.symbols import Symbol, column
@@ -101,6 +101,7 @@ def dynamics(
     picked = [signals.pick(s) for s in listed("outputs", outputs)]
     driven = list(compiled.inputs) if inputs is None else _checked(plant, inputs)
     x, z, held, p = _point(plant, modes)
+    knots = modes[0].inputs if isinstance(modes, tuple) else {}
     u = Symbol.sym("u", len(driven))
     margins, stills = _margins(dae, held), _stills(dae, held)
     parts = [
@@ -108,7 +109,7 @@ def dynamics(
         dae.residual,
         *(column(e) for e in ([q.expression for q in picked], list(margins.values()), list(stills.values()))),
     ]
-    old, new = _held_in_time(dae, held, compiled.inputs, driven, u)
+    old, new = _held_in_time(dae, held, knots, compiled.inputs, driven, u)
     freed = [n for n in driven if n in compiled.parameters]
     for name in freed:
         old.append(dae.p[list(compiled.parameters).index(name)])
@@ -182,19 +183,21 @@ def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Ar
 
 
 def _held_in_time(
-    dae: HybridDae, held: Array, inputs: Collection[str], driven: Sequence[str], u: Symbol
+    dae: HybridDae, held: Array, knots: Mapping[str, Any], inputs: Collection[str], driven: Sequence[str], u: Symbol
 ) -> tuple[list[Symbol], list[Symbol]]:
     """The symbols of all held values, and what stands for them: inputs, piecewise linear signals of time, numbers."""
     values: dict[int, Symbol] = {k: Symbol(float(held[k])) for k in range(dae.m.numel())}
     for schedule in dae.schedules:
-        start, value, slope = range(schedule.index, schedule.index + 3)
-        values[start], values[slope] = Symbol(0.0), Symbol(0.0)
+        first = schedule.index
         if schedule.name in driven:
-            values[value] = u[driven.index(schedule.name)]
+            segment = Symbol(0.0), u[driven.index(schedule.name)], Symbol(0.0)
+        elif schedule.name in knots:
+            segment = _segment(dae, *knots[schedule.name])
         elif schedule.name in inputs:
-            values[value] = Symbol(float(held[value])) + float(held[slope]) * (dae.t - float(held[start]))
+            segment = values[first], values[first + 1], values[first + 2]
         else:
-            values[value] = _signal(dae, schedule)
+            segment = _segment(dae, schedule.times, schedule.values)
+        values |= dict(enumerate(segment, first))
     return [dae.m[k] for k in values], list(values.values())
 
 
@@ -210,17 +213,20 @@ def _bent(dae: HybridDae, parts: list[Symbol]) -> list[Symbol]:
     return parts
 
 
-def _signal(dae: HybridDae, schedule: Schedule) -> Symbol:
-    """A piecewise linear signal over all of its time; at a jump its right limit."""
-    times, values = np.array(schedule.times, float), np.array(schedule.values, float)
-    if len(times) == 1:
-        return Symbol(float(values[0]))
-    found = Symbol(float(values[0]))
+def _segment(dae: HybridDae, given_times: Any, given_values: Any) -> tuple[Symbol, Symbol, Symbol]:
+    """The running segment (t0, y0, slope) of a piecewise linear signal over all of its time; at a jump that after it.
+
+    Values and derivatives of the signal are both made from it.
+    """
+    times, values = np.array(given_times, float), np.array(given_values, float)
+    found = (Symbol(float(times[0])), Symbol(float(values[0])), Symbol(0.0))
     for i in range(len(times)):
         last = i + 1 == len(times)
         span = 0.0 if last else times[i + 1] - times[i]
         slope = (values[i + 1] - values[i]) / span if span > 0.0 else 0.0
-        found = ca.if_else(dae.t >= times[i], values[i] + slope * (dae.t - times[i]), found)
+        after = dae.t >= times[i]
+        a, b, c = (ca.if_else(after, now, then) for now, then in zip((times[i], values[i], slope), found, strict=True))
+        found = (a, b, c)
     return found
 
 

@@ -43,6 +43,7 @@ def steady(
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
     free: Sequence[str] | None = None,
+    held: Sequence[str] | None = None,
     guesses: Mapping[str, float] | None = None,
     time: float = 0.0,
     exhaustive: bool = False,
@@ -57,7 +58,8 @@ def steady(
     signals wanted, or a mapping of new names to them; by default all that have a steady value. ``parameters``, ``inputs``: other values
     for all points. ``free``: inputs or parameters to be solved for, one for each prescribed variable; by default the inputs without a
     value if their number is right. A prescribed state without a free quantity is *held*: its own balance is left open, and
-    ``der(name)`` is its rate of change. ``guesses``: starting values for unknowns. ``exhaustive``: solve every point on its own,
+    ``der(name)`` is its rate of change; ``held`` names these states where not all prescribed ones are. ``guesses``: starting values for
+    unknowns. ``exhaustive``: solve every point on its own,
     see below. ``first``: if there are several solutions, return one; laws at rest are preferred to laws that slide.
     ``side``: see below. ``progress``: a progress bar; by default for work that takes more than two seconds.
 
@@ -80,7 +82,7 @@ def steady(
         raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")
     look = Look(side, flag("exhaustive", exhaustive), flag("first", first))
     plant, t = plant if isinstance(plant, Plant) else Plant(plant), number("time", time, "s")
-    q = question(plant, grid, outputs, parameters, inputs, free, guesses)
+    q = question(plant, grid, outputs, parameters, inputs, free, guesses, held)
     map_ = _map(plant, q, t)
     ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
     found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, results)
@@ -109,12 +111,13 @@ class Question:
 
 
 def question(
-    plant: Plant[Any], grid: Any, outputs: Any, parameters: Any, inputs: Any, free: Any, guesses: Any
+    plant: Plant[Any], grid: Any, outputs: Any, parameters: Any, inputs: Any, free: Any, guesses: Any, held: Any = None
 ) -> Question:
     """What the arguments ask; ParameterError for names and values that are wrong."""
     spanned, given, guessed = make_grid(grid), numbers_by_name("inputs", inputs), numbers_by_name("guesses", guesses)
     wanted = wanted_signals(signals_of(plant.compiled), outputs)
-    asked = asked_for(plant, spanned, wanted, given, None if free is None else names("free", free))
+    found, kept = (None if n is None else names(w, n) for w, n in (("free", free), ("held", held)))
+    asked = asked_for(plant, spanned, wanted, given, found, kept)
     _check_values(plant, spanned, guessed, by_name("parameters", parameters))
     values = {n: u.guess for n, u in plant.compiled.inputs.items()} | given
     common = np.concatenate(
@@ -141,7 +144,12 @@ def wanted_signals(signals: Signals, outputs: Any) -> list[Wanted]:
 
 
 def asked_for(
-    plant: Plant[Any], grid: Grid, wanted: list[Wanted], inputs: Mapping[str, float], free: Sequence[str] | None
+    plant: Plant[Any],
+    grid: Grid,
+    wanted: list[Wanted],
+    inputs: Mapping[str, float],
+    free: Sequence[str] | None,
+    held: Sequence[str] | None = None,
 ) -> Request:
     """Sorts the names of the grid, and decides what is to be found."""
     compiled = plant.compiled
@@ -166,7 +174,7 @@ def asked_for(
         if n in names or n in inputs:
             raise ParameterError(f"free: {n} already has a value, so it cannot be solved for")
     missing = len(prescribed) - len(free)
-    held = states if len(states) == missing else []
+    held = (states if len(states) == missing else []) if held is None else _states(held, states)
     if missing != len(held):
         raise ParameterError(_miscounted(prescribed, list(free), loose, states))
     return Request(
@@ -176,6 +184,13 @@ def asked_for(
         tuple(free),
         tuple(w.picked.expression for w in wanted),
     )
+
+
+def _states(held: Sequence[str], states: Sequence[str]) -> Sequence[str]:
+    for n in held:
+        if n not in states:
+            raise ParameterError(f"held: the grid prescribes no state {n}{suggestion(n, states)}")
+    return held
 
 
 def _miscounted(prescribed: list[str], free: list[str], loose: list[str], states: list[str]) -> str:

@@ -13,6 +13,9 @@ from powertrain.trials.charge import (
 from powertrain.trials.cycle import CycleRun, drive_cycle
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.gear_table import gear_table
+from powertrain.trials.management import Comparison, Management
+from powertrain.trials.management_flywheel import flywheel_management
+from powertrain.trials.management_power_split import power_split_management
 from powertrain.trials.operating import on_rolling_road
 from powertrain.trials.performance import full_accelerator, gradeability, performance, time_between
 from powertrain.trials.shifts import shift_quality, shifts
@@ -20,7 +23,9 @@ from powertrain.trials.shifts import shift_quality, shifts
 __all__ = [
     "BackwardRun",
     "ChargeSustaining",
+    "Comparison",
     "CycleRun",
+    "Management",
     "backward",
     "charge_corrected",
     "charge_depleting",
@@ -28,6 +33,7 @@ __all__ = [
     "drive_cycle",
     "driveline_map",
     "electric_share",
+    "flywheel_management",
     "full_accelerator",
     "gear_table",
     "gradeability",
@@ -35,5 +41,6 @@ __all__ = [
     "performance",
     "shift_quality",
     "shifts",
+    "power_split_management",
     "time_between",
 ]

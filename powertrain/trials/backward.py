@@ -61,9 +61,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     """
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
-    v = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2
-    a = np.diff(cycle.speeds) / np.diff(cycle.times)
-    force = _demand(vehicle, v, a) + _climb(vehicle, cycle)
+    v, force = demand(vehicle, cycle)
     top = 1.02 * cycle.top_speed
     speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
     if found is None and is_geared(vehicle):
@@ -95,7 +93,13 @@ class _Pulled(pt.Component):
         yield pt.connect(self.pull.flange, self.body.front)
 
 
-def _demand(vehicle: Any, v: Array, a: Array) -> Array:
+def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
+    """Speed [m/s] and tractive force [N] of all wheels in the middle of every row of a cycle; of what rotates, wheels alone count."""
+    v, a = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2, np.diff(cycle.speeds) / np.diff(cycle.times)
+    return v, _pull(vehicle, v, a) + _climb(vehicle, cycle)
+
+
+def _pull(vehicle: Any, v: Array, a: Array) -> Array:
     """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
     mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))

@@ -1,0 +1,45 @@
+"""Energy management of two hybrids over a cycle: their own rules, dynamic programming and ECMS.
+
+The plans are made on maps of the vehicle without its driver and control (``pt.bench``), then driven by the complete vehicle, whose store
+need not be where the plan had it: the decisions follow from its real state. Pass the name of a cycle ("udds") for the whole cycle; by
+default it is the first part of it.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import matplotlib.pyplot as plt
+
+from powertrain.components.cycles import DriveCycle
+from powertrain.trials import Comparison, flywheel_management, power_split_management
+from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
+from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+
+
+def main(name: str | None = None, picture: str | None = None) -> dict[str, Comparison]:
+    """Compares, prints and draws."""
+    cycle = DriveCycle.named(name) if name else DriveCycle.named("udds").part(0, 340)
+    found = {
+        "PowerSplitHybrid": power_split_management(PowerSplitHybrid(), cycle).compare(),
+        "FlywheelHybrid": flywheel_management(FlywheelHybrid(), cycle).compare(),
+    }
+    for vehicle, comparison in found.items():
+        print(f"{vehicle} on {cycle.name}\n{comparison}")
+    figure, axes = plt.subplots(2, 1, figsize=(8, 6), sharex=True, layout="constrained")
+    for ax, (vehicle, store) in zip(
+        axes, {"PowerSplitHybrid": "battery.soc", "FlywheelHybrid": "flywheel.w"}.items(), strict=True
+    ):
+        for method, run in found[vehicle].runs.items():
+            ax.plot(run.result.time, run.result[store], label=method)
+        ax.set_title(vehicle)
+        ax.set_ylabel("state of charge" if store.endswith("soc") else "speed of the flywheel in rad/s")
+        ax.legend(fontsize=8)
+    axes[-1].set_xlabel("time in s")
+    if picture:
+        figure.savefig(picture)
+    return found
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:3])

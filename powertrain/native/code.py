@@ -1,0 +1,173 @@
+"""A compiled model as C99 source: the functions that CasADi generates, the tables of the model, and the loop in ``powertrain_run.c``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import Guard, HybridDae, Schedule
+from powertrain.engine.prepared import Prepared
+from powertrain.engine.schedules import Schedules
+from powertrain.errors import ParameterError
+from powertrain.numerics.buffers import Array
+
+SOURCES = Path(__file__).parent
+FIXED = ("powertrain_run.h", "powertrain_run.c", "main.c")
+SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
+"""The tables of ``pt_signals``, in this order."""
+_ABSENT = ("newton", "instants", "corner", "resets")
+"""Functions that only some models need."""
+
+
+def refuse(dae: HybridDae, engine: Prepared) -> None:
+    """ParameterError for models that the loop in C does not run."""
+    if dae.contacts:
+        raise ParameterError(
+            f"export_c: {dae.contacts[0].name} ({dae.contacts[0].where}) is a unilateral contact; impacts are not available in C"
+        )
+    if engine.large:
+        raise ParameterError(
+            f"export_c: the model has {sum(engine.sizes[:2])} unknowns; above 100 its linear systems are solved numerically, which is not "
+            "available in C"
+        )
+
+
+def write(
+    folder: Path,
+    engine: Prepared,
+    method: str,
+    start: tuple[float, Array, Array, Array, Array],
+    schedules: Sequence[Schedule],
+    inputs: Sequence[str],
+    parameters: Sequence[str],
+) -> None:
+    """The files of a model in a folder. ``start``: time, states, algebraic unknowns, held values, parameters."""
+    functions = engine.functions(method)
+    folder.mkdir(parents=True, exist_ok=True)
+    generator = ca.CodeGenerator("functions.c")
+    for function in functions.values():
+        generator.add(function)
+    files = {
+        "functions.c": generator.dump(),
+        "model.h": _header(engine, functions, schedules, inputs),
+        "model.c": _tables(engine, start, schedules, inputs, parameters),
+    }
+    files |= {name: (SOURCES / name).read_text(encoding="utf-8") for name in FIXED}
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def _header(
+    engine: Prepared, functions: dict[str, ca.Function], schedules: Sequence[Schedule], inputs: Sequence[str]
+) -> str:
+    dae, (n, nz, nm, np_) = engine.dae, engine.sizes
+    called, resets = functions.values(), sum(len(w.resets) for w in dae.whens)
+    sizes = {
+        "X": n, "Z": nz, "Y": max(n + nz, 1), "M": max(nm, 1), "P": max(np_, 1), "G": max(len(engine.indicators), 1),
+        "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
+        "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
+        "RESTS": sum(f.rests is not None for f in dae.frictions), "TURNING": int("corner" in functions),
+        "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
+        "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),
+    }  # fmt: skip
+    lines = ["/* Sizes, tables and functions of the model; written by powertrain. */", '#include "powertrain_run.h"']
+    lines += [f"#define PT_{name} {size}" for name, size in sizes.items()]
+    lines += [f"#define pt_{key} {f.name()}" for key, f in functions.items()]
+    lines += [f"#define pt_{key} pt_absent" for key in _ABSENT if key not in functions]
+    arguments = "(const double **, double **, long long *, double *, int)"
+    lines += [f"int {name}{arguments};" for name in (*(f.name() for f in called), "pt_absent")]
+    tables = (
+        "places",
+        "inputs",
+        "when_place",
+        "when_first",
+        "reset_place",
+        "reset_discrete",
+        "rests",
+        "quiet",
+        "bends",
+        "guards",
+    )
+    lines += [f"extern const int pt_{name}[];" for name in tables]
+    lines += [
+        "extern const double pt_t0, pt_x0[], pt_z0[], pt_m0[], pt_p0[];",
+        "extern const pt_signals pt_default_signals;",
+    ]
+    lines += ["extern const char *const pt_input_names[], *const pt_parameter_names[], *const pt_unknown_names[];", ""]
+    return "\n".join(lines)
+
+
+def _tables(
+    engine: Prepared,
+    start: tuple[float, Array, Array, Array, Array],
+    schedules: Sequence[Schedule],
+    inputs: Sequence[str],
+    parameters: Sequence[str],
+) -> str:
+    dae = engine.dae
+    resets = [r for when in dae.whens for r in when.resets]
+    order = [s.name for s in schedules]
+    integers: dict[str, Iterable[int]] = {
+        "places": [s.index for s in schedules],
+        "inputs": [order.index(name) for name in inputs],
+        "when_place": [w.index for w in dae.whens],
+        "when_first": np.cumsum([0, *(len(w.resets) for w in dae.whens)]).tolist(),
+        "reset_place": [r.index for r in resets],
+        "reset_discrete": [int(r.discrete) for r in resets],
+        "rests": [f.rests for f in dae.frictions if f.rests is not None],
+        "quiet": [int(i in engine.catalogue.quiet) for i in range(dae.m.numel())],
+        "bends": [engine.bends.get(k, -1) for k in range(len(engine.indicators))],
+        "guards": [int(isinstance(i.law, Guard)) for i in engine.indicators],
+    }
+    lines = ['#include "model.h"']
+    lines += [f"const int pt_{name}[] = {_braced(values)};" for name, values in integers.items()]
+    lines += [f"const double pt_t0 = {start[0]!r};"]
+    lines += [
+        f"const double pt_{name}[] = {_braced(v)};" for name, v in zip(("x0", "z0", "m0", "p0"), start[1:], strict=True)
+    ]
+    lines += _signals(signal_tables(schedules))
+    unknowns = [*dae.state_names, *(dae.z[k].name() for k in range(dae.z.numel()))]
+    for what, names in {"input": inputs, "parameter": parameters, "unknown": unknowns}.items():
+        lines.append(f"const char *const pt_{what}_names[] = {{{', '.join([*(_quoted(n) for n in names), '0'])}}};")
+    lines.append("int pt_absent(const double **arg, double **res, long long *iw, double *w, int mem)")
+    lines.append("{\n    (void)arg, (void)res, (void)iw, (void)w, (void)mem;\n    return 0;\n}\n")
+    return "\n".join(lines)
+
+
+def signal_tables(schedules: Sequence[Schedule]) -> dict[str, np.ndarray]:
+    """Breakpoints and segments of all signals of time, in the order that ``pt_signals`` has."""
+    found = Schedules(schedules)
+    starts, points = [list(s) for s, _ in found.segments], found.breakpoints
+    return {
+        "times": np.array([t for t, _, _ in points], float),
+        "owners": np.array([k for _, k, _ in points], np.intc),
+        "jumps": np.array([jumps for _, _, jumps in points], np.intc),
+        "first": np.cumsum([0, *map(len, starts)]).astype(np.intc),
+        "starts": np.array([t for s in starts for t in s], float),
+        "rows": np.array([v for _, rows in found.segments for row in rows for v in row], float),
+    }
+
+
+def _signals(tables: dict[str, np.ndarray]) -> list[str]:
+    lines = []
+    for name, values in tables.items():
+        kind = "int" if values.dtype.kind == "i" else "double"
+        lines.append(f"static const {kind} signal_{name}[] = {_braced(values.tolist())};")
+    names = ", ".join(f"signal_{name}" for name in tables)
+    return [*lines, f"const pt_signals pt_default_signals = {{{len(tables['times'])}, {names}}};"]
+
+
+def _braced(values: Iterable[float]) -> str:
+    """Numbers as C reads them back to the last bit; one zero for none, which C does not know."""
+    found = [
+        repr(v if isinstance(v, int) else float(v))
+        for v in (values.tolist() if isinstance(values, np.ndarray) else values)
+    ]
+    return "{" + (", ".join(found) or "0") + "}"
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,231 @@
+"""A run in C, driven from Python through ctypes: the same results as ``simulate``."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.hybrid import Schedule
+from powertrain.engine.catalogue import catalogue
+from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.errors import PowertrainError, SimulationError
+from powertrain.language.arguments import number, positive, row
+from powertrain.language.component import Component
+from powertrain.native.code import SIGNALS, signal_tables
+from powertrain.numerics.buffers import Array
+from powertrain.numerics.compiled import compiler
+from powertrain.result import Result
+
+M = TypeVar("M", bound=Component)
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared")
+SOURCES = ("functions.c", "model.c", "powertrain_run.c")
+_FULL = 1
+_ROWS, _HELD, _INSTANTS = 4000, 1000, 500
+"""How much of a run is kept in C before Python takes it over."""
+
+
+class _Signals(ctypes.Structure):
+    _fields_ = [("points", ctypes.c_int), *((n, ctypes.c_void_p) for n in SIGNALS)]
+
+
+class Begun(NamedTuple):
+    """A consistent start of a run: states, algebraic unknowns, held values, parameters; how it was found; the signals of time."""
+
+    x: Array
+    z: Array
+    m: Array
+    p: Array
+    report: Any
+    schedules: Sequence[Schedule]
+
+
+class CModel(Generic[M]):
+    """A model exported as C, in its folder; created by ``plant.export_c``.
+
+    ``simulate`` runs it and gives a ``Result``; ``library`` builds and loads it. The functions of C are those of ``powertrain_run.h``.
+    """
+
+    def __init__(self, compiled: Compiled, folder: Path, method: str, begin: Callable[..., Begun]) -> None:
+        self._compiled, self._begin, self.folder, self.method = compiled, begin, folder, method
+        self._library: ctypes.CDLL | None = None
+
+    def __repr__(self) -> str:
+        return f"CModel(in {self.folder}, {self.method})"
+
+    @property
+    def library(self) -> ctypes.CDLL:
+        """The model as a shared library, compiled at the first use. PowertrainError where there is no compiler or it fails."""
+        if self._library is None:
+            target = self.folder.resolve() / "model.so"
+            command = [*compiler("export_c"), *FLAGS, *SOURCES, "-o", str(target), "-lm"]
+            done = subprocess.run(
+                command, cwd=self.folder, capture_output=True, text=True, errors="replace", check=False
+            )
+            if done.returncode:
+                raise PowertrainError(f"the C compiler {command[0]} failed:\n{done.stderr[-2000:]}")
+            self._library = ctypes.CDLL(str(target))
+            self._library.pt_size.restype = ctypes.c_size_t
+            self._library.pt_message.restype = ctypes.c_char_p
+            self._library.pt_unknowns.restype = ctypes.POINTER(ctypes.c_double)
+            self._library.pt_held.restype = ctypes.POINTER(ctypes.c_double)
+            self._library.pt_time.restype = ctypes.c_double
+        return self._library
+
+    def simulate(
+        self,
+        stop: float,
+        *,
+        start: float = 0.0,
+        step: float | None = None,
+        parameters: Mapping[str, float] | None = None,
+        starts: Mapping[str, float] | None = None,
+        guesses: Mapping[str, float] | None = None,
+        inputs: Mapping[str, Any] | None = None,
+        times: ArrayLike | None = None,
+        points: int = 500,
+        rtol: float = 1e-6,
+        atol: float = 1e-8,
+        max_step: float = np.inf,
+    ) -> Result[M]:
+        """Run the model in C from ``start`` to ``stop`` (s); the start is made consistent in Python.
+
+        Parameters
+        ----------
+        stop, start, parameters, starts, guesses, inputs, times, points, rtol, atol, max_step
+            As for ``plant.simulate``.
+        step
+            Fixed step in s, as on a real-time target: without error control, but with located events; by default the step is controlled.
+
+        Returns
+        -------
+        Result
+            As that of ``plant.simulate`` with the method of the export.
+
+        Raises
+        ------
+        ParameterError, InitializationError
+            As ``plant.simulate``.
+        SimulationError
+            Where the loop in C gives up, with the run so far as ``result``; what it cannot do ``plant.simulate`` may.
+        """
+        for name, value in (
+            ("rtol", rtol),
+            ("atol", atol),
+            ("max_step", max_step),
+            ("step", 1.0 if step is None else step),
+        ):
+            positive(name, value)
+        first, last = number("start", start, "s"), number("stop", stop, "s")
+        grid = np.linspace(first, last, points + 1) if times is None else row("times", times)
+        begun = self._begin(first, parameters, starts, guesses, inputs)
+        run = _Run(self.library, first, begun, signal_tables(begun.schedules))
+        self.library.pt_tolerance(run.model, *map(ctypes.c_double, (rtol, atol, max_step)))
+        status = run.to(last, step)
+        trajectory = run.trajectory(self._compiled)
+        knots = {s.name: (s.times, s.values) for s in begun.schedules if s.name in (inputs or {})}
+        message = "" if not status else f"at t = {trajectory.end:.9g} s {self.library.pt_message(status).decode()}"
+        result: Result[M] = Result(self._compiled, trajectory, grid, begun.p, begun.report, None, message, knots)
+        if status:
+            raise SimulationError(f"in C: {message}", result)
+        return result
+
+
+class _Run:
+    """One run in memory of Python's, and what C has kept of it so far."""
+
+    def __init__(self, library: ctypes.CDLL, start: float, at: Begun, signals: dict[str, np.ndarray]) -> None:
+        self.library = library
+        sizes = (ctypes.c_int * 6)()
+        library.pt_sizes(sizes)
+        self.x, self.z, self.m, _, self.whens, _ = sizes
+        self.y = max(self.x + self.z, 1)
+        self._memory = np.zeros(library.pt_size() // 8 + 1)
+        self.model = _pointer(self._memory)
+        padded = [np.append(v, 0.0) for v in (at.x, at.z, at.m, at.p)]
+        library.pt_load(self.model, ctypes.c_double(start), *map(_pointer, padded))
+        self._signals = {n: np.concatenate([v, np.zeros(1, v.dtype)]) for n, v in signals.items()}
+        self._table = _Signals(len(signals["times"]), *(v.ctypes.data for v in self._signals.values()))
+        library.pt_use_signals(self.model, ctypes.byref(self._table))
+        self._rows = np.empty((_ROWS, 3 + 5 * self.y))
+        self._held = np.empty((_HELD, self.m))
+        self._instants = np.empty((_INSTANTS, 1 + 2 * self.y + 2 * self.m + self.whens))
+        self.rows: list[Array] = []
+        self.held: list[Array] = []
+        self.instants: list[Array] = []
+
+    def to(self, stop: float, step: float | None) -> int:
+        """Run to ``stop``; the status of C."""
+        status = self._record()
+        while True:
+            status = self._advance(stop, step)
+            counts = self._take()
+            if status != _FULL:
+                self.counts = counts
+                return status
+            self._record()
+
+    def _advance(self, stop: float, step: float | None) -> int:
+        library, model = self.library, self.model
+        if step is None:
+            return int(library.pt_run(model, ctypes.c_double(stop)))
+        while (left := stop - library.pt_time(model)) > 1e-9 * step:
+            status = int(library.pt_step(model, ctypes.c_double(min(step, left) if left > 1.5 * step else left)))
+            if status:
+                return status
+        return 0
+
+    def _record(self) -> int:
+        arrays = ((self._rows, _ROWS), (self._held, _HELD), (self._instants, _INSTANTS))
+        self.library.pt_record(self.model, *(v for a, n in arrays for v in (_pointer(a), ctypes.c_long(n))))
+        return 0
+
+    def _take(self) -> Array:
+        counts = (ctypes.c_long * 6)()
+        self.library.pt_counts(self.model, counts)
+        rows = self._rows[: counts[3]].copy()
+        rows[:, 0] += sum(map(len, self.held))
+        self.rows.append(rows)
+        self.held.append(self._held[: counts[4]].copy())
+        self.instants.append(self._instants[: counts[5]].copy())
+        return np.array(counts, float)
+
+    def trajectory(self, compiled: Compiled) -> Trajectory:
+        """The run as the simulator in Python records it."""
+        dae, n = compiled.dae, self.x + self.z
+        table, held = np.concatenate(self.rows), np.concatenate(self.held)[:, : dae.m.numel()]
+        notes = catalogue(dae)
+        final = np.array(self.library.pt_unknowns(self.model)[: self.y])[:n]
+        final_held = np.array(self.library.pt_held(self.model)[: self.m])[: dae.m.numel()]
+        return Trajectory(
+            times=table[:, 1].copy(),
+            sizes=table[:, 2].copy(),
+            dense=table[:, 3:].reshape(len(table), 5, self.y)[:, :, :n].copy(),
+            held=held,
+            mode_of_step=table[:, 0].astype(np.int64),
+            end=float(self.library.pt_time(self.model)),
+            final=final,
+            final_held=final_held,
+            states=self.x,
+            instants=tuple(self._instant(values, dae) for values in np.concatenate(self.instants)),
+            laws=notes.kinds,
+            rests=notes.rests,
+            statistics=dict(zip(("steps", "rejected", "events"), self.counts.tolist(), strict=False)),
+        )
+
+    def _instant(self, values: Array, dae: Any) -> Instant:
+        cuts = np.cumsum([1, self.y, self.y, self.m, self.m])
+        t, left, right, before, after, reset = np.split(values, cuts)
+        n, m = self.x + self.z, dae.m.numel()
+        extra = tuple((w.name, "reset") for w, done in zip(dae.whens, reset, strict=False) if done)
+        return Instant(float(t[0]), left[:n], right[:n], before[:m], after[:m], extra)
+
+
+def _pointer(array: Array) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)

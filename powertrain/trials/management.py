@@ -1,0 +1,135 @@
+"""Energy management of hybrids over whole cycles: by their own rules, by dynamic programming and by ECMS, all in the full model.
+
+A plan is made on maps: the vehicle without driver and control (``pt.bench``) on a rolling road, at operating points (``pt.steady``) whose
+store is held. It is then replayed by the complete vehicle, whose driver follows the cycle while engine switch and engine power are those
+of the plan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, get_args
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.trials.charge import charge_corrected
+from powertrain.trials.cycle import ON, RATE, CycleRun, drive_cycle, on_cycle
+
+Array = NDArray[np.float64]
+Method = Literal["dynamic programming", "ECMS"]
+_DEAR = 3.0
+"""Price of a store that ends short, over what its content is worth."""
+
+
+@dataclass(frozen=True)
+class Management:
+    """The energy management of a vehicle over a cycle; made by ``power_split_management`` or ``flywheel_management``.
+
+    ``vehicle`` follows its own rules, ``planned`` is the same with an engine that does as ``inputs(mode, control)`` say. ``stages`` have
+    the fuel flow [kg/s] as cost and the rate of the store's state; ``store`` is the signal of that state, ``start`` its value at the
+    start, ``worth`` the fuel [kg] that a unit of it is worth, ``gained`` the energy [J] between two states. ``dwell``: of ``pt.ecms``.
+    """
+
+    vehicle: pt.Component
+    planned: pt.Component
+    cycle: DriveCycle
+    stages: pt.Stages
+    start: float
+    worth: float
+    gained: Callable[[float, float], float]
+    inputs: Callable[[int, int], dict[str, float]]
+    store: str | Callable[[Any], Any]
+    dwell: float = 10.0
+
+    def plan(self, method: Method = "dynamic programming") -> pt.Schedule:
+        """The schedule that ends with the charge of the start."""
+        if method == "ECMS":
+            return pt.ecms(self.stages, start=self.start, end=self.start, dwell=self.dwell)
+        return pt.dynamic_programming(self.stages, start=self.start, end=self.start, price=_DEAR * self.worth)
+
+    def replay(self, schedule: pt.Schedule) -> CycleRun:
+        """The complete vehicle over the cycle, its engine decided by the policy of a schedule from the state that its store really has."""
+        plant, mode, times = self._planned, 0, self.cycle.times
+        run = plant.start(float(times[0]))
+        for k, h in enumerate(np.diff(times)):
+            mode, control = schedule.policy.decide(k, run[self.store], mode)
+            run.step(float(h), **self.inputs(mode, control))
+        points = round(self.cycle.duration * RATE) + 1
+        return CycleRun(self.cycle, plant, run.result(np.linspace(times[0], times[-1], points)), {})
+
+    def compare(self) -> Comparison:
+        """The rules against dynamic programming and ECMS, like for like."""
+        rules = drive_cycle(self.vehicle, self.cycle)
+        runs, schedules, rows = {"rules": rules}, {}, {"rules": _row(rules, rules, math.nan)}
+        for method in get_args(Method):
+            schedules[method] = self.plan(method)
+            runs[method] = self.replay(schedules[method])
+            rows[method] = _row(runs[method], rules, self._planned_consumption(schedules[method], runs[method]))
+        return Comparison(runs, schedules, pd.DataFrame.from_dict(rows, orient="index"))
+
+    def _planned_consumption(self, schedule: pt.Schedule, run: CycleRun) -> float:
+        """Consumption [l/100 km] of a schedule, corrected as that of its replay."""
+        heat = schedule.cost * run.heat / run.fuel
+        gained = self.gained(float(schedule.states[0]), float(schedule.states[-1]))
+        return run.litres_per_100km * (heat - gained / run.marginal_efficiency) / run.heat
+
+    @cached_property
+    def _planned(self) -> pt.Plant[Any]:
+        return pt.compile(on_cycle(self.planned, self.cycle))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The rules and both plans of one management, all simulated with the complete vehicle.
+
+    ``runs`` and ``schedules`` by "rules", "dynamic programming" and "ECMS". ``table``: one row for each, with the consumption corrected to
+    equal charge, ``planned`` and ``simulated`` [l/100 km]; the ``gap`` between both [%]; what is ``saved`` against the rules [%]; the
+    ``starts`` of the engine; ``outside``, the time outside the speed tolerance [s].
+    """
+
+    runs: dict[str, CycleRun]
+    schedules: dict[str, pt.Schedule]
+    table: pd.DataFrame
+
+    def __str__(self) -> str:
+        return self.table.to_string(float_format="%.3f", na_rep="")
+
+
+def _row(run: CycleRun, rules: CycleRun, planned: float) -> dict[str, float]:
+    simulated = charge_corrected(run)
+    on = run.result[f"{run.anatomy.the_engine()}.on"] > ON
+    return {
+        "planned": planned,
+        "simulated": simulated,
+        "gap": 100 * (simulated / planned - 1),
+        "saved": 100 * (1 - simulated / charge_corrected(rules)),
+        "starts": int((np.diff(on.astype(int)) > 0).sum()),
+        "outside": run.time_outside,
+    }
+
+
+def looked_up(
+    speeds: Array, pushed: NDArray[np.float64], tables: Sequence[NDArray[np.float64]], v: Array, force: Array
+) -> list[NDArray[np.float64]]:
+    """Tables over (speed, level, ...) at speeds ``v``, at the level that pushes with ``force``: of shape (rows, ...).
+
+    ``pushed`` is the force [N] at every point. Below the least force the brakes do the rest, at the values of the least; above the
+    largest they are nan.
+    """
+    found = [np.empty((v.size, *pushed.shape[2:])) for _ in tables]
+    for k in range(v.size):
+        i = int(np.clip(speeds.searchsorted(v[k]) - 1, 0, speeds.size - 2))
+        part = np.clip((v[k] - speeds[i]) / (speeds[i + 1] - speeds[i]), 0, 1)
+        here, *others = ((1 - part) * table[i] + part * table[i + 1] for table in (pushed, *tables))
+        for place in np.ndindex(*here.shape[1:]):
+            column = (slice(None), *place)
+            for values, given in zip(found, others, strict=True):
+                values[(k, *place)] = np.interp(force[k], here[column], given[column], right=np.nan)
+    return found

@@ -1,0 +1,125 @@
+"""The energy management of a flywheel hybrid: what the engine at each throttle costs and what it does to the flywheel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+import powertrain as pt
+from powertrain.components.control import FlywheelCharging, PlannedCharge
+from powertrain.components.cycles import DriveCycle
+from powertrain.trials.backward import demand
+from powertrain.trials.cycle import on_cycle
+from powertrain.trials.management import Management, looked_up
+from powertrain.trials.operating import on_rolling_road
+from powertrain.vehicles.flywheel_hybrid import W_START, FlywheelHybrid
+
+Array = NDArray[np.float64]
+THROTTLES = (0.55, 0.7, 0.85, 1.0)
+"""Throttles of the engine to choose from [1]."""
+SLOWEST, SPEEDS, STORES, LEVELS = 0.2, 28, 6, np.linspace(-0.7, 0.9, 17)
+SLIP = 1e-4
+"""Slip at which a clutch transmits its torque on the bench as if it were locked."""
+EFFICIENCY = 0.35
+"""Efficiency at which the energy of an engine's start, and of the flywheel, counts as fuel."""
+FUEL, RATE, FORCE = "engine.fuel_rate", "der(flywheel.w)", "body.force"
+
+
+def flywheel_management(
+    vehicle: FlywheelHybrid, cycle: DriveCycle | str, *, throttles: ArrayLike = THROTTLES
+) -> Management:
+    """The energy management of a flywheel hybrid over a cycle: engine off, or on with one of some throttles, in every row of the cycle.
+
+    Parameters
+    ----------
+    vehicle
+        The hybrid with its rules.
+    cycle
+        A cycle or its name.
+    throttles
+        Throttles of the engine to choose from [1].
+
+    Returns
+    -------
+    Management
+        Its state is the energy of the flywheel [J]; a start costs the fuel for the kinetic energy of the engine.
+    """
+    cycle = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle
+    driven, choices = on_cycle(vehicle, cycle), np.asarray(throttles, float)
+    step_up, inertia = float(vehicle.step_up.ratio), float(vehicle.flywheel.J)
+    heat = float(vehicle.engine.heating_value) * EFFICIENCY
+
+    def gained(before: float, after: float) -> float:
+        return after - before
+
+    def energy(model: Any) -> Any:
+        return inertia * model.flywheel.w**2 / 2
+
+    def inputs(mode: int, control: int) -> dict[str, float]:
+        return {"charge.engine_on": float(mode), "charge.engine_throttle": float(mode * choices[control])}
+
+    bench = FlywheelBench(vehicle, np.linspace(SLOWEST, 1.02 * cycle.top_speed, SPEEDS), choices)
+    cost, rate = bench.along(*demand(driven, cycle))
+    started = float(vehicle.engine.J) * W_START**2 / 2 / heat
+    stages = pt.Stages(
+        np.diff(cycle.times), inertia * bench.store**2 / 2, cost, rate, np.array([[0.0, started], [0.0, 0.0]])
+    )
+    shared = {
+        n: float(getattr(vehicle.charge, n)) for n, s in FlywheelCharging._fields.items() if isinstance(s, pt.Parameter)
+    }
+    start = inertia * (W_START / step_up) ** 2 / 2
+    planned = pt.replace(vehicle, charge=pt.replace(PlannedCharge(), shared))
+    return Management(driven, planned, cycle, stages, start, 1 / heat, gained, inputs, energy)
+
+
+class FlywheelBench:
+    """The hybrid without driver and controls on a rolling road.
+
+    The torque in the clutch at the transmission's output is given by its pressure: at the ratio at which it just slips, or at the lowest
+    ratio where it slips anyway. There it can only drive; braking, it is open.
+    """
+
+    def __init__(self, vehicle: FlywheelHybrid, speeds: Array, throttles: Array) -> None:
+        self.vehicle, self.speeds, self.throttles = vehicle, speeds, throttles
+        drive, step_up = vehicle.drive, float(vehicle.step_up.ratio)
+        low, high = float(drive.w_empty + drive.w_band), float(drive.w_full - drive.w_band)
+        self.store = np.linspace(low, high, STORES) / step_up
+        self.plant = pt.compile(on_rolling_road(pt.bench(vehicle, without=["driver", "drive", "charge"])))
+        v, w, level = (
+            xr.DataArray(values, dims=name)
+            for name, values in (("speed", speeds), ("store", self.store), ("level", LEVELS))
+        )
+        locked = self._output() * v / (w * step_up)
+        lowest = float(drive.ratio_min)
+        ratio = np.clip(locked * (1 + SLIP * np.sign(level)), lowest, float(drive.ratio_max))
+        pressure = abs(level) * ((level > 0) | (locked >= lowest))
+        self.grid = {"body.speed": v, "flywheel.w": w, "drive.ratio": ratio, "drive.clutch": pressure}
+
+    def _output(self) -> float:
+        """Speed behind the clutch [rad/s] per speed of the vehicle [m/s]."""
+        store, ratio = float(self.store[0]), float(self.vehicle.drive.ratio_min)
+        point = self._steady({"body.speed": 1.0, "flywheel.w": store, "drive.ratio": ratio}, ["output.w"])
+        return float(point["output.w"])
+
+    def _steady(self, grid: dict[str, Any], outputs: list[str], on: float = 0.0) -> xr.Dataset:
+        inputs = {n: 0.0 for n in self.plant.compiled.inputs if n not in grid} | {"charge.on": on, "charge.clutch": on}
+        inputs = {n: value for n, value in inputs.items() if n not in grid}
+        return pt.steady(
+            self.plant, grid, inputs=inputs, held=["flywheel.w"], outputs=outputs, side=1, first=True, progress=False
+        )
+
+    def along(self, v: Array, force: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Fuel flow [kg/s] and power into the flywheel [W] in every row of a cycle, of shape (rows, 2, throttles, stores)."""
+        dims = ("speed", "level", "throttle", "store")
+        cost, rate = np.full((2, v.size, 2, self.throttles.size, STORES), np.nan)
+        throttle = xr.DataArray(self.throttles, dims="throttle", coords={"throttle": self.throttles})
+        off = self._steady(self.grid, [FORCE, FUEL]).expand_dims(throttle=1)
+        on = self._steady(self.grid | {"charge.throttle": throttle}, [FORCE, FUEL], on=1.0)
+        for mode, found in enumerate((off, on)):
+            pushed, *tables = (found[n].transpose(*dims).values for n in (FORCE, FUEL, RATE))
+            count = pushed.shape[2]
+            cost[:, mode, :count], rate[:, mode, :count] = looked_up(self.speeds, pushed, tables, v, force)
+        return cost, rate * float(self.vehicle.flywheel.J) * self.store

@@ -1,0 +1,147 @@
+"""The energy management of a power-split hybrid: what the engine at each of its powers costs and what it does to the battery."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+import powertrain as pt
+from powertrain.components.control import PlannedPowerSplit, PowerSplit
+from powertrain.components.control.power_split import MARGIN
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.engines import operating_line
+from powertrain.trials.backward import demand
+from powertrain.trials.cycle import on_cycle
+from powertrain.trials.management import Management, looked_up
+from powertrain.trials.operating import on_rolling_road
+from powertrain.vehicles.power_split_hybrid import SHARE, PowerSplitHybrid
+
+Array = NDArray[np.float64]
+POWERS = (5e3, 7.5e3, 10e3, 12.5e3, 15e3, 18e3, 21e3, 25e3, 30e3, 36e3, 43e3, 50e3)
+"""Powers of the engine to choose from [W]."""
+SLOWEST, SPEEDS, LEVELS, CHARGES = 0.3, 24, 31, (0.35, 0.6, 0.85)
+EFFICIENCY = 0.35
+"""Efficiency at which the energy of an engine's start, and of the battery's charge, counts as fuel."""
+FUEL, CHARGING, FORCE = "engine.fuel_rate", "der(battery.soc)", "body.force"
+
+
+def power_split_management(
+    vehicle: PowerSplitHybrid, cycle: DriveCycle | str, *, powers: ArrayLike = POWERS
+) -> Management:
+    """The energy management of a power-split hybrid over a cycle: engine off, or on at one of some powers, in every row of the cycle.
+
+    Parameters
+    ----------
+    vehicle
+        The hybrid with its rules.
+    cycle
+        A cycle or its name.
+    powers
+        Powers of the engine to choose from [W].
+
+    Returns
+    -------
+    Management
+        Its state is the charge of the battery; a start costs the fuel for the kinetic energy of the engine.
+    """
+    cycle = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle
+    driven, choices = on_cycle(vehicle, cycle), np.asarray(powers, float)
+    bench = PowerSplitBench(vehicle, np.linspace(SLOWEST, 1.02 * cycle.top_speed, SPEEDS), choices)
+    battery, engine = vehicle.battery, vehicle.engine
+    heat = float(engine.heating_value) * EFFICIENCY
+
+    def gained(before: float, after: float) -> float:
+        soc = np.linspace(before, after, 101)
+        return float(battery.Q) * float(np.trapezoid(np.asarray(battery.ocv(soc), float), soc))
+
+    def inputs(mode: int, control: int) -> dict[str, float]:
+        return {"control.engine_on": float(mode), "control.engine_power": float(mode * choices[control])}
+
+    started = float(engine.J) * float(operating_line(engine, SHARE)(choices[0])) ** 2 / 2 / heat
+    cost, rate = bench.along(*demand(driven, cycle))
+    stages = pt.Stages(np.diff(cycle.times), np.array(CHARGES), cost, rate, np.array([[0.0, started], [0.0, 0.0]]))
+    soc = float(type(battery)._fields["soc"].start)
+    planned = pt.replace(vehicle, control=_planned(vehicle.control))
+    return Management(
+        driven, planned, cycle, stages, soc, gained(soc, soc + 0.01) / 0.01 / heat, gained, inputs, "battery.soc"
+    )
+
+
+def _planned(control: PowerSplit) -> PlannedPowerSplit:
+    shared = {n: getattr(control, n) for n, spec in PowerSplit._fields.items() if isinstance(spec, pt.Parameter)}
+    return pt.replace(PlannedPowerSplit(), {n: float(v) for n, v in shared.items()})
+
+
+class PowerSplitBench:
+    """The hybrid without driver and control on a rolling road: torques at its ring from full regeneration to full drive."""
+
+    def __init__(self, vehicle: PowerSplitHybrid, speeds: Array, powers: Array) -> None:
+        self.vehicle, self.speeds, self.powers = vehicle, speeds, powers
+        self.plant = pt.compile(on_rolling_road(pt.bench(vehicle, without=["driver", "control"])))
+        names = ["machine_2.w", "battery.charge_power", "battery.discharge_power"]
+        point = self._steady({"body.speed": 1.0, "battery.soc": 0.6, "engine.w": 0.0}, [], names)
+        teeth, self.charge, self.discharge = (float(point[name]) for name in names)
+        self.ring = xr.DataArray(teeth * speeds, dims="speed", coords={"speed": speeds})
+
+    def _steady(self, grid: dict[str, Any], free: Sequence[str], outputs: Sequence[str], on: float = 0.0) -> xr.Dataset:
+        inputs = {n: 0.0 for n in self.plant.compiled.inputs if n not in grid and n not in free} | {"control.on": on}
+        held = ["battery.soc"] if free else ["battery.soc", "engine.w"]
+        return pt.steady(
+            self.plant, grid, inputs=inputs, free=free, held=held, outputs=outputs, side=1, first=True, progress=False
+        )
+
+    def _wanted(self, engine_power: xr.DataArray | float) -> xr.DataArray:
+        """Torques at the ring that the control may ask for."""
+        control, turning = self.vehicle.control, self.ring.clip(min=float(self.vehicle.control.w_fade))
+        full, fade = float(control.tau_full), (self.ring / float(control.w_fade)).clip(max=1.0)
+        low = -(self.charge / turning).clip(max=float(control.share) * full * fade)
+        high = ((MARGIN * self.discharge + engine_power) / turning).clip(max=full)
+        return low + xr.DataArray(np.linspace(0, 1, LEVELS), dims="level") * (high - low)
+
+    @cached_property
+    def off(self) -> xr.Dataset:
+        """Engine at rest: over speed, level and charge."""
+        grid = {
+            "body.speed": self.speeds,
+            "control.tau_2": self._wanted(0.0),
+            "battery.soc": list(CHARGES),
+            "engine.w": 0.0,
+        }
+        return self._steady(grid, [], [FORCE, FUEL])
+
+    @cached_property
+    def on(self) -> xr.Dataset:
+        """Engine at each power, at the speed of least fuel that machine 1 allows: over speed, level, power and charge."""
+        engine, control = self.vehicle.engine, self.vehicle.control
+        power = xr.DataArray(self.powers, dims="power", coords={"power": self.powers})
+        most = (float(control.w_sun) + float(control.ratio) * self.ring) / (1 + float(control.ratio))
+        best = xr.DataArray(np.asarray(operating_line(engine, SHARE)(self.powers), float), dims="power")
+        w = best.clip(max=most).transpose("speed", "power").assign_coords(power=self.powers)
+        full, drag = (w.copy(data=np.asarray(law(w.values), float)) for law in (engine.full_load, engine.motoring))
+        torque: xr.DataArray = (power / w).clip(max=full).transpose("speed", "power")
+        part: xr.DataArray = ((torque + drag) / (full + drag)).clip(0, 1)
+        share = float(control.ratio) / (1 + float(control.ratio))
+        grid = {
+            "body.speed": self.speeds,
+            "engine.w": w,
+            "control.throttle": w.copy(data=np.asarray(engine.opening(w.values, part.values), float)),
+            "control.tau_2": self._wanted(torque * w) - share * torque,
+            "battery.soc": list(CHARGES),
+        }
+        return self._steady(grid, ["control.tau_1"], [FORCE, FUEL], on=1.0)
+
+    def along(self, v: Array, force: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Fuel flow [kg/s] and rate of the charge [1/s] in every row of a cycle, of shape (rows, 2, powers, charges)."""
+        count = self.powers.size
+        dims = ("speed", "level", "power", "soc")
+        cost, rate = np.full((2, v.size, 2, self.powers.size, len(CHARGES)), np.nan)
+        for mode, found in enumerate((self.off.expand_dims(power=1), self.on)):
+            pushed, *tables = (found[n].transpose(*dims).values for n in (FORCE, FUEL, CHARGING))
+            count = pushed.shape[2]
+            cost[:, mode, :count], rate[:, mode, :count] = looked_up(self.speeds, pushed, tables, v, force)
+        return cost, rate

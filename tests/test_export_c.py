@@ -1,0 +1,172 @@
+"""Runs in C against runs in Python: the same steps, events and numbers."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
+
+import powertrain as pt
+from powertrain.components.electric import AccessoryLoad, Battery
+from powertrain.components.rotational import Inertia, SpringDamper
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+
+
+class Pendulum(pt.Component):
+    """Smooth, nonlinear, never at rest."""
+
+    phi: pt.Variable = pt.variable("rad", "Angle", start=1.0)
+    w: pt.Variable = pt.variable("rad/s", "Angular velocity", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        import casadi as ca
+
+        yield pt.der(self.phi) == self.w
+        yield pt.der(self.w) == -9.81 * ca.sin(self.phi) - 0.1 * self.w
+
+
+class Loaded(pt.Component):
+    """A battery whose voltage is implicit."""
+
+    battery: Battery = Battery()
+    load: AccessoryLoad = AccessoryLoad(P=3000)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.battery.bus, self.load.bus)
+
+
+class Stiff(pt.Component):
+    """Two inertias on a stiff shaft."""
+
+    a: Inertia = Inertia(J=1.0)
+    shaft: SpringDamper = SpringDamper(c=1e5, d=300.0)
+    b: Inertia = Inertia(J=0.01)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.a.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.b.flange_a)
+
+    def initial(self) -> pt.Equations:
+        yield self.a.w == 10
+
+
+CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
+    "smooth": (Pendulum, 5.0, {}),
+    "clutches": (CoupledClutches, 1.5, {}),
+    "resets and instants": (Relay, 8.0, {}),
+    "implicit": (Loaded, 20.0, {}),
+    "stiff": (Stiff, 1.0, {}),
+    "inputs": (
+        Engaging,
+        2.0,
+        {"starts": STARTS, "inputs": {"torque": 20.0, "press": ([0, 0.5, 0.5, 1.5], [0.1, 0.3, 0.2, 0.9])}},
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("method", ["dopri5", "rodas5p"])
+def test_the_run_is_that_of_python(case: str, method: Any, tmp_path: Path) -> None:
+    make, stop, given = CASES[case]
+    plant = pt.compile(make())
+    if method == "dopri5" and plant.compiled.dae.z.numel():
+        pytest.skip("an explicit method has no algebraic unknowns")
+    model = plant.export_c(tmp_path, method=method, **given)
+    found = model.simulate(stop, points=200, **given)
+    wanted = plant.simulate(stop, points=200, method=method, **given)
+    assert found.statistics["steps"] == wanted.statistics["steps"]
+    assert [(e.name, e.old, e.new) for e in found.events] == [(e.name, e.old, e.new) for e in wanted.events]
+    assert [e.time for e in found.events] == pytest.approx([e.time for e in wanted.events], rel=1e-12)
+    for name in plant.compiled.signals:
+        size = 1e-300 + float(np.abs(wanted[name]).max())
+        np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-10 * size, err_msg=name)
+
+
+def test_other_parameters_and_starts_need_no_export(tmp_path: Path) -> None:
+    plant = pt.compile(CoupledClutches())
+    model = plant.export_c(tmp_path)
+    for parameters in ({"J1.J": 1.3, "clutch2.fn_max": 15.0}, {"sin1.f": 4.0}):
+        found, wanted = (m.simulate(1.5, parameters=parameters) for m in (model, plant))
+        assert found["J4.w"][-1] == pytest.approx(wanted["J4.w"][-1], rel=1e-12)
+        assert found.parameters == wanted.parameters
+    found, wanted = (m.simulate(1.5, starts={"J1.w": 7.0}, start=0.2, rtol=1e-9, atol=1e-11) for m in (model, plant))
+    assert found["J4.w"] == pytest.approx(wanted["J4.w"], rel=1e-12, abs=1e-13)
+
+
+def test_long_runs_fill_the_record_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from powertrain.native import driver
+
+    monkeypatch.setattr(driver, "_ROWS", 7)
+    monkeypatch.setattr(driver, "_HELD", 5)
+    monkeypatch.setattr(driver, "_INSTANTS", 3)
+    plant = pt.compile(CoupledClutches())
+    found, wanted = plant.export_c(tmp_path).simulate(1.5), plant.simulate(1.5)
+    assert found["J4.w"] == pytest.approx(wanted["J4.w"], rel=1e-12, abs=1e-13)
+    assert len(found.events) == len(wanted.events)
+
+
+def test_fixed_steps_converge_with_the_order_of_the_method(tmp_path: Path) -> None:
+    """Between events the error falls with the fifth power of the step."""
+    plant = pt.compile(Pendulum())
+    exact = plant.simulate(2.0, rtol=1e-12, atol=1e-14)["phi"][-1]
+    model = plant.export_c(tmp_path)
+    errors = [abs(model.simulate(2.0, step=h)["phi"][-1] - exact) for h in (0.1, 0.05, 0.025)]
+    assert model.simulate(2.0, step=0.1).statistics["steps"] == 20
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert orders == pytest.approx([5.0, 5.0], abs=0.5)
+
+
+def test_fixed_steps_locate_events(tmp_path: Path) -> None:
+    plant = pt.compile(CoupledClutches())
+    found, wanted = plant.export_c(tmp_path).simulate(1.5, step=1e-3), plant.simulate(1.5, rtol=1e-10, atol=1e-12)
+    assert [(e.name, e.new) for e in found.events] == [(e.name, e.new) for e in wanted.events]
+    assert [e.time for e in found.events] == pytest.approx([e.time for e in wanted.events], abs=1e-9)
+    assert found["J4.w"][-1] == pytest.approx(wanted["J4.w"][-1], abs=1e-9)
+
+
+def test_the_program_in_c_prints_the_run(tmp_path: Path) -> None:
+    plant = pt.compile(CoupledClutches())
+    plant.export_c(tmp_path)
+    sources = ["functions.c", "model.c", "powertrain_run.c", "main.c"]
+    strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-unused-function", "-Wno-unused-parameter"]
+    subprocess.run(["cc", *strict, "-O1", *sources, "-o", "model", "-lm"], cwd=tmp_path, check=True)
+    printed = subprocess.run(["./model", "1.5", "3"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    rows = [line.split(",") for line in printed.strip().splitlines()]
+    wanted = plant.simulate(1.5, times=[0, 0.5, 1.0, 1.5]).at([0, 0.5, 1.0, 1.5], plant.compiled.states)
+    assert rows[0] == ["time", *plant.compiled.states]
+    for k, name in enumerate(plant.compiled.states, 1):
+        assert [float(r[k]) for r in rows[1:]] == pytest.approx(wanted[name], rel=1e-6, abs=1e-8), name
+
+
+def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
+    import ctypes
+
+    given: dict[str, Any] = {"starts": STARTS, "inputs": {"torque": 20.0, "press": 0.1}}
+    plant = pt.compile(Engaging())
+    model, run = plant.export_c(tmp_path, method="dopri5", **given), plant.start(method="dopri5", **given)
+    library, place = model.library, list(plant.compiled.inputs).index("press")
+    memory = np.zeros(library.pt_size() // 8 + 1)
+    one = ctypes.c_void_p(memory.ctypes.data)
+    library.pt_start(one)
+    for k, press in enumerate((0.2, 0.5, 0.9), 1):
+        library.pt_set_input(one, place, ctypes.c_double(press))
+        assert library.pt_run(one, ctypes.c_double(0.3 * k)) == 0
+        run.step(0.3 * k - run.time, press=press)
+        found = np.array(library.pt_unknowns(one)[: len(plant.compiled.states)])
+        assert found == pytest.approx(run.state.x, rel=1e-9, abs=1e-10)
+
+
+def test_what_c_cannot_do_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(pt.ParameterError, match="is a unilateral contact; impacts are not available in C"):
+        pt.compile(Ball()).export_c(tmp_path)
+    with pytest.raises(pt.ParameterError, match="method='euler' must be one of"):
+        pt.compile(Pendulum()).export_c(tmp_path, method="euler")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match="folder = 3"):
+        pt.compile(Pendulum()).export_c(3)  # type: ignore[arg-type]

@@ -1,0 +1,145 @@
+"""Dynamic programming and ECMS against enumeration of all decisions, and against the bound that a constant price gives."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+
+
+def random_stages(seed: int, n: int = 5, modes: int = 2, controls: int = 2) -> pt.Stages:
+    """Rates are whole numbers, so that the states stay on a grid of whole numbers and interpolation is exact."""
+    random = np.random.default_rng(seed)
+    rate = random.integers(-2, 3, (n, modes, controls, 1)).astype(float)
+    rate[:, 0, 0] = -1.0
+    cost = np.where(rate > -1, random.uniform(0.5, 4, rate.shape), random.uniform(0, 0.5, rate.shape))
+    cost[random.random(cost.shape) < 0.1] = np.nan
+    cost[:, 0, 0] = 0.1
+    cost, rate = (v.repeat(2, axis=3) for v in (cost, rate))
+    return pt.Stages(
+        np.ones(n), np.array([0.0, 12.0]), cost, rate, random.uniform(0, 1.5, (modes, modes)) * (1 - np.eye(modes))
+    )
+
+
+def enumerated(stages: pt.Stages, start: float, end: float, price: float) -> float:
+    """The least cost of all sequences of decisions."""
+    n, modes, controls, _ = stages.cost.shape
+    best = np.inf
+    for decisions in product(product(range(modes), range(controls)), repeat=n):
+        s, total, before = start, 0.0, 0
+        for k, (i, c) in enumerate(decisions):
+            total += stages.cost[k, i, c, 0] + stages.switches[before, i]
+            s, before = min(s + stages.rate[k, i, c, 0], 12.0), i
+            if s < 0:
+                total = np.inf
+                break
+        best = min(best, total + price * max(end - s, 0.0))
+    return best
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_dynamic_programming_finds_the_least_of_all_sequences(seed: int) -> None:
+    stages = random_stages(seed)
+    found = pt.dynamic_programming(stages, start=3.0, end=4.0, price=7.0, grid=13)
+    assert found.cost + 7.0 * max(4.0 - found.states[-1], 0.0) == pytest.approx(
+        enumerated(stages, 3.0, 4.0, 7.0), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_its_cost_and_states_are_those_of_its_decisions(seed: int) -> None:
+    stages = random_stages(seed, n=40)
+    found = pt.dynamic_programming(stages, start=6.0, end=6.0, price=9.0, grid=13)
+    s, total, before = 6.0, 0.0, 0
+    for k, (i, c) in enumerate(zip(found.modes, found.controls, strict=True)):
+        total += float(stages.cost[k, i, c, 0] + stages.switches[before, i])
+        s, before = min(s + float(stages.rate[k, i, c, 0]), 12.0), int(i)
+        assert found.states[k + 1] == pytest.approx(s)
+    assert found.cost == pytest.approx(total)
+
+
+def without_switching(seed: int) -> pt.Stages:
+    """Many small controls without cost of switching, and a store that is never full."""
+    random = np.random.default_rng(seed)
+    load, power = random.uniform(0, 2, 60), np.linspace(0, 3, 25)
+    cost = np.where(power > 0, 0.3 + power + 0.15 * power**2, 0.0)
+    shape = (60, 1, 25, 2)
+    rate = (power[None, :] - load[:, None])[:, None, :, None]
+    return pt.Stages(
+        np.ones(60),
+        np.array([0.0, 100.0]),
+        np.broadcast_to(cost[None, None, :, None], shape),
+        np.broadcast_to(rate, shape),
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_constant_price_is_optimal_where_rates_do_not_depend_on_the_state(seed: int) -> None:
+    """Weak duality: no schedule costs less than the least of cost - price (rate) summed up, plus the price of what the store gained."""
+    stages = without_switching(seed)
+    planned = pt.dynamic_programming(stages, start=50.0, end=50.0, price=20.0, grid=2001)
+    followed = pt.ecms(stages, start=50.0, end=50.0)
+    price = float(followed.price[0])
+    bound = float((stages.cost - price * stages.rate)[..., 0].min(axis=(1, 2)).sum())
+    assert bound <= planned.cost + 1e-9
+    assert planned.cost <= followed.cost + 1e-6 + price * 0.06  # a grid of 0.05
+    assert followed.cost - price * (followed.states[-1] - 50.0) == pytest.approx(bound, rel=1e-9)
+    assert planned.price[30] == pytest.approx(price, rel=0.1)
+
+
+def test_the_policy_decides_from_the_real_state() -> None:
+    stages = without_switching(1)
+    policy = pt.dynamic_programming(stages, start=50.0, end=50.0, price=20.0).policy
+    low, high = (policy.decide(59, s, 0)[1] for s in (45.0, 60.0))
+    assert low == 24, "a store that is short at the last interval is charged as much as possible"
+    assert high == 0, "and nothing is burnt for one that is full"
+    assert policy.decide(30, -5.0, 0) == policy.decide(30, 0.0, 0)
+
+
+def test_modes_wait_for_a_cost_that_pays() -> None:
+    cost = np.array([[0.0], [1.0]])[None, :, :, None].repeat(20, axis=0).repeat(2, axis=3)
+    rate = np.array([[-1.0], [1.0]])[None, :, :, None].repeat(20, axis=0).repeat(2, axis=3)
+    starts = []
+    for switching in (0.0, 0.3, 50.0):
+        stages = pt.Stages(np.ones(20), np.array([0.0, 30.0]), cost, rate, np.array([[0.0, switching], [0.0, 0.0]]))
+        found = pt.dynamic_programming(stages, start=15.0, end=15.0, price=100.0, grid=31)
+        assert found.states[-1] >= 15.0
+        starts.append(int((np.diff([0, *found.modes]) > 0).sum()))
+    assert starts[1] == starts[2] == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"durations": [1.0, 0.0]}, "durations .s. must be positive"),
+        ({"states": [1.0, 0.0]}, "states must ascend"),
+        ({"cost": np.full((2, 1, 1, 2), np.nan)}, "nothing is possible in interval 0"),
+        ({"cost": np.zeros((2, 1, 2, 2))}, "must have the shape"),
+        ({"switching": np.zeros((2, 2))}, r"of shape \(1, 1\)"),
+    ],
+)
+def test_wrong_stages_are_refused(changes: dict[str, Any], said: str) -> None:
+    given = {
+        "durations": [1.0, 1.0],
+        "states": [0.0, 1.0],
+        "cost": np.zeros((2, 1, 1, 2)),
+        "rate": np.zeros((2, 1, 1, 2)),
+    }
+    with pytest.raises(pt.ParameterError, match=said):
+        pt.Stages(**{**given, **changes})
+
+
+def test_what_cannot_be_reached_is_refused() -> None:
+    stages = pt.Stages(np.ones(4), np.array([0.0, 2.0]), np.zeros((4, 1, 1, 2)), np.full((4, 1, 1, 2), -1.0))
+    with pytest.raises(pt.ParameterError, match="no decisions keep the state above 0"):
+        pt.dynamic_programming(stages, start=1.0, end=1.0, price=1.0)
+    with pytest.raises(pt.ParameterError, match="no price brings the store"):
+        pt.ecms(stages, start=1.0, end=1.0)
+    with pytest.raises(pt.ParameterError, match="lies outside the grid"):
+        pt.dynamic_programming(stages, start=3.0, end=1.0, price=1.0)
+    with pytest.raises(pt.ParameterError, match="dwell = 0 s must be positive"):
+        pt.ecms(stages, start=1.0, end=1.0, dwell=0.0)
