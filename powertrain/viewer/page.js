@@ -389,7 +389,7 @@ function seek(t, chartsToo = true) {
 
 function frame(stamp) {
   if (!playing) return;
-  const passed = Math.min(0.2, (stamp - before) / 1e3);
+  const passed = Math.min(0.2, Math.max(0, (stamp - before) / 1e3));  // a frame may be stamped before the click
   before = stamp;
   for (const line of flow.lines) {
     line.offset -= line.direction * passed * 60;
