@@ -2,11 +2,15 @@ from powertrain.presets.named import load as load
 from powertrain.presets.named import names as names
 from powertrain.presets.named import save as save
 from powertrain.vehicles.automatic_car import AutomaticCar as AutomaticCar
+from powertrain.vehicles.dual_clutch_car import DualClutchCar as DualClutchCar
 from powertrain.vehicles.electric_car import ElectricCar as ElectricCar
+from powertrain.vehicles.electric_four_wheel_drive import ElectricFourWheelDriveCar as ElectricFourWheelDriveCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid as FlywheelHybrid
 from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar as FourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar as ManualCar
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid as ParallelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid as PowerSplitHybrid
 from powertrain.vehicles.rear_drive import RearDriveCar as RearDriveCar
+from powertrain.vehicles.series_hybrid import SeriesHybrid as SeriesHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar as SplitPathCar
 from powertrain.vehicles.variator_car import VariatorCar as VariatorCar

@@ -7,7 +7,7 @@ from typing import ClassVar
 from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, RollingAxle, VehicleBody
 from powertrain.components.control import Driver, FlywheelCharge, FlywheelCharging, FlywheelDrive, Pedals
-from powertrain.components.cvu import RatioActuator
+from powertrain.components.cvu import Actuator, RatioActuator
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.rotational import BearingFriction, Clutch, IdealGear, Inertia, SpeedSensor

@@ -39,8 +39,8 @@ __all__ = [
     "gradeability",
     "on_rolling_road",
     "performance",
+    "power_split_management",
     "shift_quality",
     "shifts",
-    "power_split_management",
     "time_between",
 ]
