@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from powertrain.errors import ParameterError
-from powertrain.events import MODES, EventTable
+from powertrain.events import MODES
 from powertrain.numerics.buffers import Array
 
 if TYPE_CHECKING:
@@ -16,23 +16,7 @@ if TYPE_CHECKING:
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-class _Run(Protocol):
-    """What is plotted: a result, or anything else that has signals over time."""
-
-    @property
-    def time(self) -> Array: ...
-    @property
-    def events(self) -> EventTable: ...
-    @property
-    def modes(self) -> Mapping[str, str]: ...
-    def names(self, pattern: str = "*") -> list[str]: ...
-    def label(self, what: Any) -> str: ...
-    def unit(self, what: Any) -> str: ...
-    def description(self, what: Any) -> str: ...
-    def __getitem__(self, what: Any) -> Array: ...
-
-
-def plot_signals(result: _Run, *what: Any, ax: Axes | None = None, events: bool | str = False, **line: Any) -> Axes:
+def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool | str = False, **line: Any) -> Axes:
     """Signals over time, with a legend, in one Axes: signals of a second unit are dashed and have their axis on the right.
 
     ``what``: names, patterns ("clutch*.w_rel") and selectors. ``events``: True marks every event with a thin line, a
@@ -66,7 +50,7 @@ def plot_signals(result: _Run, *what: Any, ax: Axes | None = None, events: bool 
     return ax
 
 
-def mark_events(result: _Run, ax: Axes, pattern: str = "*") -> Axes:
+def mark_events(result: Any, ax: Axes, pattern: str = "*") -> Axes:
     """A thin vertical line at every event of the laws that fit."""
     for time in dict.fromkeys(result.events[pattern].times.tolist()):
         ax.axvline(time, color="0.5", linewidth=0.7, linestyle=":", zorder=0)
@@ -90,7 +74,7 @@ def unit_text(unit: str) -> str:
     return raised.replace(".", "·")
 
 
-def _signals(result: _Run, what: Sequence[Any]) -> list[tuple[str, str, str, Array]]:
+def _signals(result: Any, what: Sequence[Any]) -> list[tuple[str, str, str, Array]]:
     """Label, unit, meaning and values of all that is asked for."""
     if not what:
         raise ParameterError('plot needs the names of signals: result.plot("J1.w"); result.names() lists them')
@@ -102,7 +86,7 @@ def _signals(result: _Run, what: Sequence[Any]) -> list[tuple[str, str, str, Arr
     return found
 
 
-def _name_modes(result: _Run, ax: Axes, labels: Sequence[str]) -> None:
+def _name_modes(result: Any, ax: Axes, labels: Sequence[str]) -> None:
     """Where all signals are modes of one kind, their names stand at the axis."""
     kinds = {result.modes.get(label, "") for label in labels}
     named = MODES.get(kinds.pop(), {}) if len(kinds) == 1 else {}

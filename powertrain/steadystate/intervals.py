@@ -19,8 +19,10 @@ MOST_LAWS = 8
 """Laws at rest whose ends are combined."""
 SAMPLES = 33
 """Places on a line from end to end at which values are computed first."""
-HALVINGS = 60
-"""Of a piece between two samples, down to round-off."""
+HALVINGS, SECTIONS = 60, 28
+"""Of a piece between two samples: to round-off of the place of a pole, and of the value of an extremum."""
+NEAR = 1e-6
+"""Part of the way by which the neighbour of an end lies inside."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BLOCK = 256
 """Points that are looked at together."""
@@ -87,48 +89,51 @@ class Line:
         least, most = np.fmin.reduce(table), np.fmax.reduce(table)
         line = table[0] + parts[:, None, None] * (table[-1] - table[0])
         size = np.nanmedian(np.abs(table), axis=0)
-        self.bent = np.flatnonzero((np.abs(table - line) > STRAIGHT * (1.0 + size)).any(axis=(0, 2)))
-        if not self.bent.size:
+        bent = (np.abs(table - line) > STRAIGHT * (1.0 + size)).any(axis=0)
+        if not bent.any():
             return least, most
-        table, size = table[:, self.bent], size[self.bent]
-        poles = self._poles(table, parts)
-        greatest, smallest = self._greatest(table, parts, 1.0), -self._greatest(-table, parts, -1.0)
-        most[self.bent] = np.where(poles | (greatest > INFINITE * (1.0 + size)), np.inf, greatest)
-        least[self.bent] = np.where(poles | (smallest < -INFINITE * (1.0 + size)), -np.inf, smallest)
+        most = np.fmax(most, self._greatest(table, parts, bent, 1.0))
+        least = np.fmin(least, -self._greatest(-table, parts, bent, -1.0))
+        poles = self._poles(table, parts, bent)
+        most[poles | (most > INFINITE * (1.0 + size))] = np.inf
+        least[poles | (least < -INFINITE * (1.0 + size))] = -np.inf
         return least, most
 
-    def _greatest(self, table: Array, parts: Array, sign: float) -> Rows:
-        """The greatest values of sign times the outputs: about the greatest sample by golden sections."""
+    def _greatest(self, table: Array, parts: Array, bent: Mask, sign: float) -> Rows:
+        """The greatest values of sign times the outputs that are bent, by golden sections about the greatest samples; else -inf."""
         best = np.where(np.isfinite(table), table, -np.inf)
-        place = best.argmax(axis=0)
-        low, high = parts[np.maximum(place - 1, 0)], parts[np.minimum(place + 1, SAMPLES - 1)]
-        greatest = best.max(axis=0)
-        for _ in range(HALVINGS):
+        place, greatest = best.argmax(axis=0), np.full(bent.shape, -np.inf)
+        output, point = np.nonzero(bent)
+        at = place[output, point]
+        low, high = parts[np.maximum(at - 1, 0)], parts[np.minimum(at + 1, SAMPLES - 1)]
+        inward = parts[at] + NEAR * (
+            (at == 0).astype(float) - (at == SAMPLES - 1)
+        )  # at an end it may fall from there on
+        rises = self._at(output, point, inward, sign) >= best.max(axis=0)[output, point]
+        output, point, low, high = (v[rises] for v in (output, point, low, high))
+        for _ in range(SECTIONS if output.size else 0):
             inner, outer = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-            one, other = (np.nan_to_num(sign * self._at(q), nan=-np.inf) for q in (inner, outer))
-            greatest = np.maximum(greatest, np.maximum(one, other))
+            one, other = self._at(output, point, inner, sign), self._at(output, point, outer, sign)
+            np.maximum.at(greatest, (output, point), np.maximum(one, other))
             low, high = np.where(one < other, inner, low), np.where(one < other, high, outer)
-        return np.asarray(greatest)
+        return greatest
 
-    def _poles(self, table: Array, parts: Array) -> Mask:
+    def _poles(self, table: Array, parts: Array, bent: Mask) -> Mask:
         """Outputs whose sign changes between two samples through large values, not through zero."""
-        poles = np.zeros(table.shape[1:], bool)
-        for k in range(SAMPLES - 1):
-            turns = table[k] * table[k + 1] < 0.0
-            if not turns.any():
-                continue
-            low, high = np.full(turns.shape, parts[k]), np.full(turns.shape, parts[k + 1])
-            size = np.abs(table[k]) + np.abs(table[k + 1])
-            for _ in range(HALVINGS):
-                middle = (low + high) / 2
-                value = self._at(middle)
-                above = value * table[k] > 0.0
-                low, high = np.where(above, middle, low), np.where(above, high, middle)
-                poles |= turns & (np.abs(value) > POLE * size)
+        poles = np.zeros(bent.shape, bool)
+        piece, output, point = np.nonzero((table[:-1] * table[1:] < 0.0) & bent)
+        low, high, first = parts[piece], parts[piece + 1], table[piece, output, point]
+        size = np.abs(first) + np.abs(table[piece + 1, output, point])
+        for _ in range(HALVINGS if piece.size else 0):
+            middle = (low + high) / 2
+            value = self._at(output, point, middle, 1.0)
+            above = value * first > 0.0
+            low, high = np.where(above, middle, low), np.where(above, high, middle)
+            found = np.abs(value) > POLE * size
+            poles[output[found], point[found]] = True
         return poles
 
-    def _at(self, parts: Rows) -> Rows:
-        """Each output that is not affine at its own place on the line."""
-        outputs, count = parts.shape
-        found = self.values(parts.ravel(), np.tile(np.arange(count), outputs)).reshape(-1, outputs, count)
-        return np.asarray(found[self.bent, np.arange(outputs)])
+    def _at(self, output: Index, point: Index, parts: Array, sign: float) -> Array:
+        """Sign times some outputs at some points, each at its own place on the line; -inf where it has no value."""
+        found = self.values(parts, point)[output, np.arange(parts.size)]
+        return np.nan_to_num(sign * found, nan=-np.inf)
