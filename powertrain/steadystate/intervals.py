@@ -85,7 +85,8 @@ class Line:
     def extremes(self) -> tuple[Rows, Rows]:
         """Least and greatest values, infinite where there is a pole on the way."""
         parts = np.linspace(0.0, 1.0, SAMPLES)
-        table = np.array([self.values(np.full(self.count, q), np.arange(self.count)) for q in parts])
+        found = self.values(np.repeat(parts, self.count), np.tile(np.arange(self.count), SAMPLES))
+        table = found.reshape(-1, SAMPLES, self.count).transpose(1, 0, 2)
         least, most = np.fmin.reduce(table), np.fmax.reduce(table)
         line = table[0] + parts[:, None, None] * (table[-1] - table[0])
         size = np.nanmedian(np.abs(table), axis=0)
