@@ -19,7 +19,7 @@ MOST_LAWS = 8
 """Laws at rest whose ends are combined."""
 SAMPLES = 33
 """Places on a line from end to end at which values are computed first."""
-HALVINGS, SECTIONS = 60, 28
+HALVINGS, SECTIONS = 60, 60
 """Of a piece between two samples: to round-off of the place of a pole, and of the value of an extremum."""
 NEAR = 1e-6
 """Part of the way by which the neighbour of an end lies inside."""

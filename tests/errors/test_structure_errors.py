@@ -29,7 +29,7 @@ def test_two_speed_sources_on_one_shaft() -> None:
     refused(
         pt.ModelError,
         "over-determined: 2 equations for the 1 unknown",
-        "motor: yield self.w == self.w_ref.value (motions.py:",
+        "motor: yield v == reference (prescribed.py:",
         "brake: yield self.w == self.w_fixed (motions.py:",
         "one of these has to go",
         do=lambda: pt.compile(OneShaft()),
