@@ -1,8 +1,8 @@
 """Energy management of two hybrids over a cycle: their own rules, dynamic programming and ECMS.
 
 The plans are made on maps of the vehicle without its driver and control (``pt.bench``), then driven by the complete vehicle, whose store
-need not be where the plan had it: the decisions follow from its real state. Pass the name of a cycle ("udds") for the whole cycle; by
-default it is the first part of it.
+need not be where the plan had it: the decisions follow from its real state. The cycle is the first part of the UDDS. With a file name as
+argument the figure is saved.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 
 
-def main(name: str | None = None, picture: str | None = None) -> dict[str, Comparison]:
+def main(picture: str | None = None) -> dict[str, Comparison]:
     """Compares, prints and draws."""
-    cycle = DriveCycle.named(name) if name else DriveCycle.named("udds").part(0, 340)
+    cycle = DriveCycle.named("udds").part(0, 340)
     found = {
         "PowerSplitHybrid": power_split_management(PowerSplitHybrid(), cycle).compare(),
         "FlywheelHybrid": flywheel_management(FlywheelHybrid(), cycle).compare(),
@@ -42,4 +42,4 @@ def main(name: str | None = None, picture: str | None = None) -> dict[str, Compa
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:3])
+    main(*sys.argv[1:2])
