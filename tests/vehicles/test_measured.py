@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import fields, replace
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,7 @@ def test_warm_udds_is_the_hot_bag_and_the_stabilised_one() -> None:
 
 
 def test_other_cars_are_read_in_the_same_columns(tmp_path: Path) -> None:
-    source = Path(pt.vehicles.__file__ or "").parent / "measured" / "data" / "epa_2022_test_cars.csv"
+    source = Path(str(files("powertrain.measured"))) / "data" / "epa_2022_test_cars.csv"
     rows = list(csv.reader(source.read_text(encoding="utf-8").splitlines()))
     path = tmp_path / "mine.csv"
     path.write_text("\n".join(",".join(row) for row in rows[:3]), encoding="utf-8")
