@@ -111,7 +111,8 @@ class Line:
             (at == 0).astype(float) - (at == SAMPLES - 1)
         )  # at an end it may fall from there on
         rises = self._at(output, point, inward, sign) >= best.max(axis=0)[output, point]
-        output, point, low, high = (v[rises] for v in (output, point, low, high))
+        output, point = output[rises], point[rises]
+        low, high = low[rises], high[rises]
         for _ in range(SECTIONS if output.size else 0):
             inner, outer = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
             one, other = self._at(output, point, inner, sign), self._at(output, point, outer, sign)
