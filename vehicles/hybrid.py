@@ -21,12 +21,12 @@ class HybridCar(Car):
 
     def _engine_by(self, control: HybridSupervisor) -> Equations:
         """The control knows vehicle, charge and engine, and moves the engine's throttle and switch."""
-        throttle = throttle_table(self.engine, speeds=21, torques=31)
-        firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for
         yield connect(self.body.v, control.v)
         yield connect(self.engine.speed, control.w)
         yield connect(self.battery.state_of_charge, control.soc)
         yield control.tau_open.value == self.engine.full_load(self.engine.w)
+        throttle = throttle_table(self.engine, speeds=21, torques=31)
+        firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for
         yield control.opening.value == throttle(firing, control.torque.value)
         yield connect(control.on, self.engine.on)
         yield connect(control.throttle, self.engine.throttle)

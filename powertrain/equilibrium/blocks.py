@@ -17,17 +17,17 @@ from powertrain.numerics.batch import dependence
 
 
 def blocks_of(
-    stage: Placed, unknowns: list[Unknown], conditions: list[tuple[Symbol, str]], rows: list[Symbol]
+    placed: Placed, unknowns: list[Unknown], conditions: list[tuple[Symbol, str]], rows: list[Symbol]
 ) -> list[tuple[list[int], list[int]]]:
     """Rows and unknowns of the blocks, in the order of their solution."""
     symbols = [u.symbol for u in unknowns]
     entries = dependence(rows, symbols)
-    if stage.laws and rows:
+    if placed.laws and rows:
         # A law that is stuck puts its speed (a closed contact its gap) in the place of the rates that depend on its mode.
-        movable = [k for k, law in enumerate(stage.laws) if not isinstance(law, Switch)]
-        through = dependence(rows, [stage.dae.m[stage.laws[k].index] for k in movable])
-        speeds = stage.put(
-            [law.w if isinstance(law, Friction) else law.gap for law in stage.laws if not isinstance(law, Switch)]
+        movable = [k for k, law in enumerate(placed.laws) if not isinstance(law, Switch)]
+        through = dependence(rows, [placed.dae.m[placed.laws[k].index] for k in movable])
+        speeds = placed.put(
+            [law.w if isinstance(law, Friction) else law.gap for law in placed.laws if not isinstance(law, Switch)]
         )
         moved = dependence(speeds, symbols)
         if through.size and moved.size:

@@ -57,27 +57,27 @@ def formulate(
 ) -> Equilibrium:
     """The steady problem of a model. ParameterError where the conditions do not determine it."""
     dae = compiled.dae
-    stage = Placed(compiled, asked, time, parameters)
-    kept = influential(dae, stage.everything)
-    refuse_turning(asked, kept, stage)
-    turning = turning_together(compiled, kept, stage, parameters)
+    placed = Placed(compiled, asked, time, parameters)
+    kept = influential(dae, placed.everything)
+    refuse_turning(asked, kept, placed)
+    turning = turning_together(compiled, kept, placed, parameters)
     unknowns = [Unknown(dae.x[i], dae.state_names[i]) for i in kept if i not in turning]
     unknowns += [Unknown(dae.z[i], dae.z[i].name()) for i in range(dae.z.numel())]
-    unknowns += [Unknown(stage.free[n], n) for n in asked.free]
-    held = {stage.state_of(n) for n in asked.held}
+    unknowns += [Unknown(placed.free[n], n) for n in asked.free]
+    held = {placed.state_of(n) for n in asked.held}
     moving = [i for i in kept if i not in turning and i not in held]
-    rates = stage.put([stage.rate(i, turning, dae.xdot) for i in moving])
-    residuals = stage.put([dae.residual[i] for i in range(dae.z.numel())])
-    given = stage.put([compiled.signals[n].expression for n in asked.prescribed])
+    rates = placed.put([placed.rate(i, turning, dae.xdot) for i in moving])
+    residuals = placed.put([dae.residual[i] for i in range(dae.z.numel())])
+    given = placed.put([compiled.signals[n].expression for n in asked.prescribed])
     conditions = [(r, f"der({dae.state_names[i]}) = 0") for r, i in zip(rates, moving, strict=True)]
     conditions += [(r, f"the equation of {dae.z[i].name()}") for i, r in enumerate(residuals)]
-    conditions += [(e - stage.axis[n], f"{n} as the grid says") for e, n in zip(given, asked.prescribed, strict=True)]
-    balance = _balance(stage, moving, unknowns, turning, guesses)
-    return _reduce(stage, unknowns, conditions, balance, guesses, turning)
+    conditions += [(e - placed.axis[n], f"{n} as the grid says") for e, n in zip(given, asked.prescribed, strict=True)]
+    balance = _balance(placed, moving, unknowns, turning, guesses)
+    return _reduce(placed, unknowns, conditions, balance, guesses, turning)
 
 
 def _reduce(
-    stage: Placed,
+    placed: Placed,
     unknowns: list[Unknown],
     conditions: list[tuple[Symbol, str]],
     balance: Balance,
@@ -85,10 +85,10 @@ def _reduce(
     turning: Turning,
 ) -> Equilibrium:
     """Solves what is linear and free of modes; the rest stays implicit."""
-    dae, asked = stage.dae, stage.asked
+    dae, asked = placed.dae, placed.asked
     symbols = [u.symbol for u in unknowns]
     rows = [c for c, _ in conditions]
-    order = blocks_of(stage, unknowns, conditions, rows)
+    order = blocks_of(placed, unknowns, conditions, rows)
     cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in {key(s) for s in symbols}]
     old, new = list(cyclic), [Symbol(0)] * len(cyclic)
     implicit_rows: list[Symbol] = []
@@ -98,7 +98,7 @@ def _reduce(
         here = [rows[i] for i in block_rows]
         if old:
             here = ca.substitute(here, [column(old)], [column(new)])
-        solution = solved_block(here, [symbols[j] for j in block], [dae.m[law.index] for law in stage.laws])
+        solution = solved_block(here, [symbols[j] for j in block], [dae.m[law.index] for law in placed.laws])
         if solution is None:
             places = [list(range(n, n + len(block))) for n in (len(implicit_rows), len(implicit))]
             blocks.append((places[0], places[1]))
@@ -109,26 +109,26 @@ def _reduce(
             new += solution
 
     def final(expressions: Sequence[Symbol]) -> list[Symbol]:
-        put = stage.put(expressions)
+        put = placed.put(expressions)
         return list(ca.substitute(put, [column(old)], [column(new)])) if old and put else put
 
-    laws: list[Law] = [_changed(law, final) for law in stage.laws]
-    wanted = {key(s) for s in stage.free.values()}
+    laws: list[Law] = [_changed(law, final) for law in placed.laws]
+    wanted = {key(s) for s in placed.free.values()}
     return Equilibrium(
-        grid=list(stage.axis.values()),
+        grid=list(placed.axis.values()),
         u=[symbols[j] for j in implicit],
         u_names=[unknowns[j].name for j in implicit],
-        u_start=start_of([unknowns[j].name for j in implicit], stage.compiled, guesses),
-        modes=[dae.m[law.index] for law in stage.laws],
-        common=stage.common,
+        u_start=start_of([unknowns[j].name for j in implicit], placed.compiled, guesses),
+        modes=[dae.m[law.index] for law in placed.laws],
+        common=placed.common,
         rows=implicit_rows,
         blocks=blocks,
         solved=[e for k, e in zip(old, new, strict=True) if key(k) in wanted],
         outputs=final(asked.wanted),
-        rates=final([dae.xdot[stage.state_of(n)] for n in asked.held]),
+        rates=final([dae.xdot[placed.state_of(n)] for n in asked.held]),
         laws=laws,
         guards=[_changed(g, final) for g in dae.guards if g.action == "error"],
-        turning=lost_outputs(stage, cyclic, turning),
+        turning=lost_outputs(placed, cyclic, turning),
         together=bool(turning),
         balance=balance,
     )
@@ -142,17 +142,17 @@ def _changed(record: Any, final: Callable[[list[Symbol]], list[Symbol]]) -> Any:
 
 
 def _balance(
-    stage: Placed, moving: Sequence[int], unknowns: Sequence[Unknown], turning: Turning, guesses: Mapping[str, float]
+    placed: Placed, moving: Sequence[int], unknowns: Sequence[Unknown], turning: Turning, guesses: Mapping[str, float]
 ) -> Balance:
     """The same conditions for given torques of the laws."""
-    compiled, dae, asked = stage.compiled, stage.dae, stage.asked
+    compiled, dae, asked = placed.compiled, placed.dae, placed.asked
     tau, xdot, residual, given = opened(compiled, asked.prescribed)
     laws = dae.opened
     count = residual.numel()
     implicit = {key(dae.z[i]) for i in range(count, dae.z.numel())}
     y = [u for u in unknowns if key(u.symbol) not in implicit]
     place = {key(u.symbol): i for i, u in enumerate(y)}
-    rows = [stage.rate(i, turning, xdot) for i in moving] + list(ca.vertsplit(residual) if count else [])
+    rows = [placed.rate(i, turning, xdot) for i in moving] + list(ca.vertsplit(residual) if count else [])
     rows += given
     bounds = [laws.speed, laws.lower, laws.upper, laws.conditions] if laws is not None else []
     if laws is not None:
@@ -163,17 +163,17 @@ def _balance(
     known = {key(u.symbol) for u in unknowns}
     cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in known]
     expressions = [column(rows), *bounds]
-    put = changed(stage.put_all(expressions, tau), cyclic, [Symbol(0)] * len(cyclic))
-    wanted = [Symbol(0)] * (len(rows) - len(given)) + [stage.axis[n] for n in asked.prescribed]
+    put = changed(placed.put_all(expressions, tau), cyclic, [Symbol(0)] * len(cyclic))
+    wanted = [Symbol(0)] * (len(rows) - len(given)) + [placed.axis[n] for n in asked.prescribed]
     names = tuple(u.name for u in y)
     return Balance(
         dae,
-        column(list(stage.axis.values())),
+        column(list(placed.axis.values())),
         column([u.symbol for u in y]),
         names,
         start_of(names, compiled, guesses),
-        column([dae.m[law.index] for law in stage.laws]),
-        stage.common,
+        column([dae.m[law.index] for law in placed.laws]),
+        placed.common,
         tau,
         put[0] - column(wanted),
         np.array([*(place[key(dae.x[i])] for i in moving), *[-1] * (len(rows) - len(moving))], np.intp),

@@ -24,21 +24,21 @@ def influential(dae: HybridDae, everything: Sequence[Symbol]) -> list[int]:
     return [i for i in range(dae.x.numel()) if found.size and found[:, i].any()]
 
 
-def refuse_turning(asked: Request, kept: Sequence[int], stage: Placed) -> None:
+def refuse_turning(asked: Request, kept: Sequence[int], placed: Placed) -> None:
     """ParameterError where an angle is held that merely turns."""
     for name in asked.held:
-        if stage.state_of(name) not in kept:
+        if placed.state_of(name) not in kept:
             raise ParameterError(
                 f"grid: {name} only rotates; nothing in the model depends on it, so it has no steady value"
             )
 
 
-def turning_together(compiled: Compiled, kept: Sequence[int], stage: Placed, parameters: Array) -> Turning:
+def turning_together(compiled: Compiled, kept: Sequence[int], placed: Placed, parameters: Array) -> Turning:
     """The states of which only differences matter, for given parameters. ParameterError where that changes along the grid."""
-    found = _null_directions(compiled.dae, kept, stage, parameters)
+    found = _null_directions(compiled.dae, kept, placed, parameters)
     moved = parameters.copy()
-    moved[[i for i, n in enumerate(compiled.parameters) if n in stage.axis or n in stage.free]] *= 1.01
-    if found and not _alike(found, _null_directions(compiled.dae, kept, stage, moved)):
+    moved[[i for i, n in enumerate(compiled.parameters) if n in placed.axis or n in placed.free]] *= 1.01
+    if found and not _alike(found, _null_directions(compiled.dae, kept, placed, moved)):
         names = ", ".join(compiled.dae.state_names[i] for i in (*found, *next(iter(found.values()))))
         raise ParameterError(
             f"steady: {names} turn together by ratios that change along the grid; "
@@ -53,11 +53,11 @@ def _alike(one: Turning, other: Turning) -> bool:
     )
 
 
-def _null_directions(dae: HybridDae, kept: Sequence[int], stage: Placed, values: Array) -> Turning:
+def _null_directions(dae: HybridDae, kept: Sequence[int], placed: Placed, values: Array) -> Turning:
     if not kept:
         return {}
     x = column([dae.x[i] for i in kept])
-    whole = column(stage.everything)
+    whole = column(placed.everything)
     jacobian = ca.jacobian(whole, x)
     parameters = {key(dae.p[i]) for i in range(dae.p.numel())}
     symbols = [s for s in ca.symvar(jacobian) if key(s) not in parameters]
@@ -83,9 +83,9 @@ def _null_directions(dae: HybridDae, kept: Sequence[int], stage: Placed, values:
     return turning
 
 
-def lost_outputs(stage: Placed, cyclic: list[Symbol], turning: Turning) -> list[bool]:
+def lost_outputs(placed: Placed, cyclic: list[Symbol], turning: Turning) -> list[bool]:
     """The wanted expressions that depend on how far the model has turned."""
-    wanted, x = stage.put(stage.asked.wanted), stage.dae.x
+    wanted, x = placed.put(placed.asked.wanted), placed.dae.x
     leaves = [s for s in cyclic if key(s) not in {key(x[i]) for i in turning}]
     lost: NDArray[np.bool_] = np.asarray(dependence(wanted, leaves).any(axis=1))
     for i, shares in turning.items():
@@ -95,7 +95,7 @@ def lost_outputs(stage: Placed, cyclic: list[Symbol], turning: Turning) -> list[
         change = ca.jtimes(column(wanted), x, direction)
         symbols = ca.symvar(change)
         point = [
-            stage.values.get(key(s), generic(s)) for s in symbols
+            placed.values.get(key(s), generic(s)) for s in symbols
         ]  # ratios by which angles turn are those of the parameters
         number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
         lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > 1e-9))

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 import pandas as pd
@@ -23,6 +23,7 @@ from powertrain.trials.charge import charge_corrected
 from powertrain.trials.cycle import ON, RATE, CycleRun, drive_cycle, on_cycle
 
 Array = NDArray[np.float64]
+C = TypeVar("C", bound=pt.Component)
 Method = Literal["dynamic programming", "ECMS"]
 _DEAR = 3.0
 """Price of a store that ends short, over what its content is worth."""
@@ -113,6 +114,12 @@ def _row(run: CycleRun, rules: CycleRun, planned: float) -> dict[str, float]:
         "starts": int((np.diff(on.astype(int)) > 0).sum()),
         "outside": run.time_outside,
     }
+
+
+def with_parameters_of(control: pt.Component, planned: C, kind: type[pt.Component]) -> C:
+    """The planned control with the parameters that both have from their partial class."""
+    shared = [n for n, spec in kind._fields.items() if isinstance(spec, pt.Parameter)]
+    return pt.replace(planned, {n: float(getattr(control, n)) for n in shared})
 
 
 def looked_up(

@@ -13,7 +13,7 @@ from powertrain.components.control import FlywheelCharging, PlannedCharge
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
-from powertrain.trials.management import Management, looked_up
+from powertrain.trials.management import Management, looked_up, with_parameters_of
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.flywheel_hybrid import W_START, FlywheelHybrid
 
@@ -67,11 +67,8 @@ def flywheel_management(
     stages = pt.Stages(
         np.diff(cycle.times), inertia * bench.store**2 / 2, cost, rate, np.array([[0.0, started], [0.0, 0.0]])
     )
-    shared = {
-        n: float(getattr(vehicle.charge, n)) for n, s in FlywheelCharging._fields.items() if isinstance(s, pt.Parameter)
-    }
     start = inertia * (W_START / step_up) ** 2 / 2
-    planned = pt.replace(vehicle, charge=pt.replace(PlannedCharge(), shared))
+    planned = pt.replace(vehicle, charge=with_parameters_of(vehicle.charge, PlannedCharge(), FlywheelCharging))
     return Management(driven, planned, cycle, stages, start, 1 / heat, gained, inputs, energy)
 
 

@@ -17,7 +17,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import operating_line
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
-from powertrain.trials.management import Management, looked_up
+from powertrain.trials.management import Management, looked_up, with_parameters_of
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.power_split_hybrid import SHARE, PowerSplitHybrid
 
@@ -66,15 +66,10 @@ def power_split_management(
     cost, rate = bench.along(*demand(driven, cycle))
     stages = pt.Stages(np.diff(cycle.times), np.array(CHARGES), cost, rate, np.array([[0.0, started], [0.0, 0.0]]))
     soc = float(type(battery)._fields["soc"].start)
-    planned = pt.replace(vehicle, control=_planned(vehicle.control))
+    planned = pt.replace(vehicle, control=with_parameters_of(vehicle.control, PlannedPowerSplit(), PowerSplit))
     return Management(
         driven, planned, cycle, stages, soc, gained(soc, soc + 0.01) / 0.01 / heat, gained, inputs, "battery.soc"
     )
-
-
-def _planned(control: PowerSplit) -> PlannedPowerSplit:
-    shared = {n: getattr(control, n) for n, spec in PowerSplit._fields.items() if isinstance(spec, pt.Parameter)}
-    return pt.replace(PlannedPowerSplit(), {n: float(v) for n, v in shared.items()})
 
 
 class PowerSplitBench:
