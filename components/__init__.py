@@ -13,7 +13,7 @@ if __name__ != "powertrain.components":
 
 
 _BOTH = """
-    AccSensor Accelerate Brake Compliant CompliantWithRelativeStates ConstantSpeed Damper Fixed Flange Lossy
+    AccSensor Accelerate Brake Compliant CompliantWithRelativeStates ConstantSpeed Damper Detent Fixed Flange Lossy
     Move MultiSensor OneFlangeAndSupport Position PowerSensor RelAccSensor RelSpeedSensor Speed SpeedSensor
     Spring SpringDamper TwoFlanges TwoFlangesAndSupport
 """

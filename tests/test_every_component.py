@@ -40,6 +40,7 @@ ONE_SIDED = {
     "ElectricMachine": "drives where its signal says",
     "VehicleBody": "on a slope, in the wind",
     "BandBrake": "energises itself forward",
+    "Synchroniser": "its sleeve engages one way",
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from powertrain.components.differentials.axle import BevelDifferential, CrownGear, LimitedSlipDifferential
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.differentials.fundamental import FundamentalDifferential
+from powertrain.components.differentials.hypoid import HypoidGear
 from powertrain.components.differentials.interfaces import Differential, Epicyclic, ThreeMembers
 from powertrain.components.differentials.mesh import Mesh, MeshLaw
 from powertrain.components.differentials.planetary import (
@@ -23,6 +24,7 @@ __all__ = [
     "DoublePinionPlanetaryGear",
     "Epicyclic",
     "FundamentalDifferential",
+    "HypoidGear",
     "LimitedSlipDifferential",
     "Mesh",
     "MeshLaw",

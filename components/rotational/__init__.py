@@ -13,13 +13,17 @@ from powertrain.components.rotational.band_brake import BandBrake
 from powertrain.components.rotational.bearing_friction import BearingFriction
 from powertrain.components.rotational.brake import Brake
 from powertrain.components.rotational.clutch import Clutch, OneWayClutch
+from powertrain.components.rotational.cone import ConeBrake, ConeClutch
+from powertrain.components.rotational.detent import Detent
 from powertrain.components.rotational.disc import Disc
 from powertrain.components.rotational.dog_clutch import DogClutch
+from powertrain.components.rotational.drum_brake import DrumBrake
 from powertrain.components.rotational.eddy_current import EddyCurrentTorque
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.freewheel import Freewheel
 from powertrain.components.rotational.gear import Gear, LossyGear
 from powertrain.components.rotational.gearbox import Gearbox
+from powertrain.components.rotational.hydraulic_clutch import ClutchPiston, HydraulicClutch
 from powertrain.components.rotational.ideal_gear import IdealGear, IdealPlanetary
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.interfaces import (
@@ -32,6 +36,7 @@ from powertrain.components.rotational.interfaces import (
     TwoFlangesAndSupport,
 )
 from powertrain.components.rotational.motions import Accelerate, ConstantSpeed, Move, Position, Speed
+from powertrain.components.rotational.reducer import CycloidalDrive, HarmonicDrive
 from powertrain.components.rotational.rolling import IdealGearR2T, IdealRollingWheel
 from powertrain.components.rotational.sensors import (
     AccSensor,
@@ -45,6 +50,8 @@ from powertrain.components.rotational.sensors import (
     TorqueSensor,
 )
 from powertrain.components.rotational.spring import Damper, Spring, SpringDamper
+from powertrain.components.rotational.stiffening_spring import StiffeningSpring
+from powertrain.components.rotational.synchroniser import Synchroniser
 from powertrain.components.rotational.thread import RackAndPinion, Screw, WormGear
 from powertrain.components.rotational.torques import (
     ConstantTorque,
@@ -56,9 +63,15 @@ from powertrain.components.rotational.torques import (
     Torque2,
     TorqueStep,
 )
-from powertrain.components.rotational.universal_joint import UniversalJoint
+from powertrain.components.rotational.universal_joint import (
+    ConstantVelocityJoint,
+    DoubleUniversalJoint,
+    UniversalJoint,
+)
+from powertrain.components.rotational.wet_clutch import PAPER_LINING, PlateDrag, WetClutch
 
 __all__ = [
+    "PAPER_LINING",
     "AccSensor",
     "Accelerate",
     "AngleSensor",
@@ -67,13 +80,21 @@ __all__ = [
     "BearingFriction",
     "Brake",
     "Clutch",
+    "ClutchPiston",
     "Compliant",
     "CompliantWithRelativeStates",
+    "ConeBrake",
+    "ConeClutch",
     "ConstantSpeed",
     "ConstantTorque",
+    "ConstantVelocityJoint",
+    "CycloidalDrive",
     "Damper",
+    "Detent",
     "Disc",
     "DogClutch",
+    "DoubleUniversalJoint",
+    "DrumBrake",
     "EddyCurrentTorque",
     "ElastoBacklash",
     "ElastoBacklash2",
@@ -82,6 +103,8 @@ __all__ = [
     "Freewheel",
     "Gear",
     "Gearbox",
+    "HarmonicDrive",
+    "HydraulicClutch",
     "IdealGear",
     "IdealGearR2T",
     "IdealPlanetary",
@@ -95,6 +118,7 @@ __all__ = [
     "MultiSensor",
     "OneFlangeAndSupport",
     "OneWayClutch",
+    "PlateDrag",
     "Position",
     "PowerSensor",
     "QuadraticSpeedDependentTorque",
@@ -108,6 +132,8 @@ __all__ = [
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "StiffeningSpring",
+    "Synchroniser",
     "Torque",
     "Torque2",
     "TorqueSensor",
@@ -116,5 +142,6 @@ __all__ = [
     "TwoFlanges",
     "TwoFlangesAndSupport",
     "UniversalJoint",
+    "WetClutch",
     "WormGear",
 ]

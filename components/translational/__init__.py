@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.translational.adaptors import ForceToPositionAdaptor, PositionToForceAdaptor
 from powertrain.components.translational.brake import Brake, SupportFriction
+from powertrain.components.translational.detent import Detent
 from powertrain.components.translational.eddy_current import EddyCurrentForce
 from powertrain.components.translational.elasto_gap import ElastoGap
 from powertrain.components.translational.fixed import Fixed
@@ -42,6 +43,7 @@ from powertrain.components.translational.sensors import (
     RelSpeedSensor,
     SpeedSensor,
 )
+from powertrain.components.translational.shift_actuator import ShiftActuator
 from powertrain.components.translational.spring import Damper, Spring, SpringDamper
 from powertrain.components.translational.stop import MassWithStopAndFriction
 
@@ -55,6 +57,7 @@ __all__ = [
     "ConstantForce",
     "ConstantSpeed",
     "Damper",
+    "Detent",
     "EddyCurrentForce",
     "ElastoGap",
     "Fixed",
@@ -83,6 +86,7 @@ __all__ = [
     "Rigid",
     "Rod",
     "RollingResistance",
+    "ShiftActuator",
     "SignForce",
     "Speed",
     "SpeedSensor",

@@ -45,6 +45,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
 
     ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found; a law at rest may
     count as sliding while its acceleration is above ``-slack`` (0 except for modes from the complementarity problem or a single trial).
+    A closed contact opens where its force would pull, and where a reset has moved one of its sides away.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
     fires = {index: fire[k] for k, index in enumerate(timed(dae)[1])}
@@ -62,7 +63,9 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
         old = dae.m[contact.index]
         near = ca.logic_and(ca.fabs(contact.gap) <= ZONE, ca.fabs(contact.speed) <= EPS)
         rest = ca.logic_and(near, contact.acceleration < 0)
-        held[contact.index] = ca.if_else(old > 0.5, contact.force + EPS > 0, rest)
+        taken_away = ca.logic_and(jumped > 0, contact.gap > INTEGRATED)
+        pressed = ca.logic_and(contact.force + EPS > 0, ca.logic_not(taken_away))
+        held[contact.index] = ca.if_else(old > 0.5, pressed, rest)
         hits = ca.logic_and(contact.gap + EPS <= 0, approaching(contact))
         closing.append(ca.logic_and(ca.logic_and(old < 0.5, hits), ca.logic_not(rest)))
     edges = []

@@ -1,0 +1,73 @@
+"""Hypoid gears, whose efficiency follows from their spiral angles or from a measured map."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain import Equations, Map, Parameter, Symbol, friction, parameter
+from powertrain.components.differentials.mesh import checked_efficiency
+from powertrain.components.driving_side import mesh_losses
+from powertrain.components.rotational.gear import LossyPair
+
+AXES = {"w": "rad/s", "tau": "N.m", "T": "K"}
+"""What a measured efficiency may depend on: |w_a|, |flange_a.tau|, the temperature of the heat port."""
+
+
+class HypoidGear(LossyPair):
+    """A hypoid pinion (flange_a) and its ring gear (flange_b), by spiral angles and friction or by a map of efficiencies.
+
+    phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss)
+    pinion drives: tauLoss = (1 - eta_ab) flange_a.tau,  ring gear drives: tauLoss = (1 - 1/eta_ba) flange_a.tau;  w_a = 0: between the two
+    eta_ab = (cos(alpha) + mue tan(beta_2))/(cos(alpha) + mue tan(beta_1))
+    eta_ba = (cos(alpha) - mue tan(beta_1))/(cos(alpha) - mue tan(beta_2))
+
+    The offset makes the spiral angle of the pinion beta_1 larger than that of the ring gear beta_2, and the teeth slide along their length
+    with v_n (tan(beta_1) - tan(beta_2)). The friction of this sliding under the normal force is the loss; with beta_1 = beta_2 there is no
+    offset (a spiral bevel gear) and no loss of this kind. ``map_ab``, ``map_ba``: measured efficiencies in place of the formula, over any
+    of w [rad/s] (size of w_a), tau [N.m] (size of flange_a.tau) and T [K] (heat port). The housing takes the torques.
+    Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch. 24 (crossed-axis gears with friction).
+
+    Errors: ParameterError where beta_2 > beta_1, where the ring gear cannot drive, and for efficiencies outside (0, 1].
+
+    >>> [round(eta, 4) for eta in HypoidGear(ratio=3.7).efficiencies()]
+    [0.9739, 0.9719]
+    """
+
+    beta_1: Parameter = parameter("rad", "Spiral angle of the pinion", default=math.radians(48), min=0, max=1.4)
+    beta_2: Parameter = parameter("rad", "Spiral angle of the ring gear", default=math.radians(30), min=0, max=1.4)
+    alpha: Parameter = parameter("rad", "Pressure angle in the normal section", default=math.radians(20), min=0, max=1)
+    mue: Parameter = parameter("1", "Coefficient of friction in the mesh", default=0.05, min=0, max=1)
+    map_ab: Map | None = None
+    map_ba: Map | None = None
+
+    def check(self) -> Equations:
+        """The pinion has the larger spiral angle, and the ring gear can drive it."""
+        yield self.beta_1 >= self.beta_2
+        yield self.mue * ca.tan(self.beta_1) < ca.cos(self.alpha)
+
+    def equations(self) -> Equations:
+        """Kinematics and the loss by the side that drives."""
+        yield from self._mesh()
+        ab, ba = self._formula()
+        eta_ab, eta_ba = self._measured("map_ab", ab), self._measured("map_ba", ba)
+        yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, eta_ab, eta_ba))
+        yield from self._dissipate()
+
+    def efficiencies(self) -> tuple[float, float]:
+        """Efficiencies by the formula, pinion driving and ring gear driving."""
+        ab, ba = self._formula()
+        return float(ab), float(ba)
+
+    def _formula(self) -> tuple[Symbol, Symbol]:
+        normal, one, two = ca.cos(self.alpha), self.mue * ca.tan(self.beta_1), self.mue * ca.tan(self.beta_2)
+        return (normal + two) / (normal + one), (normal - one) / (normal - two)
+
+    def _measured(self, name: str, formula: Symbol) -> Symbol:
+        given: Map | None = getattr(self, name)
+        if given is None:
+            return formula
+        checked_efficiency(given, f"{self._path}.{name}", AXES)
+        values = {"w": ca.fabs(self.w_a), "tau": ca.fabs(self.flange_a.tau), "T": self.heat_port.T}
+        return given(*(Symbol(values[axis.name]) for axis in given.axes))

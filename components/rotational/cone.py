@@ -1,0 +1,90 @@
+"""Cone clutches and cone brakes: the wedge of the cone multiplies the pressing force."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain.components.friction_table import Table, at_speed
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy, TwoFlangesAndSupport
+
+
+class _Cone(Lossy):
+    """Partial: cones that an axial force from a signal presses together."""
+
+    mue_pos: Table = ((0.0, 0.1),)
+    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
+    radius: Parameter = parameter("m", "Mean radius of the cones", default=0.1, above=0)
+    angle: Parameter = parameter(
+        "rad", "Half of the cone's opening angle", default=math.radians(12.5), above=0, max=math.pi / 2
+    )
+    cones: Parameter = parameter("1", "Number of friction cones that act in parallel", default=1.0, above=0)
+    fn_max: Parameter = parameter("N", "Axial force at f_normalized = 1", min=0)
+    f_normalized: Input = signal_input("1", "Axial force over fn_max; the cones are apart where it is not positive")
+    fn: Variable = variable("N", "Axial force")
+
+    def check(self) -> Equations:
+        """The cones come apart by themselves when the force ends: tan(angle) exceeds the coefficient of friction at rest."""
+        yield ca.sin(self.angle) > self.peak * self.mue_pos[0][1] * ca.cos(self.angle)
+
+    def _limit(self, w: Symbol) -> Symbol:
+        """Torque of the cones that slide with speed w."""
+        wedge = self.cones * self.radius / ca.sin(self.angle)
+        return wedge * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", w, ("rad/s", "1"))
+
+
+class ConeClutch(CompliantWithRelativeStates, _Cone):
+    """A cone clutch between two shafts, pressed by an axial force from a signal.
+
+    w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
+    tau_max = cones mue_pos(|w_rel|) fn radius/sin(angle);  sliding: tau = tau_max sign(w_rel);  w_rel = 0: |tau| <= peak tau_max
+
+    The cone's normal force is fn/sin(angle), so a flat cone (angle = pi/2) is a plate. A steep cone sticks: with tan(angle) <= mue it has
+    to be pulled apart, which a force that is only pressed cannot do. Such parameters are rejected. ``mue_pos``: rows (relative speed
+    rad/s, coefficient of friction), linear between them and beyond the last. Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical
+    Engineering Design, 9th ed., McGraw-Hill 2011, sec. 16-8 (uniform wear).
+
+    Errors: ParameterError where the cone would stick.
+    """
+
+    def equations(self) -> Equations:
+        """Friction in both directions."""
+        yield from self._transmit()
+        yield self.fn == self.fn_max * self.f_normalized.value
+        limit = self._limit(self.w_rel)
+        yield friction(self.w_rel, self.tau, -limit, limit, peak=self.peak)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction torque times relative speed."""
+        return self.tau * self.w_rel
+
+
+class ConeBrake(TwoFlangesAndSupport, _Cone):
+    """A cone brake between a shaft and the support, pressed by an axial force from a signal.
+
+    w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau,  fn = fn_max f_normalized
+    tau_max = cones mue_pos(|w|) fn radius/sin(angle);  sliding: tau = tau_max sign(w);  w = 0: |tau| <= peak tau_max
+
+    The law, its limits and its source are those of ``ConeClutch``. Errors: ParameterError where the cone would stick.
+    """
+
+    w: Variable = variable("rad/s", "Speed of the shaft against the support")
+    tau: Variable = variable("N.m", "Friction torque")
+
+    def equations(self) -> Equations:
+        """A rigid shaft that is pressed to its support."""
+        yield from self._balance()
+        yield self.flange_b.phi == self.flange_a.phi
+        yield self.w == der(self.flange_a.phi - self.support.phi)
+        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        yield self.fn == self.fn_max * self.f_normalized.value
+        limit = self._limit(self.w)
+        yield friction(self.w, self.tau, -limit, limit, peak=self.peak)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction torque times speed."""
+        return self.tau * self.w

@@ -1,0 +1,123 @@
+"""Drives of high ratio without backlash but with wind-up: harmonic and cycloidal drives."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from powertrain import Equations, ParameterError, connect, support
+from powertrain.components.friction_table import Table
+from powertrain.components.rotational.gear import LossyGear
+from powertrain.components.rotational.interfaces import TwoFlangesAndSupport
+from powertrain.components.rotational.stiffening_spring import StiffeningSpring
+from powertrain.components.thermal import HeatPort
+
+
+class _Reducer(TwoFlangesAndSupport):
+    """Partial: a lossy mesh at the fast shaft flange_a and the wind-up of the slow one, flange_b."""
+
+    mesh: LossyGear
+    windup: StiffeningSpring
+    heat_port: HeatPort = support(HeatPort)
+
+    def equations(self) -> Equations:
+        """Mesh and spring in a row."""
+        yield connect(self.flange_a, self.mesh.flange_a)
+        yield connect(self.mesh.flange_b, self.windup.flange_a)
+        yield connect(self.windup.flange_b, self.flange_b)
+        yield connect(self.mesh.support, self.support)
+        yield connect(self.heat_port, self.mesh.heat_port, self.windup.heat_port)
+
+    @classmethod
+    def _of(
+        cls, ratio: float, efficiencies: tuple[float, float], frictions: tuple[float, float], spring: StiffeningSpring
+    ) -> Self:
+        eta, back = efficiencies
+        starting, backdriving = frictions
+        return cls(
+            mesh=LossyGear(ratio=-ratio, lossTable=((0.0, eta, back, starting, backdriving / ratio),)), windup=spring
+        )
+
+
+class HarmonicDrive(_Reducer):
+    """A strain-wave gear: wave generator (flange_a), flexspline (flange_b) and circular spline (support).
+
+    w_a - w_s = -N (w_b' - w_s),  N = Z_flex/(Z_circular - Z_flex);  flange_b follows b' through the spring ``windup``
+
+    With the circular spline at rest the flexspline turns backward at 1/N; with the flexspline held, the circular spline turns forward at
+    1/(N + 1). ``mesh`` has efficiencies and friction in either direction of power, as ``LossyGear``; ``windup`` is the torsion at the
+    output with the wave generator blocked, in the makers' segments of stiffness. There is no backlash. ``of`` takes what catalogues
+    print. The wave generator's inertia is connected to flange_a. Source: Harmonic Drive SE, Engineering Data, 2014, sec. 4.2.
+
+    >>> drive = HarmonicDrive.of(200, 202)
+    >>> float(drive.mesh.ratio)
+    -100.0
+    """
+
+    mesh: LossyGear = LossyGear(ratio=-100.0, lossTable=((0.0, 0.80, 0.70, 0.10, 0.12),))
+    windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)))
+
+    @classmethod
+    def of(
+        cls,
+        flexspline: int,
+        circular: int,
+        *,
+        efficiency: float = 0.80,
+        back: float = 0.70,
+        starting: float = 0.10,
+        backdriving: float = 12.0,
+        stiffness: Table = ((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)),
+        d: float = 50.0,
+    ) -> Self:
+        """From teeth and catalogue values.
+
+        Parameters: teeth of flexspline and circular spline; efficiency where the wave generator drives, and ``back`` where the flexspline
+        does; no-load starting torque at the wave generator and no-load back-driving torque at the flexspline [N.m]; stiffness as rows
+        (torque from which it holds N.m, stiffness N.m/rad); damping of the wind-up [N.m.s/rad]. Errors: ParameterError for a circular
+        spline without more teeth than the flexspline.
+        """
+        if not 0 < flexspline < circular:
+            raise ParameterError(
+                f"a circular spline of {circular} teeth does not fit round a flexspline of {flexspline}; it needs more teeth, usually two"
+            )
+        spring = StiffeningSpring(stiffness=stiffness, d=d)
+        return cls._of(flexspline / (circular - flexspline), (efficiency, back), (starting, backdriving), spring)
+
+
+class CycloidalDrive(_Reducer):
+    """A cycloidal drive: eccentric input shaft (flange_a), output by the disc's angle (flange_b), ring of pins (support).
+
+    w_a - w_s = -N (w_b' - w_s),  N = lobes/(pins - lobes);  flange_b follows b' through the spring ``windup``
+
+    A disc with one lobe less than there are pins turns backward by one lobe in a turn of the eccentric. ``mesh`` and ``windup`` are those
+    of ``HarmonicDrive``. Source: J. E. Shigley, C. R. Mischke, Standard Handbook of Machine Design, 2nd ed., McGraw-Hill 1996, ch. on
+    gearing; stiffness and efficiency by the maker's catalogue.
+
+    >>> float(CycloidalDrive.of(lobes=29, pins=30).mesh.ratio)
+    -29.0
+    """
+
+    mesh: LossyGear = LossyGear(ratio=-29.0, lossTable=((0.0, 0.92, 0.90, 0.15, 0.20),))
+    windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 5e4), (15.0, 2e5)))
+
+    @classmethod
+    def of(
+        cls,
+        lobes: int,
+        pins: int,
+        *,
+        efficiency: float = 0.92,
+        back: float = 0.90,
+        starting: float = 0.15,
+        backdriving: float = 6.0,
+        stiffness: Table = ((0.0, 5e4), (15.0, 2e5)),
+        d: float = 50.0,
+    ) -> Self:
+        """From the lobes of the disc, the pins of the ring and catalogue values as in ``HarmonicDrive.of``.
+
+        Errors: ParameterError unless there are more pins than lobes.
+        """
+        if not 0 < lobes < pins:
+            raise ParameterError(f"a disc of {lobes} lobes does not turn in {pins} pins; it needs more pins than lobes")
+        spring = StiffeningSpring(stiffness=stiffness, d=d)
+        return cls._of(lobes / (pins - lobes), (efficiency, back), (starting, backdriving), spring)
