@@ -45,7 +45,9 @@ def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> tuple[Array, 
 
 
 def _degenerate(laws: SteadyLaws, value: LawValues) -> Mask:
-    """Whether the equations do not determine the unknowns where they are looked at."""
+    """Whether the equations do not determine the unknowns where they are looked at; no unknowns are determined."""
+    if not laws.unknowns:
+        return np.zeros(len(value.rows), bool)
     matrix = value.rows_[:, :, : laws.unknowns].copy()
     matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / SHORT_STEP
     size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)

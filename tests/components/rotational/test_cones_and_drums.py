@@ -44,9 +44,9 @@ def test_a_flat_cone_is_a_plate() -> None:
 
 def test_a_cone_that_would_stick_is_rejected() -> None:
     rot.ConeClutch(angle=math.atan(0.201), mue_pos=((0.0, 0.2),), fn_max=1)
-    with pytest.raises(pt.ParameterError, match="angle = 0.196"):
+    with pytest.raises(pt.ParameterError, match=r"angle = 0\.196"):
         rot.ConeClutch(angle=math.atan(0.199), mue_pos=((0.0, 0.2),), fn_max=1)
-    with pytest.raises(pt.ParameterError, match="peak = 1.2"):
+    with pytest.raises(pt.ParameterError, match=r"peak = 1\.2"):
         rot.ConeBrake(angle=math.atan(0.201), mue_pos=((0.0, 0.2),), peak=1.2, fn_max=1)
 
 
@@ -91,6 +91,6 @@ def test_a_shoe_that_locks_itself_is_rejected() -> None:
     limit = float(normal / moment)
     torques = [rot.DrumBrake(**(SHIGLEY | {"mue": share * limit})).torques()[0] for share in (0.9, 0.99, 0.999)]
     assert np.all(np.array(torques[1:]) > 9 * np.array(torques[:-1]))
-    with pytest.raises(pt.ParameterError, match="normal > self.mue"):
+    with pytest.raises(pt.ParameterError, match=r"normal > self\.mue"):
         rot.DrumBrake(**(SHIGLEY | {"mue": 1.001 * limit}))
     assert float(span) > 0

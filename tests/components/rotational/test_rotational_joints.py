@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from joined import joined, run
@@ -141,3 +142,71 @@ def test_dog_clutch_goes_in_at_equal_speed_and_out_without_torque() -> None:
     together = (result.time > 14.1) & (result.time < 25)
     np.testing.assert_allclose(result["parts[1].w"][together], result["parts[2].w"][together], atol=1e-9)
     assert pt.energy_audit(result).closure < 1e-7
+
+
+def turned(joint: Any, w: float = 10.0, stop: float = math.pi) -> Any:
+    parts = joint, rot.ConstantSpeed(w_fixed=w), rot.Inertia(J=0.5)
+    model = joined(*parts, joints="0.flange_a=1.flange 0.flange_b=2.flange_a")
+    return pt.simulate(model, stop, max_step=0.01, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("beta_a", "beta_b", "phase", "single"),
+    [
+        (0.4, 0.4, 0.0, 1.0),
+        (0.3, -0.3, 0.0, 1.0),
+        (0.5, 0.3, 0.0, math.cos(0.5) / math.cos(0.3)),
+        (0.2, 0.6, 0.0, math.cos(0.2) / math.cos(0.6)),
+        (0.4, 0.4, math.pi / 2, math.cos(0.4) ** 2),
+        (0.3, 0.0, 0.7, math.cos(0.3)),
+    ],
+)
+def test_double_joint_is_as_uneven_as_a_single_one(beta_a: float, beta_b: float, phase: float, single: float) -> None:
+    """Its speed swings from ``single`` to 1/``single``: evenly for equal angles, at both angles together for crossed forks."""
+    result = turned(rot.DoubleUniversalJoint(beta_a=beta_a, beta_b=beta_b, phase=phase))
+    k = result["parts[2].w"] / 10
+    low, high = sorted((single, 1 / single))
+    assert k.min() == pytest.approx(low, rel=2e-3)
+    assert k.max() == pytest.approx(high, rel=2e-3)
+    if single == 1.0:
+        np.testing.assert_allclose(k, 1.0, rtol=1e-9)
+    assert np.abs(result["parts[0].phi_b"] - result["parts[0].phi_a"]).max() < 0.4  # no turn is lost in five
+    audit = pt.energy_audit(result)
+    assert audit.closure < 1e-6
+
+
+def test_double_joint_is_two_joints() -> None:
+    """The same motion as two single joints, their middle forks twisted by 0.6 rad, from any angle."""
+    result = turned(rot.DoubleUniversalJoint(beta_a=0.5, beta_b=0.3, phase=0.6))
+    a, b = result["parts[0].phi_a"], result["parts[0].phi_b"] + 0.6
+    x, y = np.cos(a), math.cos(0.5) * np.sin(a)  # the middle fork's direction
+    x, y = x * math.cos(0.6) - y * math.sin(0.6), x * math.sin(0.6) + y * math.cos(0.6)
+    np.testing.assert_allclose(x * math.cos(0.3) * np.sin(b), y * np.cos(b), atol=1e-7)
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.15, -0.15, 0.9])
+@pytest.mark.parametrize("driver", ["a", "b"])
+def test_constant_velocity_joint_loses_by_its_angle(beta: float, driver: str) -> None:
+    """w_a = w_b; the driven side gets the efficiency of the table at the size of the angle, held beyond its end."""
+    eta = float(np.interp(abs(beta), [0.0, 0.1, 0.2, 0.4, 0.8], [0.997, 0.994, 0.989, 0.974, 0.93]))
+    joint, sides = rot.ConstantVelocityJoint(beta=beta), (rot.Inertia(J=0.2), rot.Inertia(J=0.3))
+    torque = rot.ConstantTorque(tau_constant=40.0)
+    ends = "0.flange_a=1.flange_a 0.flange_b=2.flange_a"
+    result = run(joined(joint, *sides, torque, joints=f"{ends} 3.flange={1 if driver == 'a' else 2}.flange_b"), 0.5)
+    own, other = (0.2, 0.3) if driver == "a" else (0.3, 0.2)
+    assert result["parts[2].w"][-1] == pytest.approx(40 / (own + other / eta) * 0.5, rel=1e-9)
+    assert pt.energy_audit(result).closure < 1e-9
+    with pytest.raises(pt.ParameterError, match="efficiencies in"):
+        pt.compile(rot.ConstantVelocityJoint(efficiency=((0.0, 1.2),)))
+
+
+def test_an_angle_that_jumps_is_rejected() -> None:
+    """atan(tan(phi)) in a constraint would jump by pi in every turn."""
+
+    class Naive(rot.TwoFlanges):
+        def equations(self) -> pt.Equations:
+            yield self.flange_b.phi == ca.atan(math.cos(0.4) * ca.tan(self.flange_a.phi))
+            yield self.flange_a.tau + self.flange_b.tau == 0
+
+    with pytest.raises(pt.ModelError, match=r"tan\(.*\) makes this jump"):
+        turned(Naive())

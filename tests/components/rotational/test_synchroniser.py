@@ -44,7 +44,9 @@ def test_synchronisation_takes_its_time(cones: float, drag: float) -> None:
     contact, passed = happened(result, "stop", 1), happened(result, "stop", 0)
     slip = drag / J * contact  # the drag has turned the free wheel backward
     torque = cones * CONE * FORCE
-    assert passed - contact == pytest.approx(J * (DW + slip) / (torque - drag), rel=1e-4)  # 1000 kg.m2 give way a little
+    assert passed - contact == pytest.approx(
+        J * (DW + slip) / (torque - drag), rel=1e-4
+    )  # 1000 kg.m2 give way a little
     assert at(result, "x", passed - 1e-4) == pytest.approx(2e-3, abs=1e-9)
     assert at(result, "x", 0.9) == pytest.approx(9e-3, abs=1e-7)
     assert at(result, "inside", 0.9) == 1
