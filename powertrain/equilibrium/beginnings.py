@@ -33,27 +33,41 @@ class Beginnings:
 
 
 def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> tuple[Array, Array]:
-    """What a step of ``step`` seconds adds to the unknowns (point, unknown), and its change with torques (point, unknown, law)."""
+    """What a step of ``step`` seconds adds to the unknowns (point, unknown), and its change with torques (point, unknown, law).
+
+    Where the equations do not determine the unknowns it is the shortest step of least squares: by elimination, round-off alone would
+    say how far they go.
+    """
     n = laws.unknowns
-    matrix = value.rows_[:, :, :n].copy()
-    matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / step
+    matrix = _euler(laws, value, step)
     right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
     points, _, sides = right.shape
     found = solved(np.repeat(matrix, sides, 0), right.transpose(0, 2, 1).reshape(points * sides, n))
     found = found.reshape(points, sides, n).transpose(0, 2, 1)
+    finite = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    some = np.flatnonzero(_degenerate(matrix) & finite)
+    size = _row_sizes(matrix[some])
+    found[some] = np.linalg.pinv(matrix[some] / size, rcond=1.0 / SINGULAR) @ (right[some] / size)
     return found[:, :, 0], found[:, :, 1:]
 
 
-def _degenerate(laws: SteadyLaws, value: LawValues) -> Mask:
-    """Whether the equations do not determine the unknowns where they are looked at; no unknowns are determined."""
-    if not laws.unknowns:
-        return np.zeros(len(value.rows), bool)
+def _euler(laws: SteadyLaws, value: LawValues, step: float) -> Array:
     matrix = value.rows_[:, :, : laws.unknowns].copy()
-    matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / SHORT_STEP
+    matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / step
+    return np.asarray(matrix)
+
+
+def _row_sizes(matrix: Array) -> Array:
     size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
-    good = np.isfinite(matrix).all(axis=(1, 2)) & (size > 0.0).all(axis=(1, 2))
-    matrix[~good] = np.eye(laws.unknowns)
-    level = matrix / np.where(good[:, None, None], size, 1.0)
+    return np.where(size > 0.0, size, 1.0)
+
+
+def _degenerate(matrix: Array) -> Mask:
+    """Which equations do not determine their unknowns; no unknowns are determined."""
+    if not matrix.shape[1]:
+        return np.zeros(len(matrix), bool)
+    good = np.isfinite(matrix).all(axis=(1, 2)) & (np.abs(matrix).max(axis=2) > 0.0).all(axis=1)
+    level = np.where(good[:, None, None], matrix / _row_sizes(matrix), np.eye(matrix.shape[1]))
     return np.asarray(~good | (np.linalg.cond(level) > SINGULAR), bool)
 
 
@@ -74,7 +88,7 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
     value = laws.values(at, lossless=True)
     move, along = euler_step(laws, value, SHORT_STEP)
-    degenerate = _degenerate(laws, value) & np.isfinite(move).all(axis=1)
+    degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(move).all(axis=1)
     if degenerate.any():  # at rest a ratio moves nothing: begin where speeds are as prescribed
         at.y[degenerate] += move[degenerate]
         value = laws.values(at, lossless=True)
