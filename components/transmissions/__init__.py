@@ -7,7 +7,13 @@ from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualClutchGearbox, StartingGearbox
 from powertrain.components.transmissions.gear_scheme import Gear, GearScheme, ShiftElement, planetary, ravigneaux
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
-from powertrain.components.transmissions.gearsets import EIGHT_SPEED, LEPELLETIER_SIX, RAVIGNEAUX_FOUR, SIMPSON_THREE
+from powertrain.components.transmissions.gearsets import (
+    CR_CR_FOUR,
+    EIGHT_SPEED,
+    LEPELLETIER_SIX,
+    RAVIGNEAUX_FOUR,
+    SIMPSON_THREE,
+)
 from powertrain.components.transmissions.hydrodynamic import FluidCoupling, TorqueConverter
 from powertrain.components.transmissions.interfaces import VariableTransmission
 from powertrain.components.transmissions.layout import (
@@ -35,6 +41,7 @@ from powertrain.components.transmissions.split_path import SplitPathTransmission
 
 __all__ = [
     "COMBINATIONS",
+    "CR_CR_FOUR",
     "EIGHT_SPEED",
     "HOUSING",
     "LEPELLETIER_SIX",

@@ -14,7 +14,13 @@ from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.gear_scheme import GearScheme, ShiftElement
-from powertrain.components.transmissions.gearsets import EIGHT_SPEED, LEPELLETIER_SIX, RAVIGNEAUX_FOUR, SIMPSON_THREE
+from powertrain.components.transmissions.gearsets import (
+    CR_CR_FOUR,
+    EIGHT_SPEED,
+    LEPELLETIER_SIX,
+    RAVIGNEAUX_FOUR,
+    SIMPSON_THREE,
+)
 
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
 """Input torque [N.m] for which elements are made, their capacity over what they then carry, inertia of a shaft [kg.m2]."""
@@ -72,6 +78,11 @@ class Automatic(ClutchToClutch):
     def ravigneaux_four_speed(cls) -> Self:
         """Ratios 2.40, 1.47, 1.00, 0.67, reverse -2.00."""
         return cls.of(RAVIGNEAUX_FOUR)
+
+    @classmethod
+    def cr_cr_four_speed(cls) -> Self:
+        """Ratios 3.06, 1.63, 1.00, 0.70, reverse -2.29."""
+        return cls.of(CR_CR_FOUR)
 
     @classmethod
     def lepelletier_six_speed(cls) -> Self:

@@ -33,6 +33,23 @@ RAVIGNEAUX_FOUR = GearScheme.of(
 )
 """A four-speed Ravigneaux gearset, published ratios of the Ford AOD: 2.40 1.47 1.00 0.67, reverse 2.00; tooth numbers that give them."""
 
+CR_CR_FOUR = GearScheme.of(
+    planetary("input", "input sun", "joint", "out", teeth=(35, 72), eta=ETA),
+    planetary("reaction", "reaction sun", "out", "joint", teeth=(34, 78), eta=ETA),
+    elements={
+        "forward": "in-input sun",
+        "3-4": "in-joint",
+        "reverse": "in-reaction sun",
+        "2-4": "reaction sun-housing",
+        "low": "joint-housing",
+    },
+    gears={"1": "forward low", "2": "forward 2-4", "3": "forward 3-4", "4": "3-4 2-4", "R": "reverse low"},
+)
+"""Two planetary gears, the carrier of each joined to the ring of the other.
+
+Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; tooth numbers that give them.
+"""
+
 LEPELLETIER_SIX = GearScheme.of(
     planetary("front", "housing", "in", "reduced", teeth=(37, 71), eta=ETA),
     *ravigneaux("large sun", "small sun", "out", "carrier", teeth=(38, 31, 85), eta=ETA),
