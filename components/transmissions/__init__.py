@@ -11,8 +11,11 @@ from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
     EIGHT_SPEED,
     LEPELLETIER_SIX,
+    NINE_SPEED,
     RAVIGNEAUX_FOUR,
+    SEVEN_SPEED,
     SIMPSON_THREE,
+    TEN_SPEED,
 )
 from powertrain.components.transmissions.hydrodynamic import FluidCoupling, TorqueConverter
 from powertrain.components.transmissions.interfaces import VariableTransmission
@@ -45,8 +48,11 @@ __all__ = [
     "EIGHT_SPEED",
     "HOUSING",
     "LEPELLETIER_SIX",
+    "NINE_SPEED",
     "RAVIGNEAUX_FOUR",
+    "SEVEN_SPEED",
     "SIMPSON_THREE",
+    "TEN_SPEED",
     "TYPES",
     "Automatic",
     "ClutchToClutch",

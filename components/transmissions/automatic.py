@@ -18,8 +18,11 @@ from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
     EIGHT_SPEED,
     LEPELLETIER_SIX,
+    NINE_SPEED,
     RAVIGNEAUX_FOUR,
+    SEVEN_SPEED,
     SIMPSON_THREE,
+    TEN_SPEED,
 )
 
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
@@ -93,6 +96,21 @@ class Automatic(ClutchToClutch):
     def eight_speed(cls) -> Self:
         """Ratios 4.696, 3.130, 2.104, 1.667, 1.285, 1.000, 0.839, 0.667, reverse -3.297."""
         return cls.of(EIGHT_SPEED)
+
+    @classmethod
+    def seven_speed(cls) -> Self:
+        """Ratios 4.377, 2.859, 1.921, 1.368, 1.000, 0.820, 0.728, reverse -3.416."""
+        return cls.of(SEVEN_SPEED)
+
+    @classmethod
+    def nine_speed(cls) -> Self:
+        """Ratios 4.700, 2.842, 1.909, 1.382, 1.000, 0.808, 0.699, 0.580, 0.479, reverse -3.805."""
+        return cls.of(NINE_SPEED)
+
+    @classmethod
+    def ten_speed(cls) -> Self:
+        """Ratios 4.696, 2.985, 2.146, 1.769, 1.520, 1.275, 1.000, 0.854, 0.689, 0.636, reverse -4.866."""
+        return cls.of(TEN_SPEED)
 
     @property
     def gear_count(self) -> int:

@@ -95,3 +95,99 @@ EIGHT_SPEED = GearScheme.of(
 
 Published ratios of the ZF 8HP70: 4.696 3.130 2.104 1.667 1.285 1.000 0.839 0.667, reverse 3.297.
 """
+
+SEVEN_SPEED = GearScheme.of(
+    planetary("front", "front sun", "in", "front", teeth=(42, 86), eta=ETA),
+    planetary("middle", "in", "middle ring", "front", teeth=(86, 110), eta=ETA),
+    planetary("rear", "rear sun", "front", "rear", teeth=(46, 114), eta=ETA),
+    planetary("last", "last sun", "rear", "out", teeth=(42, 114), eta=ETA),
+    elements={
+        "K1": "in-front sun",
+        "K2": "in-rear",
+        "K3": "rear sun-last sun",
+        "B1": "front sun-housing",
+        "B2": "last sun-housing",
+        "B3": "middle ring-housing",
+        "BR": "rear-housing",
+    },
+    gears={
+        "1": "K3 B2 B3",
+        "2": "K3 B2 B1",
+        "3": "K3 B2 K1",
+        "4": "B2 K1 K2",
+        "5": "K1 K2 K3",
+        "6": "K2 K3 B1",
+        "7": "K2 K3 B3",
+        "R": "K3 B3 BR",
+        "R2": "K3 B1 BR",
+    },
+)
+"""A Ravigneaux set, here as two planetary gears on one carrier, and two planetary gears behind it.
+
+Published ratios of the Mercedes-Benz 7G-Tronic: 4.377 2.859 1.921 1.368 1.000 0.820 0.728, reverse 3.416 and 2.231; tooth numbers that
+give them.
+"""
+
+NINE_SPEED = GearScheme.of(
+    planetary("1", "sun 1", "sun 2", "front", teeth=(42, 86), eta=ETA),
+    planetary("2", "sun 2", "ring 2", "front", teeth=(91, 133), eta=ETA),
+    planetary("3", "suns", "front", "ring 4", teeth=(42, 110), eta=ETA),
+    planetary("4", "suns", "ring 4", "out", teeth=(42, 110), eta=ETA),
+    elements={
+        "A": "in-sun 2",
+        "B": "in-sun 1",
+        "C": "sun 1-housing",
+        "D": "ring 2-housing",
+        "E": "in-ring 4",
+        "F": "suns-housing",
+    },
+    gears={
+        "1": "A D F",
+        "2": "A C F",
+        "3": "A B F",
+        "4": "A E F",
+        "5": "A B E",
+        "6": "A C E",
+        "7": "A D E",
+        "8": "C D E",
+        "9": "B D E",
+        "R": "B D F",
+    },
+)
+"""Two planetary gears on one carrier, and a Simpson set behind them; A and F are dog clutches in the original, plates here.
+
+Published ratios of the ZF 9HP48: 4.700 2.842 1.909 1.382 1.000 0.808 0.699 0.580 0.479, reverse 3.805.
+"""
+
+TEN_SPEED = GearScheme.of(
+    planetary("1", "suns", "ring 1", "carrier 1", teeth=(45, 95), eta=ETA),
+    planetary("2", "suns", "ring 2", "in", teeth=(51, 89), eta=ETA),
+    planetary("3", "ring 2", "ring 3", "carrier 3", teeth=(73, 119), eta=ETA),
+    planetary("4", "ring 3", "carrier 1", "out", teeth=(23, 85), eta=ETA),
+    elements={
+        "A": "ring 1-housing",
+        "B": "suns-housing",
+        "C": "ring 2-drum",
+        "D": "carrier 3-drum",
+        "E": "in-ring 3",
+        "F": "carrier 1-drum",
+    },
+    gears={
+        "1": "A B D E",
+        "2": "A B C D",
+        "3": "A C D E",
+        "4": "A C D F",
+        "5": "A C E F",
+        "6": "A D E F",
+        "7": "C D E F",
+        "8": "B D E F",
+        "9": "B C E F",
+        "10": "B C D F",
+        "R": "A B D F",
+    },
+)
+"""Four planetary gears, two brakes and four clutches, of which three meet in one drum; two elements are open in every gear.
+
+Published ratios of the Ford 10R80 and GM 10L90: 4.696 2.985 2.146 1.769 1.520 1.275 1.000 0.854 0.689 0.636, reverse 4.866; tooth
+numbers that give them.
+"""
