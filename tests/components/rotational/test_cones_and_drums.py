@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,13 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
 
-CONE = {"radius": 0.12, "angle": math.radians(12.5), "cones": 2.0, "mue_pos": ((0.0, 0.2),), "fn_max": 500.0}
+CONE: dict[str, Any] = {
+    "radius": 0.12,
+    "angle": math.radians(12.5),
+    "cones": 2.0,
+    "mue_pos": ((0.0, 0.2),),
+    "fn_max": 500.0,
+}
 TORQUE = 2 * 0.2 * 0.6 * 500 * 0.12 / math.sin(math.radians(12.5))
 """Two cones at 60 % of 500 N."""
 
@@ -50,7 +57,7 @@ def test_a_cone_that_would_stick_is_rejected() -> None:
         rot.ConeBrake(angle=math.atan(0.201), mue_pos=((0.0, 0.2),), peak=1.2, fn_max=1)
 
 
-SHIGLEY = {
+SHIGLEY: dict[str, Any] = {
     "radius": 0.150,
     "hinge": math.hypot(0.112, 0.050),
     "lever": 0.212,
@@ -62,17 +69,22 @@ SHIGLEY = {
 """Example 16-2 of Shigley's Mechanical Engineering Design, 9th ed."""
 
 
+def shoes(**changes: Any) -> rot.DrumBrake:
+    """Shigley's drum brake with other parameters."""
+    return rot.DrumBrake(**{**SHIGLEY, **changes})
+
+
 def test_drum_brake_of_shigley() -> None:
     """Printed: 366 N.m of the leading, 162 N.m of the trailing shoe, 528 N.m together."""
-    lead, trail = rot.DrumBrake(**SHIGLEY).torques()
+    lead, trail = shoes().torques()
     assert [round(lead), round(trail), round(lead + trail)] == [366, 162, 528]
 
 
 @pytest.mark.parametrize(("leading", "sign"), [(1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0), (0, 1.0)])
-def test_shoes_by_integration(leading: int, sign: float) -> None:
+def test_shoes_by_integration(leading: Any, sign: float) -> None:
     """Moments of the pressure p ~ sin(theta) by quadrature; the shaft slows down by the sum of both shoes."""
     theta = 0.3, 2.2
-    brake = rot.DrumBrake(**(SHIGLEY | {"theta_1": theta[0], "theta_2": theta[1]}), leading=leading)
+    brake = shoes(theta_1=theta[0], theta_2=theta[1], leading=leading)
     r, a = 0.150, SHIGLEY["hinge"]
     normal = quad(lambda x: a * math.sin(x) ** 2, *theta)[0]
     moment = 0.32 * quad(lambda x: math.sin(x) * (r - a * math.cos(x)), *theta)[0]
@@ -87,10 +99,10 @@ def test_shoes_by_integration(leading: int, sign: float) -> None:
 
 def test_a_shoe_that_locks_itself_is_rejected() -> None:
     """The torque of the leading shoe grows without limit as mue comes to N/M."""
-    span, normal, moment = rot.DrumBrake(**SHIGLEY)._moments()
+    span, normal, moment = shoes()._moments()
     limit = float(normal / moment)
-    torques = [rot.DrumBrake(**(SHIGLEY | {"mue": share * limit})).torques()[0] for share in (0.9, 0.99, 0.999)]
+    torques = [shoes(mue=share * limit).torques()[0] for share in (0.9, 0.99, 0.999)]
     assert np.all(np.array(torques[1:]) > 9 * np.array(torques[:-1]))
     with pytest.raises(pt.ParameterError, match=r"normal > self\.mue"):
-        rot.DrumBrake(**(SHIGLEY | {"mue": 1.001 * limit}))
+        shoes(mue=1.001 * limit)
     assert float(span) > 0

@@ -49,7 +49,7 @@ PUBLISHED = {
     "ten": (4.696, 2.985, 2.146, 1.769, 1.520, 1.275, 1.000, 0.854, 0.689, 0.636, -4.866),
     "eight": (4.696, 3.130, 2.104, 1.667, 1.285, 1.000, 0.839, 0.667, -3.297),
 }
-DIGITS = dict.fromkeys(("three", "four", "cr-cr"), 0.006) | dict.fromkeys(
+DIGITS: dict[str, float] = dict.fromkeys(("three", "four", "cr-cr"), 0.006) | dict.fromkeys(
     ("six", "seven", "eight", "nine", "ten"), 6e-4
 )
 """Half a unit of the last published digit, and a little more where tooth numbers round the other way."""
