@@ -49,9 +49,8 @@ PUBLISHED = {
     "ten": (4.696, 2.985, 2.146, 1.769, 1.520, 1.275, 1.000, 0.854, 0.689, 0.636, -4.866),
     "eight": (4.696, 3.130, 2.104, 1.667, 1.285, 1.000, 0.839, 0.667, -3.297),
 }
-DIGITS: dict[str, float] = dict.fromkeys(("three", "four", "cr-cr"), 0.006) | dict.fromkeys(
-    ("six", "seven", "eight", "nine", "ten"), 6e-4
-)
+QUICK = ("three", "four", "cr-cr")
+DIGITS = {name: 0.006 if name in QUICK else 6e-4 for name in SCHEMES}
 """Half a unit of the last published digit, and a little more where tooth numbers round the other way."""
 
 
@@ -116,7 +115,6 @@ def by_hand(scheme: GearScheme, gear: str, torque: float) -> tuple[float, float,
     return 1 / w[scheme.output], float(values[0, -1]), dict(zip((e.name for e in engaged), ranges, strict=True))
 
 
-QUICK = ("three", "four", "cr-cr")
 TABLES = [
     pytest.param(name, torque, marks=() if name in QUICK else pytest.mark.slow)
     for name in SCHEMES
