@@ -220,6 +220,7 @@ from powertrain.components.transmissions import StartingClutch as StartingClutch
 from powertrain.components.transmissions import StartingConverter as StartingConverter
 from powertrain.components.transmissions import StartingDevice as StartingDevice
 from powertrain.components.transmissions import SwitchedSplitPathTransmission as SwitchedSplitPathTransmission
+from powertrain.components.transmissions import SynchronisedGearbox as SynchronisedGearbox
 from powertrain.components.transmissions import TorqueConverter as TorqueConverter
 from powertrain.components.transmissions import UnitLoss as UnitLoss
 from powertrain.components.transmissions import UnitRatio as UnitRatio

@@ -37,7 +37,8 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     1. x = s_ring: the ring blocks. |tau| <= cones mue F radius/sin(angle), and tau takes w_rel to zero
     2. F index > |tau| + tau_ring: the chamfers turn the ring aside and the sleeve passes,
        index = chamfer_radius (cos(chamfer) - mue_chamfer sin(chamfer))/(sin(chamfer) + mue_chamfer cos(chamfer))
-    3. x = s_dog and |w_rel| < w_in: the dogs engage, |tau| <= tau_max; at a higher speed they ratchet and the sleeve waits
+    3. x = s_dog and |w_rel| < w_in: the dogs engage; |tau| = tau_in takes the rest of w_rel away, then |tau| <= tau_max;
+       at a higher speed they ratchet and the sleeve waits
     back at x < s_dog the dogs are out, back at x < s_ring the ring blocks again
 
     While the cone slides, its torque holds the ring against the chamfers. The ring blocks until the speeds are equal if ``index`` is below
@@ -69,6 +70,9 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     s_dog: Parameter = parameter("m", "Position of the sleeve at the dogs", default=5e-3, above=0)
     s_end: Parameter = parameter("m", "Position of the sleeve with the dogs engaged", default=9e-3, above=0)
     w_in: Parameter = parameter("rad/s", "Speed difference below which the dogs engage", default=3.0, above=0)
+    tau_in: Parameter = parameter(
+        "N.m", "Torque of the dogs' chamfers on a wheel that still slides", default=100.0, above=0
+    )
     tau_max: Parameter = parameter("N.m", "Torque capacity of the dogs", default=3000.0, above=0)
     passed: Discrete = discrete("1", "1: the sleeve is past the ring", start=0.0)
     inside: Discrete = discrete("1", "1: the dogs are engaged", start=0.0)
@@ -76,11 +80,12 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     F: Variable = variable("N", "Force of the sleeve on ring, dogs or stop")
 
     def check(self) -> Equations:
-        """The cone comes apart by itself, the ring is before the dogs, and there is one direction or the other."""
+        """The cone comes apart by itself, the ring is before the dogs, there is one direction or the other, and dogs hold."""
         yield ca.tan(self.angle) > self.mue
         yield self.s_ring < self.s_dog
         yield self.s_dog < self.s_end
         yield self.direction * self.direction == 1.0
+        yield self.tau_in <= self.tau_max
 
     def equations(self) -> Equations:
         """A sleeve in whose way stands one stop after the other, and friction that its force and its place determine."""
@@ -90,8 +95,9 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         yield self.supportT.f == -self.sleeve.f
         way = self.s_ring + self.passed * (self.s_dog - self.s_ring) + self.inside * (self.s_end - self.s_dog)
         yield unilateral(way - self.x, self.F, name="stop")
-        limit = (1 - self.passed) * self._cone() * self.F + self.inside * self.tau_max
-        yield friction(self.w_rel, self.tau, -limit, limit)
+        limit = (1 - self.passed) * self._cone() * self.F + self.inside * self.tau_in
+        held = 1 + self.inside * (self.tau_max / self.tau_in - 1)
+        yield friction(self.w_rel, self.tau, -limit, limit, peak=held)
         yield from self._shift()
         yield from self._dissipate()
 

@@ -41,6 +41,7 @@ from powertrain.components.transmissions.power_shift import (
 from powertrain.components.transmissions.range_transmission import RangeTransmission
 from powertrain.components.transmissions.ratio import NetworkRatio, OverallRatio, RatioOfUnit, UnitRatio
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
+from powertrain.components.transmissions.synchronised import SynchronisedGearbox
 
 __all__ = [
     "COMBINATIONS",
@@ -84,6 +85,7 @@ __all__ = [
     "StartingDevice",
     "StartingGearbox",
     "SwitchedSplitPathTransmission",
+    "SynchronisedGearbox",
     "TorqueConverter",
     "UnitLoss",
     "UnitRatio",

@@ -1,0 +1,93 @@
+"""Manual gearboxes whose synchronisers are moved by shift rails."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import casadi as ca
+
+from powertrain import Equations, ParameterError, Symbol, connect, replace
+from powertrain.components.differentials.churning import ChurningLoss
+from powertrain.components.rotational.ideal_gear import IdealGear
+from powertrain.components.rotational.inertia import Inertia
+from powertrain.components.rotational.synchroniser import Synchroniser
+from powertrain.components.translational.shift_actuator import ShiftActuator
+from powertrain.components.transmissions.gearbox import Shiftable, SingleGear
+
+RATIOS = (3.6, 2.1, 1.4, 1.05, 0.84, 0.68)
+
+
+def _both_sides(synchroniser: Synchroniser, count: int) -> tuple[Synchroniser, ...]:
+    """One for every gear: odd gears on the positive side of their rail, even gears on the negative side."""
+    return tuple(replace(synchroniser, direction=(-1.0) ** k) for k in range(count))
+
+
+class SynchronisedGearbox(Shiftable):
+    """A gearbox with n gear pairs in constant mesh, whose synchronisers are shifted in pairs by rails.
+
+    gear k: w_loose = w_a/ratio_k,  ``Synchroniser`` between the loose wheel and the output shaft
+    rail p of gears 2p - 1 and 2p: s_ref = s_end (e_(2p-1) - e_(2p)),  e_k = 1 - 2 |lever - k|, at least 0
+
+    The lever sets positions; the rails follow with the force that their actuators have, and wait at the blocking rings. How long a shift
+    takes, and whether it succeeds, follows from cones, inertias and drag: a lever that moves faster, or a clutch that closes sooner, leaves
+    the gear out. ``ManualGearbox`` is the simpler choice, with cones only. Gears, synchronisers and rails are made by ``of_ratios``;
+    inertias and drag are those of ``ManualGearbox``.
+
+    Errors: ParameterError where the numbers of gears, synchronisers and rails do not go together.
+    """
+
+    gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in RATIOS)
+    synchronisers: tuple[Synchroniser, ...] = _both_sides(Synchroniser(cones=2.0), len(RATIOS))
+    rails: tuple[ShiftActuator, ...] = (ShiftActuator(),) * 3
+    input: Inertia = Inertia(J=0.01)
+    churning: ChurningLoss = ChurningLoss(d=0.003)
+    output: Inertia = Inertia(J=0.01)
+
+    @classmethod
+    def of_ratios(
+        cls, *ratios: float, synchroniser: Synchroniser | None = None, rail: ShiftActuator | None = None
+    ) -> Self:
+        """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first; each with this synchroniser and rail."""
+        one, actuator = synchroniser or Synchroniser(cones=2.0), rail or ShiftActuator()
+        gears = tuple(IdealGear(ratio=ratio) for ratio in ratios)
+        return cls(gears=gears, synchronisers=_both_sides(one, len(gears)), rails=(actuator,) * ((len(gears) + 1) // 2))
+
+    @property
+    def gear_count(self) -> int:
+        """The number of gears."""
+        return len(self.gears)
+
+    def in_gear(self, k: int) -> SingleGear:
+        """What is left of it with gear k in for good, without the other gears and the synchronisers."""
+        return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
+
+    def equations(self) -> Equations:
+        """Every gear between the two shafts, through its synchroniser, and every two synchronisers on a rail."""
+        self._check()
+        yield connect(self.flange_a, self.input.flange_a)
+        yield connect(self.input.flange_b, self.churning.flange, *(gear.flange_a for gear in self.gears))
+        for gear, synchroniser in zip(self.gears, self.synchronisers, strict=True):
+            yield connect(gear.flange_b, synchroniser.flange_a)
+        yield connect(self.output.flange_a, *(synchroniser.flange_b for synchroniser in self.synchronisers))
+        yield connect(self.output.flange_b, self.flange_b)
+        for p, rail in enumerate(self.rails):
+            pair = self.synchronisers[2 * p : 2 * p + 2]
+            yield connect(rail.flange, *(synchroniser.sleeve for synchroniser in pair))
+            ways = [each.direction * each.s_end * self._share(2 * p + 1 + i) for i, each in enumerate(pair)]
+            yield rail.s_ref.value == sum(ways, Symbol(0))
+
+    def _share(self, k: int) -> Symbol:
+        return ca.fmax(0, 1 - 2 * ca.fabs(self.lever.value - k))
+
+    def check(self) -> Equations:
+        """Odd gears are on the positive side of their rail, even gears on the negative side."""
+        for k, synchroniser in enumerate(self.synchronisers):
+            yield synchroniser.direction == (-1.0) ** k
+
+    def _check(self) -> None:
+        n, synchronisers, rails = len(self.gears), len(self.synchronisers), len(self.rails)
+        if not n or (synchronisers, rails) != (n, (n + 1) // 2):
+            raise ParameterError(
+                f"{self._path or 'SynchronisedGearbox'}: {n} gears have {synchronisers} synchronisers on {rails} rails; each gear needs a "
+                "synchroniser and every two gears a rail: make it with SynchronisedGearbox.of_ratios"
+            )
