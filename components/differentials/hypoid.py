@@ -32,7 +32,7 @@ class HypoidGear(LossyPair):
     Errors: ParameterError where beta_2 > beta_1, where the ring gear cannot drive, and for efficiencies outside (0, 1].
 
     >>> [round(eta, 4) for eta in HypoidGear(ratio=3.7).efficiencies()]
-    [0.9739, 0.9719]
+    [0.9732, 0.9707]
     """
 
     beta_1: Parameter = parameter("rad", "Spiral angle of the pinion", default=math.radians(48), min=0, max=1.4)

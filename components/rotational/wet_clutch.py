@@ -102,7 +102,7 @@ class PlateDrag(CompliantWithRelativeStates, Lossy):
     r_i: Parameter = parameter("m", "Inner radius of the faces", default=0.060, above=0)
     r_o: Parameter = parameter("m", "Outer radius of the faces", default=0.075, above=0)
     h: Parameter = parameter("m", "Gap at each face", default=0.2e-3, above=0)
-    flow: Parameter = parameter("m3/s", "Oil supplied to the clutch", default=5e-5, min=0)
+    flow: Parameter = parameter("m3/s", "Oil supplied to the clutch", default=5e-5, above=0)
     viscosity: Parameter = parameter("Pa.s", "Dynamic viscosity of the oil at 293.15 K", default=0.06, above=0)
     beta: Parameter = parameter("1/K", "Decrease of the viscosity's logarithm with temperature", default=0.03, min=0)
     rho: Parameter = parameter("kg/m3", "Density of the oil", default=850.0, above=0)

@@ -42,7 +42,7 @@ def test_below_the_kiss_point_nothing_is_pressed() -> None:
     piston = rot.ClutchPiston()
     assert piston.p_kiss == pytest.approx(1.2e5)
     assert piston.fill_time(1.19e5) == math.inf
-    table = TimeTable(table=((0.0, 1.15e5), (2.0, 1.15e5), (2.0, 0.0)))
+    table = TimeTable(table=((0.0, 1.15e5), (2.0, 1.15e5), (2.0, -1e5)))
     result = run(joined(piston, table, joints="1.y=0.p_supply"), 4.0)
     assert not result["parts[0].fn"].any()
     assert result.at([1.9], "parts[0].s")[0] == pytest.approx((1150 - 800) / 2e5, rel=1e-4)
