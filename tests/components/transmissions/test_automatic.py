@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -146,6 +147,24 @@ def test_operating_points_do_not_depend_on_inertia(J: float) -> None:
     for gear in scheme.gears:
         ratio, tau, _ = by_hand(scheme, gear.name, -100.0)
         assert table.loc[gear.name, "efficiency"] == pytest.approx(abs(-100.0 * ratio / tau), rel=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", [*QUICK, "six"])
+def test_random_losses_inertias_and_torques(name: str, seed: int) -> None:
+    """Every gear has its operating point, driving and in overrun, whatever its levers lose and its shafts weigh."""
+    rng, scheme = np.random.default_rng(seed), SCHEMES[name]
+    levers = tuple(replace(lever, eta=rng.uniform(0.9, 0.999)) for lever in scheme.levers)
+    lossy = GearScheme(levers, scheme.elements, scheme.gears)
+    box = pt.replace(Automatic.of(lossy, J=10 ** rng.uniform(-4, -1)), {"churning.d": 0.0})
+    for torque in rng.uniform(5, 300, 2) * (1, -1):
+        table = gear_table(box, torque, rng.uniform(20, 500))
+        for gear in (*scheme.forward, *scheme.reverse[:1]):
+            ratio, tau, _ = by_hand(lossy, gear.name, torque)
+            assert table.loc[gear.name, "efficiency"] == pytest.approx(
+                abs(tau / (torque * ratio)) ** np.sign(torque), rel=1e-8
+            )
 
 
 @pytest.mark.parametrize("name", SCHEMES)
