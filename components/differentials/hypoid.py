@@ -27,7 +27,7 @@ class HypoidGear(LossyPair):
     with v_n (tan(beta_1) - tan(beta_2)). The friction of this sliding under the normal force is the loss; with beta_1 = beta_2 there is no
     offset (a spiral bevel gear) and no loss of this kind. ``map_ab``, ``map_ba``: measured efficiencies in place of the formula, over any
     of w [rad/s] (size of w_a), tau [N.m] (size of flange_a.tau) and T [K] (heat port). The housing takes the torques.
-    Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch. 24 (crossed-axis gears with friction).
+    Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986 (gears with crossed axes and friction).
 
     Errors: ParameterError where beta_2 > beta_1, where the ring gear cannot drive, and for efficiencies outside (0, 1].
 

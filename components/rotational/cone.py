@@ -44,7 +44,7 @@ class ConeClutch(CompliantWithRelativeStates, _Cone):
     The cone's normal force is fn/sin(angle), so a flat cone (angle = pi/2) is a plate. A steep cone sticks: with tan(angle) <= mue it has
     to be pulled apart, which a force that is only pressed cannot do. Such parameters are rejected. ``mue_pos``: rows (relative speed
     rad/s, coefficient of friction), linear between them and beyond the last. Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical
-    Engineering Design, 9th ed., McGraw-Hill 2011, sec. 16-8 (uniform wear).
+    Engineering Design, 9th ed., McGraw-Hill 2011, sec. 16-7 (uniform wear).
 
     Errors: ParameterError where the cone would stick.
     """

@@ -90,8 +90,7 @@ class CycloidalDrive(_Reducer):
     w_a - w_s = -N (w_b' - w_s),  N = lobes/(pins - lobes);  flange_b follows b' through the spring ``windup``
 
     A disc with one lobe less than there are pins turns backward by one lobe in a turn of the eccentric. ``mesh`` and ``windup`` are those
-    of ``HarmonicDrive``. Source: J. E. Shigley, C. R. Mischke, Standard Handbook of Machine Design, 2nd ed., McGraw-Hill 1996, ch. on
-    gearing; stiffness and efficiency by the maker's catalogue.
+    of ``HarmonicDrive``, by the maker's catalogue; the default values are typical.
 
     >>> float(CycloidalDrive.of(lobes=29, pins=30).mesh.ratio)
     -29.0

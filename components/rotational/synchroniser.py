@@ -45,7 +45,7 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     the cone's torque over F, cones mue radius/sin(angle); else the sleeve passes at once and the dogs ratchet. Once the cone sticks, its
     torque is only what the wheel's drag requires; a drag above F index keeps the shift blocked, as on a cold day. ``direction`` = -1 is the
     wheel on the other side of one sleeve. The sleeve needs mass; its stops are rigid. The angle between dogs is assumed to be small.
-    Sources: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, sec. 9.2; R. J. Socin, L. K. Walters, Manual
+    Sources: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, ch. 9; R. J. Socin, L. K. Walters, Manual
     Transmission Synchronizers, SAE 680008, 1968.
 
     Errors: ParameterError where the cone would stick (tan(angle) <= mue) or the positions are not in order.
