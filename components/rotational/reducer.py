@@ -45,8 +45,9 @@ class HarmonicDrive(_Reducer):
 
     With the circular spline at rest the flexspline turns backward at 1/N; with the flexspline held, the circular spline turns forward at
     1/(N + 1). ``mesh`` has efficiencies and friction in either direction of power, as ``LossyGear``; ``windup`` is the torsion at the
-    output with the wave generator blocked, in the makers' segments of stiffness. There is no backlash. ``of`` takes what catalogues
-    print. The wave generator's inertia is connected to flange_a. Source: Harmonic Drive SE, Engineering Data, 2014, sec. 4.2.
+    output with the wave generator blocked, in the makers' segments of stiffness. There is no backlash; hysteresis of the torsion
+    and the transmission error are not modelled. ``of`` takes what catalogues print. The wave generator's inertia is connected to
+    flange_a. Source: Harmonic Drive SE, Engineering Data, 2014, sec. 4.2.
 
     >>> drive = HarmonicDrive.of(200, 202)
     >>> float(drive.mesh.ratio)
