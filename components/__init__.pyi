@@ -106,9 +106,13 @@ from powertrain.components.electric import ElectricMachine as ElectricMachine
 from powertrain.components.electric import PolarizedBattery as PolarizedBattery
 from powertrain.components.electric import VoltageSource as VoltageSource
 from powertrain.components.engines import AccessoryDrive as AccessoryDrive
+from powertrain.components.engines import Crankshaft as Crankshaft
+from powertrain.components.engines import Cylinder as Cylinder
 from powertrain.components.engines import Engine as Engine
 from powertrain.components.engines import FuelLine as FuelLine
 from powertrain.components.engines import MappedEngine as MappedEngine
+from powertrain.components.engines import PistonEngine as PistonEngine
+from powertrain.components.engines import Starter as Starter
 from powertrain.components.engines import WillansEngine as WillansEngine
 from powertrain.components.gearless.circular_cam import CircularCamDifferential as CircularCamDifferential
 from powertrain.components.gearless.circular_cam import RollerMasses as RollerMasses
