@@ -66,7 +66,7 @@ class Cylinder(OneFlangeAndSupport):
     x: Variable = variable("m", "Distance of the piston from its top dead centre")
     v: Variable = variable("m/s", "Speed of the piston, away from the top dead centre")
     p: Variable = variable("Pa", "Pressure in the cylinder", guess=1e5, nominal=1e5)
-    V: Variable = variable("m3", "Volume of the cylinder", guess=1e-4, nominal=1e-4)
+    volume: Variable = variable("m3", "Volume of the cylinder", guess=1e-4, nominal=1e-4)
     gas: Variable = variable("N.m", "Torque of the gas")
 
     def check(self) -> Equations:
@@ -82,7 +82,7 @@ class Cylinder(OneFlangeAndSupport):
         yield self.w == der(self.phi)
         yield self.x == distance
         yield self.v == rate * self.w
-        yield self.V == self._clearance() + self._area() * self.x
+        yield self.volume == self._clearance() + self._area() * self.x
         yield self.p == self._pressure(ca.sin(half), ca.cos(half))
         yield self.gas == rate * (self.p - self.p_0) * self._area()
         yield self.flange.tau == rate * self.m * der(self.v) - self.gas

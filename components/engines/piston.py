@@ -83,8 +83,9 @@ class PistonEngine(Component):
 
     Torque and speed fluctuate with the orders 1/2, 1, 3/2 ... per revolution; equal cylinders that fire at equal intervals leave only
     multiples of half their number. ``housing`` takes the reactions of cylinders and friction; it is ground if nothing is connected.
-    Heat and fuel are means over a cycle; the heat of walls and friction leaves through ``heat_port``, the rest with the exhaust. ``inline`` makes engines that fire at equal intervals; for others the ``phase`` of each
-    cylinder says when it fires: in a V engine the crank angle between two ignitions is what counts, not the angle of the throws.
+    Heat and fuel are means over a cycle; the heat of walls and friction leaves through ``heat_port``, the rest with the exhaust.
+    ``inline`` makes engines that fire at equal intervals; for others the ``phase`` of each cylinder says when it fires: in a V engine
+    the crank angle between two ignitions is what counts, not the angle of the throws.
 
     Errors: ParameterError for an engine without cylinders.
     Source: H. Dresig, F. Holzweissig, Dynamics of Machinery, Springer 2010, section 2.3 (slider crank on a rigid shaft).

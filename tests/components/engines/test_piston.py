@@ -38,7 +38,7 @@ def cycle(engine: PistonEngine, throttle: float = 1.0, points: int = 1440) -> An
 
 def work(run: Any, number: int = 0) -> float:
     """The area of the indicator diagram [J]."""
-    return float(np.trapezoid(run[f"engine.cylinders[{number}].p"], run[f"engine.cylinders[{number}].V"]))
+    return float(np.trapezoid(run[f"engine.cylinders[{number}].p"], run[f"engine.cylinders[{number}].volume"]))
 
 
 def orders(torque: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -86,6 +86,15 @@ def test_work_of_the_gas_is_that_of_the_crank(throttle: float) -> None:
     assert run["engine.crankshaft.drag"][-1] == pytest.approx(friction, rel=2e-3)
     assert (mean > friction) == (throttle > 0.2)
     assert run["engine.cylinders[0].p"].max() > 0
+
+
+def test_torque_of_the_gas() -> None:
+    """(p - p_0) A dx/dphi at every angle."""
+    run = cycle(PistonEngine(cylinders=(Cylinder(m=0),)))
+    phi, r = W * run.time, 0.0815 / 2
+    rate = r * np.sin(phi) + r**2 * np.sin(phi) * np.cos(phi) / np.sqrt(0.14**2 - (r * np.sin(phi)) ** 2)
+    over = run["engine.cylinders[0].p"] - 101325
+    np.testing.assert_allclose(run["engine.tau"], over * math.pi / 4 * 0.079**2 * rate, atol=1e-3)
 
 
 def test_orders_of_the_torque() -> None:
