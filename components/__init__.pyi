@@ -215,6 +215,12 @@ from powertrain.components.transmissions import UnitRatio as UnitRatio
 from powertrain.components.transmissions import VariableTransmission as VariableTransmission
 from powertrain.components.vehicle import GradeForce as GradeForce
 from powertrain.components.vehicle import Vehicle as Vehicle
+from powertrain.components.vibration import ArcSpring as ArcSpring
+from powertrain.components.vibration import CentrifugalPendulum as CentrifugalPendulum
+from powertrain.components.vibration import Coil as Coil
+from powertrain.components.vibration import DualMassFlywheel as DualMassFlywheel
+from powertrain.components.vibration import MountedHousing as MountedHousing
+from powertrain.components.vibration import StagedSpring as StagedSpring
 from powertrain.components.wheels import MagicFormulaWheel as MagicFormulaWheel
 from powertrain.components.wheels import RigidWheel as RigidWheel
 from powertrain.components.wheels import SlippingWheel as SlippingWheel
