@@ -1,3 +1,7 @@
+from powertrain.components.belts import BeltDrive as BeltDrive
+from powertrain.components.belts import BeltSpan as BeltSpan
+from powertrain.components.belts import ChainDrive as ChainDrive
+from powertrain.components.belts import Pulley as Pulley
 from powertrain.components.blocks import Add as Add
 from powertrain.components.blocks import AllPass as AllPass
 from powertrain.components.blocks import CombiTable1D as CombiTable1D
@@ -106,13 +110,18 @@ from powertrain.components.electric import ElectricMachine as ElectricMachine
 from powertrain.components.electric import PolarizedBattery as PolarizedBattery
 from powertrain.components.electric import VoltageSource as VoltageSource
 from powertrain.components.engines import AccessoryDrive as AccessoryDrive
+from powertrain.components.engines import AccessoryPump as AccessoryPump
+from powertrain.components.engines import Alternator as Alternator
+from powertrain.components.engines import CoolantCircuit as CoolantCircuit
 from powertrain.components.engines import Crankshaft as Crankshaft
 from powertrain.components.engines import Cylinder as Cylinder
 from powertrain.components.engines import Engine as Engine
+from powertrain.components.engines import EngineCooling as EngineCooling
 from powertrain.components.engines import FuelLine as FuelLine
 from powertrain.components.engines import MappedEngine as MappedEngine
 from powertrain.components.engines import PistonEngine as PistonEngine
 from powertrain.components.engines import Starter as Starter
+from powertrain.components.engines import WarmEngine as WarmEngine
 from powertrain.components.engines import WillansEngine as WillansEngine
 from powertrain.components.gearless.circular_cam import CircularCamDifferential as CircularCamDifferential
 from powertrain.components.gearless.circular_cam import RollerMasses as RollerMasses

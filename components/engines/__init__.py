@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from powertrain.components.engines.accessories import AccessoryDrive
+from powertrain.components.engines.accessories import AccessoryDrive, AccessoryPump, Alternator
+from powertrain.components.engines.cooling import CoolantCircuit, EngineCooling, WarmEngine
 from powertrain.components.engines.cylinder import Cylinder
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.engines.mapped import MappedEngine
@@ -19,13 +20,18 @@ from powertrain.components.engines.willans import WillansEngine
 
 __all__ = [
     "AccessoryDrive",
+    "AccessoryPump",
+    "Alternator",
+    "CoolantCircuit",
     "Crankshaft",
     "Cylinder",
     "Engine",
+    "EngineCooling",
     "FuelLine",
     "MappedEngine",
     "PistonEngine",
     "Starter",
+    "WarmEngine",
     "WillansEngine",
     "best_fuel_line",
     "operating_line",
