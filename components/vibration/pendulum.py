@@ -37,7 +37,7 @@ class CentrifugalPendulum(Lossy):
     m: Parameter = parameter("kg", "Mass of all pendulums together", default=1.0, above=0)
     c: Parameter = parameter("m", "Distance of their centres of mass from the axis at rest", default=0.1, above=0)
     n: Parameter = parameter("1", "Order, oscillations per revolution", default=1.5, above=0)
-    d: Parameter = parameter("N.s/m", "Damping along the path", default=0.5, min=0)
+    d: Parameter = parameter("N.s/m", "Damping along the path", default=5.0, min=0)
     s_max: Parameter = parameter("m", "Arc length at the stops", default=0.03, above=0)
     e: Parameter = parameter("1", "Coefficient of restitution of the stops", default=0.3, min=0, max=1)
     w: Variable = variable("rad/s", "Speed of the carrier")
