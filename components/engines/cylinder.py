@@ -33,8 +33,8 @@ class Cylinder(OneFlangeAndSupport):
     the pressures that heat added at the top dead centre would give, and the Wiebe function blends one into the other (Eriksson and
     Andersson). The exhaust valve opens at the angle ``opening``, and the pressure falls until the bottom dead centre. The intake valve
     closes at the bottom dead centre. The crankcase has the pressure p_0. The connecting rod counts as two masses: m is that of piston,
-    pin and the small end; the big end belongs to the crankshaft. The pressure is a smooth function of the angle alone, so that
-    nothing is an event, and the cylinder is compressed at rest, too: gas leaks through no gap.
+    pin and the small end; the big end belongs to the crankshaft. The pressure is a smooth function of the angle alone, so
+    nothing is an event; gas does not leak, not even at rest.
 
     A gasoline engine is throttled: p_closed is the pressure of the residual gas, and the fresh charge grows with p_in - p_closed. For
     a diesel engine p_closed = p_open. The cylinder is a boundary: it supplies the work of the gas. The numbers are invented, for a

@@ -98,6 +98,7 @@ class PistonEngine(Component):
     heat_port: HeatPort = support(HeatPort)
     throttle: Input = signal_input("1", "Throttle, 0 to 1")
     on: Input = signal_input("1", "1: running, 0: stopped", default=1.0)
+    warmth: Input = signal_input("1", "Friction over that of the warm engine", default=1.0)
     speed: Output = signal_output("rad/s", "Speed of the crankshaft against the housing")
     w_fire: Parameter = parameter("rad/s", "Speed from which the engine fires fully", default=40.0, above=0)
     heating_value: Parameter = parameter("J/kg", "Lower heating value of the fuel", default=43e6, above=0)
@@ -133,6 +134,7 @@ class PistonEngine(Component):
         """All cylinders on one shaft."""
         crankshaft, cylinders = self.crankshaft, self.cylinders
         yield connect(self.crank, crankshaft.flange, *(c.flange for c in cylinders))
+        yield connect(self.warmth, crankshaft.warmth)
         yield connect(self.housing, crankshaft.support, *(c.support for c in cylinders))
         yield crankshaft.displacement == _sum(c.displacement() for c in cylinders)
         w = crankshaft.w

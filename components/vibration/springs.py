@@ -53,7 +53,8 @@ class StagedSpring(Compliant):
 
     def energy(self) -> Symbol:
         """Elastic energy, the sum of c_k (|phi_rel| - phi_k)^2/2."""
-        return sum(c * ca.fmax(ca.fabs(self.phi_rel) - play, 0) ** 2 / 2 for play, c in self.stages)
+        terms = [c * ca.fmax(ca.fabs(self.phi_rel) - play, 0) ** 2 / 2 for play, c in self.stages]
+        return sum(terms, Symbol(0))
 
 
 class Coil(TwoFlanges, Lossy):

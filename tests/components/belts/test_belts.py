@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.belts import BeltDrive, ChainDrive, Pulley
+from powertrain.components.belts import BeltDrive, BeltSpan, ChainDrive, Pulley
 from powertrain.components.rotational import ConstantSpeed, Fixed, Inertia, Torque, TwoFlanges
 
 
@@ -102,7 +102,7 @@ def test_three_pulleys_in_a_ring() -> None:
 
     class Ring(pt.Component):
         pulleys: tuple[Pulley, ...] = tuple(Pulley(radius=r) for r in radii)
-        spans: tuple[pt.Component, ...]
+        spans: tuple[BeltSpan, ...]
         shafts: tuple[Inertia, ...] = (Inertia(J=0.01),) * 2
         motor: ConstantSpeed = ConstantSpeed(w_fixed=60)
 
@@ -113,8 +113,6 @@ def test_three_pulleys_in_a_ring() -> None:
             yield pt.connect(self.motor.flange, self.pulleys[0].flange)
             for pulley, shaft in zip(self.pulleys[1:], self.shafts, strict=True):
                 yield pt.connect(pulley.flange, shaft.flange_a)
-
-    from powertrain.components.belts import BeltSpan
 
     run = pt.simulate(Ring(spans=(BeltSpan(),) * 3), 6.0)
     for k, radius in enumerate(radii[1:]):

@@ -9,7 +9,15 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.electric import VoltageSource
-from powertrain.components.engines import AccessoryPump, Alternator, CoolantCircuit, Engine, WarmEngine, WillansEngine
+from powertrain.components.engines import (
+    AccessoryPump,
+    Alternator,
+    CoolantCircuit,
+    Engine,
+    EngineCooling,
+    WarmEngine,
+    WillansEngine,
+)
 from powertrain.components.evaluation import numbers
 from powertrain.components.rotational import ConstantSpeed, Inertia
 from powertrain.components.thermal import FixedHeatFlow
@@ -63,7 +71,7 @@ def test_viscosity_of_the_data_sheet() -> None:
 class Dyno(pt.Component):
     """An engine at a held speed and throttle with its cooling."""
 
-    cooling: pt.Component
+    cooling: EngineCooling
     engine: Engine = WillansEngine()
     drive: ConstantSpeed = ConstantSpeed(w_fixed=250)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.electric import VoltageSource
-from powertrain.components.engines import Crankshaft, Cylinder, PistonEngine, Starter
+from powertrain.components.engines import CoolantCircuit, Crankshaft, Cylinder, PistonEngine, Starter
 from powertrain.components.rotational import ConstantSpeed, Inertia
 
 W = 200.0
@@ -129,6 +129,30 @@ def test_angles_do_not_wear_out() -> None:
     start = {"engine.crankshaft.phi": 20_000 * math.pi}
     later = pt.simulate(Dyno(engine=PistonEngine()), CYCLE, starts=start, inputs={"throttle": 1.0}, points=1440)
     np.testing.assert_allclose(later["engine.cylinders[0].p"], first["engine.cylinders[0].p"], rtol=1e-6)
+
+
+class WarmingUp(pt.Component):
+    """A piston engine at a held speed with its cooling."""
+
+    cooling: CoolantCircuit = CoolantCircuit(C=2e3)
+    engine: PistonEngine = PistonEngine()
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=W)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.crank, self.drive.flange)
+        yield pt.connect(self.engine.heat_port, self.cooling.engine)
+        yield pt.connect(self.cooling.warmth, self.engine.warmth)
+        yield self.engine.throttle.value == 0.5
+
+
+def test_walls_and_friction_heat_the_coolant() -> None:
+    """A cold crankshaft rubs more; 22 % of the heat of combustion and the friction go to the coolant."""
+    run = pt.simulate(WarmingUp(), 10.0, points=2000)
+    drag = 0.4e-3 / (4 * math.pi) * (60e3 + 143 * W + 0.46 * W**2)
+    np.testing.assert_allclose(run["engine.crankshaft.drag"], drag * run["cooling.warmth"], rtol=2e-3)
+    assert run["cooling.warmth"][-1] < run["cooling.warmth"][0] - 0.1
+    walls = 0.22 * 0.5 * 3.3e6 * math.pi / 4 * 0.079**2 * 0.0815 * W / (4 * math.pi)
+    np.testing.assert_allclose(run["cooling.engine.Q_flow"], walls + run["engine.crankshaft.lossPower"], rtol=1e-9)
 
 
 class Start(pt.Component):
