@@ -14,7 +14,7 @@ from powertrain.components.rotational.interfaces import OneFlangeAndSupport
 WIEBE_A, WIEBE_M = 5.0, 2.0
 """Efficiency and form parameter of the Wiebe function; J. B. Heywood, Internal Combustion Engine Fundamentals, section 9.2.2."""
 OVERLAP = 0.2
-"""sin(theta/2) up to which the valves overlap: 23 degrees on either side of the top dead centre."""
+"""Sine of the change of theta/2 in which the pressure becomes that of the exhaust, and ceases to be: 23 degrees of the crankshaft."""
 LEAST = 0.05
 """cos(theta/2) from which the angle of the closed cylinder is known: up to 6 degrees from the bottom dead centre."""
 
@@ -25,19 +25,20 @@ class Cylinder(OneFlangeAndSupport):
     theta = phi - phase,  w = der(phi),  r = stroke/2,  l = rod,  A = pi bore^2/4
     x = r (1 - cos(theta)) + l - root(l^2 - r^2 sin(theta)^2),  v = der(x) = k w,  V = V_c + A x,  V_c = A stroke/(eps - 1)
     flange.tau = k (m der(v) - (p - p_0) A) = -support.tau
-    closed: p V^n = p_in V_1^n + burnt(theta) (n - 1) Q V_c^(n - 1),  p_in = p_closed + load (p_open - p_closed)
-    exhaust stroke: p = p_exhaust,  intake stroke: p = p_in,  Q = load (1 - walls) mixture A stroke
+    closed: p V^n = p_in V_1^n + burnt(theta) (n - 1) Q V_c^(n - 1),  Q = load (1 - walls) mixture A stroke
+    intake stroke: p = p_in = p_0 + manifold (p_closed + load (p_open - p_closed) - p_0)
+    exhaust stroke: p = p_out = p_0 + manifold (p_exhaust - p_0)
     burnt = 1 - exp(-5 y^3),  y = (theta - ignition)/duration
 
-    theta = 0 is the top dead centre of ignition, x the distance of the piston from it. Compression and expansion are polytropic, with
-    the pressures that heat added at the top dead centre would give, and the Wiebe function blends one into the other (Eriksson and
-    Andersson). The exhaust valve opens at the angle ``opening``, and the pressure falls until the bottom dead centre. The intake valve
-    closes at the bottom dead centre. The crankcase has the pressure p_0. The connecting rod counts as two masses: m is that of piston,
-    pin and the small end; the big end belongs to the crankshaft. The pressure is a smooth function of the angle alone, so
-    nothing is an event; gas does not leak, not even at rest.
+    theta = 0 is the top dead centre of ignition, x the distance of the piston from it. Compression and expansion are polytropic; the
+    Wiebe function blends from the pressure without combustion to that of heat added at the top dead centre (Eriksson and Andersson).
+    The exhaust valve opens at the angle ``opening``, and what combustion added falls to zero until the bottom dead centre, where
+    the intake valve closes. The pressure is a smooth function of the angle, so the strokes cause no events. Gas does not leak, not even
+    at rest. The crankcase and, at rest, the manifolds have the pressure p_0. The connecting rod counts as two masses: m is that of
+    piston, pin and small end; the big end belongs to the crankshaft.
 
-    A gasoline engine is throttled: p_closed is the pressure of the residual gas, and the fresh charge grows with p_in - p_closed. For
-    a diesel engine p_closed = p_open. The cylinder is a boundary: it supplies the work of the gas. The numbers are invented, for a
+    A gasoline engine is throttled: p_closed is the pressure of the residual gas, and the fresh charge grows with p_in - p_closed. For a
+    diesel engine p_closed = p_open. The cylinder is a boundary: it supplies the work of the gas. The default values are invented, for a
     cylinder of 0.4 l.
 
     Sources: L. Eriksson, I. Andersson, An Analytic Model for Cylinder Pressure in a Four Stroke SI Engine, SAE 2002-01-0371;
@@ -46,6 +47,7 @@ class Cylinder(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     load: Input = signal_input("1", "Heat of a cycle over its heat at full load, 0 to 1", default=0.0)
+    manifold: Input = signal_input("1", "How far the manifold pressures have built up, 0 at rest to 1", default=1.0)
     phase: Parameter = parameter("rad", "Angle of the crankshaft at the top dead centre of ignition", default=0.0)
     bore: Parameter = parameter("m", "Bore", default=0.079, above=0)
     stroke: Parameter = parameter("m", "Stroke", default=0.0815, above=0)
@@ -115,15 +117,17 @@ class Cylinder(OneFlangeAndSupport):
         above = ca.fmax(cosine, 0)
         V = self._clearance() + self._area() * self._distance(2 * above**2 - 1)[0]
         full = self._clearance() + self.displacement()
-        p_in = self.p_closed + limited(self.load.value) * (self.p_open - self.p_closed)
-        heat = limited(self.load.value) * (1 - self.walls) * self.mixture * self.displacement()
+        load, built = limited(self.load.value), limited(self.manifold.value)
+        p_in = self.p_0 + built * (self.p_closed + load * (self.p_open - self.p_closed) - self.p_0)
+        p_out = self.p_0 + built * (self.p_exhaust - self.p_0)
+        heat = load * (1 - self.walls) * self.mixture * self.displacement()
         theta = 2 * ca.atan(sine / ca.fmax(cosine, LEAST))
         burnt = 1 - ca.exp(-WIEBE_A * ca.fmax((theta - self.ignition) / self.duration, 0) ** (WIEBE_M + 1))
         shut = _step(above / ca.cos(self.opening / 2))
-        out = (1 - shut) * _step((1 + sine / OVERLAP) / 2)
+        out = _step(-cosine / OVERLAP) * _step((1 + sine / OVERLAP) / 2)
         motored = p_in * (full / V) ** self.n
         added = (self.n - 1) * heat / self._clearance() * (self._clearance() / V) ** self.n
-        return (1 - out) * motored + out * self.p_exhaust + shut * burnt * added
+        return (1 - out) * motored + out * p_out + shut * burnt * added
 
 
 def _step(x: Symbol) -> Symbol:

@@ -78,7 +78,7 @@ class Crankshaft(OneFlangeAndSupport, Lossy):
 class PistonEngine(Component):
     """A four-stroke engine of one or more cylinders on a rigid crankshaft, whose torque follows from the pressures in them.
 
-    load = on throttle w/w_fire,  each of the three within 0..1,  w = der(crank.phi - housing.phi)
+    load = on throttle manifold,  manifold = w/w_fire,  each within 0..1,  w = der(crank.phi - housing.phi)
     heat = load mixture displacement w/(4 pi) summed over the cylinders,  fuel_rate = heat/heating_value,  der(fuel) = fuel_rate
 
     Torque and speed fluctuate with the orders 1/2, 1, 3/2 ... per revolution; equal cylinders that fire at equal intervals leave only
@@ -100,7 +100,9 @@ class PistonEngine(Component):
     on: Input = signal_input("1", "1: running, 0: stopped", default=1.0)
     warmth: Input = signal_input("1", "Friction over that of the warm engine", default=1.0)
     speed: Output = signal_output("rad/s", "Speed of the crankshaft against the housing")
-    w_fire: Parameter = parameter("rad/s", "Speed from which the engine fires fully", default=40.0, above=0)
+    w_fire: Parameter = parameter(
+        "rad/s", "Speed from which the engine fires and breathes fully", default=40.0, above=0
+    )
     heating_value: Parameter = parameter("J/kg", "Lower heating value of the fuel", default=43e6, above=0)
     load: Variable = variable("1", "Heat of a cycle over its heat at full load")
     tau: Variable = variable("N.m", "Torque of all cylinders")
@@ -142,6 +144,7 @@ class PistonEngine(Component):
         yield self.load == limited(self.on.value) * limited(self.throttle.value) * limited(w / self.w_fire)
         for c in cylinders:
             yield c.load.value == self.load
+            yield c.manifold.value == limited(w / self.w_fire)
         yield self.tau == -_sum(c.flange.tau for c in cylinders)
         yield self.heat == self.load * w / (4 * math.pi) * _sum(c.mixture * c.displacement() for c in cylinders)
         yield self.fuel_rate == self.heat / self.heating_value

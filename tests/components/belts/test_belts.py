@@ -9,6 +9,8 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.belts import BeltDrive, BeltSpan, ChainDrive, Pulley
+from powertrain.components.electric import VoltageSource
+from powertrain.components.engines import Alternator, PistonEngine
 from powertrain.components.rotational import ConstantSpeed, Fixed, Inertia, Torque, TwoFlanges
 
 
@@ -117,6 +119,35 @@ def test_three_pulleys_in_a_ring() -> None:
     run = pt.simulate(Ring(spans=(BeltSpan(),) * 3), 6.0)
     for k, radius in enumerate(radii[1:]):
         assert run[f"shafts[{k}].w"][-1] == pytest.approx(60 * 0.08 / radius, rel=1e-5)
+    assert pt.energy_audit(run).closure < 1e-6
+
+
+class Charging(pt.Component):
+    """An engine at a held speed drives an alternator by a belt."""
+
+    engine: PistonEngine = PistonEngine.inline((1, 3, 4, 2))
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=200)
+    belt: BeltDrive = BeltDrive()
+    rotor: Inertia = Inertia(J=2.5e-3)
+    alternator: Alternator = Alternator()
+    bus: VoltageSource = VoltageSource(V=13.2)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.crank, self.drive.flange, self.belt.flange_a)
+        yield pt.connect(self.belt.flange_b, self.rotor.flange_a)
+        yield pt.connect(self.rotor.flange_b, self.alternator.flange)
+        yield pt.connect(self.alternator.bus, self.bus.bus)
+        yield self.engine.throttle.value == 0.3
+
+
+def test_an_accessory_drive() -> None:
+    """The alternator turns 2.5 times faster and delivers what its regulator asks for; the belt brings the torque, without slip."""
+    run = pt.simulate(Charging(), 2.0, starts={"rotor.w": 500.0})
+    assert run["alternator.w"][-1] == pytest.approx(500, rel=1e-4)
+    assert run["alternator.i"][-1] == pytest.approx(80, rel=1e-9)
+    torque = 13.2 * 80 / 0.65 / 500
+    assert run["belt.flange_a.tau"][-1] == pytest.approx(2.5 * torque, rel=1e-3)
+    assert run["belt.tight.f"][-1] - run["belt.loose.f"][-1] == pytest.approx(torque / 0.03, rel=1e-3)
     assert pt.energy_audit(run).closure < 1e-6
 
 

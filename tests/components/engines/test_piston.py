@@ -16,8 +16,6 @@ from powertrain.components.rotational import ConstantSpeed, Inertia
 
 W = 200.0
 CYCLE = 4 * math.pi / W
-EMPTY = {"p_closed": 0.0, "p_open": 0.0, "p_exhaust": 0.0, "p_0": 0.0}
-SMOOTH = Crankshaft(p_f0=0, p_f1=0, p_f2=0)
 
 
 class Dyno(pt.Component):
@@ -48,7 +46,7 @@ def orders(torque: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def test_inertia_of_a_slider_crank() -> None:
     """Without gas and friction J(phi) w^2 is constant, J(phi) = J + m x'(phi)^2; its mean is J + m r^2 (1/2 + lambda^2/8 + ...)."""
-    bare = Cylinder(m=2.0, **EMPTY)
+    bare = Cylinder(m=2.0, p_closed=0, p_open=0, p_exhaust=0, p_0=0)
     engine = PistonEngine(cylinders=(bare,), crankshaft=Crankshaft(J=0.01, p_f0=0, p_f1=0, p_f2=0))
     run = pt.simulate(engine, 0.2, starts={"speed": 100.0}, rtol=1e-9, atol=1e-11, inputs={"throttle": 0.0})
     phi, w = run["crankshaft.phi"], run["crankshaft.w"]
@@ -121,6 +119,15 @@ def test_firing_order_and_interval() -> None:
         PistonEngine.inline((1, 3))
     with pytest.raises(pt.ParameterError, match="it has cylinders"):
         pt.compile(PistonEngine(cylinders=()))
+
+
+def test_turned_backward_an_engine_gives_nothing() -> None:
+    """Without friction and oscillating mass the speed after whole cycles is what it was: the gas is a spring, and the throttle no motor."""
+    engine = PistonEngine(cylinders=(Cylinder(m=0),), crankshaft=Crankshaft(J=0.5, p_f0=0, p_f1=0, p_f2=0))
+    run = pt.simulate(engine, 1.0, starts={"speed": -60.0}, inputs={"throttle": 1.0}, points=4000, rtol=1e-9)
+    phi, w = run["crankshaft.phi"], run["crankshaft.w"]
+    np.testing.assert_allclose(np.interp([16 * math.pi, 8 * math.pi], -phi, w), -60, rtol=1e-5)
+    assert np.all(run["heat"] == 0)
 
 
 def test_angles_do_not_wear_out() -> None:

@@ -121,5 +121,5 @@ def test_stops_hold_and_take_energy() -> None:
     w, psi = run["rotor.w"], run["pendulum.w_psi"]
     assert np.ptp(w) > 0.1
     assert np.abs(psi[run.time > 0.4]).max() < 190
-    with pytest.raises(pt.ParameterError, match="s_max = 0.05 m"):
+    with pytest.raises(pt.ParameterError, match="s_max"):
         CentrifugalPendulum(s_max=0.05)
