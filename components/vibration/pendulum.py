@@ -13,19 +13,22 @@ Path = Literal["circle", "cycloid", "epicycloid"]
 
 
 class CentrifugalPendulum(Lossy):
-    """A centrifugal pendulum absorber: masses that swing on paths in a turning carrier (flange) and take away one order of its vibration.
+    """A centrifugal pendulum absorber: masses that swing along paths in a rotating carrier (flange) and cancel one order of vibration.
 
-    w = der(flange.phi),  tangent of the path at the angle psi, arc length s,  rho = ds/dpsi = r cos(lambda psi),  r = c/(1 + n^2)
+    w = der(flange.phi),  r = c/(1 + n^2),  rho = r cos(lambda psi),  s = integral of rho over psi
+    x = integral of rho cos(psi),  y = c - integral of rho sin(psi),  X = x^2 + y^2,  H = rho (y cos(psi) + x sin(psi))
+    m (rho der(rho der(psi)) + H der(w) - w^2/2 dX/dpsi) = rho (behind - ahead - d der(s)),  flange.tau = der(m (X w + H der(psi)))
     circle: lambda = 0,  cycloid: lambda = 1,  epicycloid: lambda = n/root(1 + n^2)
-    X = (distance of the mass from the axis)^2,  H = rho (distance component along the path's normal) = rho (y cos(psi) + x sin(psi))
-    m (rho^2 der(der(psi)) + rho rho' der(psi)^2 + H der(w) - X' w^2/2) = -rho (d ds/dt + stop),  flange.tau = der(m (X w + H der(psi)))
 
-    The masses swing at n oscillations per revolution at any speed, n = root((c - r)/r): c - r is the distance of the point of
-    suspension from the axis, R in n = root(R/r). At order n the carrier hardly vibrates, at order k it has the moment of inertia
-    m c^2 n^2/(n^2 - k^2) beside its own. On a circle the oscillations become slower with their amplitude, on an epicycloid they do not
-    (tautochrone of the centrifugal field). At the arc length s_max the masses run into a stop with the restitution e. The masses do
-    not turn against the carrier (bifilar suspension; what they have about their own centre belongs to the carrier) and there is no
-    gravity: at low speed, w^2 c of the order of g, they are not described.
+    psi is the angle of the path's tangent, rho the radius of curvature, s the arc length from the vertex; x and y are the place of the
+    mass in the frame of the carrier, in the direction of rotation and outwards. The mass swings n times per revolution at any speed,
+    n = root(R/r), where R = c - r is the distance of the point of suspension from the axis. Beside its own moment of inertia the
+    carrier has m c^2 n^2/(n^2 - k^2) at the order k, so that it hardly vibrates at k = n. On a circle the frequency falls with the
+    amplitude; on an epicycloid it does not (tautochrone of the centrifugal field).
+
+    At the arc length s_max the mass hits a stop, with the coefficient of restitution e. The masses do not rotate against the carrier
+    (bifilar suspension), so their own moment of inertia belongs to it. Gravity is neglected: the model holds where w^2 c is much
+    greater than g.
 
     Sources: H. H. Denman, Tautochronic bifilar pendulum torsion absorbers for reciprocating engines, J. Sound and Vibration 159
     (1992) 251-277; S. W. Shaw, B. Geist, Tuning for performance and stability in systems of nearly tautochronic torsional vibration

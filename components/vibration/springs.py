@@ -65,7 +65,7 @@ class Coil(TwoFlanges, Lossy):
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit
     limit = mue (J der(channel.phi)^2 + wrap (|tau_a| + |tau_b|)/2)
 
-    It is pressed outwards by its own inertia and by the compressed spring, which is bent around the angle ``wrap``.
+    Its inertia and the compressed spring, bent around the angle ``wrap``, press it against the channel.
     """
 
     channel: Flange = port(Flange)
@@ -105,12 +105,10 @@ class Coil(TwoFlanges, Lossy):
 
 
 class ArcSpring(TwoFlanges):
-    """A compressed coil spring that is bent to an arc and rubs in a channel, which turns with flange_a.
+    """A coil spring bent to an arc, which rubs in a channel on flange_a; a row of N coils with c N, J/N and wrap/N each.
 
-    N = number of coils in a row, each with c N, J/N and wrap/N
-
-    Friction holds the coils until the torque on them is large enough, so that the stiffness for small amplitudes grows with the
-    friction, and this with the speed squared and with the torque. With many coils the torque along the arc falls by exp(-mue wrap)
+    Friction grows with the square of the speed and with the torque. Coils stick until the torque on them exceeds it, so the spring is
+    stiffer for small amplitudes. With many coils the torque along the arc falls by exp(-mue wrap)
     (Eytelwein); with one coil and wrap = 0 a slow cycle of amplitude x dissipates T (2 x - T/c), T = mue J w^2. Several arcs side by
     side count as one: stiffnesses and moments of inertia add up. Errors: ParameterError without coils.
     Source: A. Albers, Advanced development of dual mass flywheel (DMFW) design, 5th LuK Symposium 1994.
