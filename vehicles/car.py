@@ -78,6 +78,12 @@ class Car(Component):
         yield connect(self.cycle.a_ref, self.driver.a_ref)
         yield connect(self.body.v, self.driver.v)
 
+    def _cooled(self, engine: Engine, cooling: EngineCooling) -> Equations:
+        """``engine`` heats ``cooling``, whose temperature determines its friction; the radiator is in the wind of the car."""
+        yield connect(engine.heat_port, cooling.engine)
+        yield connect(cooling.warmth, engine.warmth)
+        yield connect(self.body.v, cooling.v)
+
 
 class GearedCar(Car):
     """Partial: a car with one engine whose schedule shifts a gearbox and moves throttle and clutch; the engine idles at the start.
@@ -103,9 +109,7 @@ class GearedCar(Car):
         yield connect(self.schedule.clutch, clutch)
         yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.start_stop.on, self.engine.on)
-        yield connect(self.engine.heat_port, self.cooling.engine)
-        yield connect(self.cooling.warmth, self.engine.warmth)
-        yield connect(self.body.v, self.cooling.v)
+        yield from self._cooled(self.engine, self.cooling)
 
     def initial(self) -> Equations:
         """At rest, with the engine idling and the first gear in."""

@@ -30,6 +30,15 @@ def test_natural_frequency() -> None:
     assert min(modes.frequency) == pytest.approx(math.sqrt(400 * (1 / 0.09 + 1 / 0.05)) / (2 * math.pi), rel=1e-4)
 
 
+def test_frequencies_with_coils() -> None:
+    """Two coils without friction: masses J_1, J/2, J/2, J_2 between springs of 4 c, 2 c and 4 c."""
+    arc = ArcSpring(coils=(Coil(), Coil()), mue=0, J=8e-3)
+    found = sorted(pt.eigenmodes(pt.compile(DualMassFlywheel(arc=arc))).frequency)
+    stiffness = 400 * (np.diag([4.0, 6, 6, 4]) - np.diag([4.0, 2, 4], 1) - np.diag([4.0, 2, 4], -1))
+    squares = np.sort(np.linalg.eigvals(np.diag(1 / np.array([0.09, 4e-3, 4e-3, 0.05])) @ stiffness).real)
+    np.testing.assert_allclose(found, np.sqrt(squares[1:]) / (2 * math.pi), rtol=1e-6)
+
+
 class Swung(pt.Component):
     """An arc spring in a channel of constant speed whose other end swings by ``x``."""
 

@@ -11,8 +11,9 @@ import pytest
 from scipy.special import ellipk
 
 import powertrain as pt
-from powertrain.components.rotational import ConstantSpeed, Inertia, Torque
-from powertrain.components.vibration import CentrifugalPendulum
+from powertrain.components.engines import Crankshaft, PistonEngine
+from powertrain.components.rotational import ConstantSpeed, Inertia, SpringDamper, Torque, TwoFlanges
+from powertrain.components.vibration import CentrifugalPendulum, DualMassFlywheel
 
 W = 100.0
 
@@ -99,14 +100,75 @@ def test_attenuation_of_an_order() -> None:
     run = pt.simulate(model, 4.0, starts={"shaken.rotor.w": W}, points=20_000)
     late = run.time > 2.5
     phi, w = run["shaken.rotor.phi"][late], run["shaken.rotor.w"][late]
-    cycles = int((phi[-1] - phi[0]) / (4 * math.pi))
-    even = phi[0] + np.arange(400 * cycles) * math.pi / 100
-    swing = 2 * abs(np.fft.rfft(np.interp(even, phi, w))[3 * cycles]) / even.size
-    mean = w.mean()
+    swing, mean = order_amplitude(phi, w), w.mean()
     inertia = abs(0.1 + 1.0 * 0.1**2 * (1 + 1.5**2 / (1.5j * 5 / (1.0 * mean))))
     assert swing == pytest.approx(20 / (1.5 * mean * inertia), rel=0.03)  # the mean speed still settles
     assert np.ptp(run["shaken.pendulum.s"][late]) / 2 == pytest.approx(20 / (0.1 * (1.5 * mean) ** 2), rel=0.1)
     assert pt.energy_audit(run).closure < 1e-6
+
+
+class Rigid(TwoFlanges):
+    """A flywheel and a clutch disc with a damper."""
+
+    mass: Inertia = Inertia(J=0.14)
+    damper: SpringDamper = SpringDamper(c=1000, d=3)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.flange_a, self.mass.flange_a)
+        yield pt.connect(self.mass.flange_b, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.flange_b)
+
+
+class WithPendulum(TwoFlanges):
+    """A dual-mass flywheel with a pendulum on its secondary mass."""
+
+    flywheel: DualMassFlywheel = DualMassFlywheel()
+    pendulum: CentrifugalPendulum = CentrifugalPendulum()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.flange_a, self.flywheel.flange_a)
+        yield pt.connect(self.flywheel.flange_b, self.flange_b, self.pendulum.flange)
+
+
+class ThreeCylinders(pt.Component):
+    """An engine at 190 rad/s with a flywheel, a gearbox and half shafts."""
+
+    flywheel: TwoFlanges
+    engine: PistonEngine = PistonEngine.inline((1, 3, 2), crankshaft=Crankshaft(J=0.03))
+    gearbox: Inertia = Inertia(J=0.01)
+    shafts: SpringDamper = SpringDamper(c=500, d=1)
+    brake: ConstantSpeed = ConstantSpeed(w_fixed=190)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.crank, self.flywheel.flange_a)
+        yield pt.connect(self.flywheel.flange_b, self.gearbox.flange_a)
+        yield pt.connect(self.gearbox.flange_b, self.shafts.flange_a)
+        yield pt.connect(self.shafts.flange_b, self.brake.flange)
+        yield self.engine.throttle.value == 1
+
+    def initial(self) -> pt.Equations:
+        yield self.engine.crankshaft.w == 190
+        yield self.gearbox.w == 190
+
+
+@pytest.mark.slow
+def test_behind_a_piston_engine() -> None:
+    """Order 1.5 of a three-cylinder engine at the gearbox: less behind a dual-mass flywheel, less still with a pendulum."""
+    swing = []
+    for part in (Rigid(), DualMassFlywheel(), WithPendulum()):
+        run = pt.simulate(ThreeCylinders(flywheel=part), 2.0, points=8_000)
+        late = run.time > 1.2
+        swing.append(order_amplitude(run["engine.crankshaft.phi"][late], run["gearbox.w"][late]))
+    rigid, dual, pendulum = swing
+    assert dual < 0.6 * rigid
+    assert pendulum < 0.2 * dual
+
+
+def order_amplitude(phi: Any, signal: Any) -> float:
+    """Amplitude of order 1.5 over whole cycles of two revolutions."""
+    cycles = int((phi[-1] - phi[0]) / (4 * math.pi))
+    even = phi[0] + np.arange(400 * cycles) * math.pi / 100
+    return float(2 * abs(np.fft.rfft(np.interp(even, phi, signal))[3 * cycles]) / even.size)
 
 
 def test_stops_hold_and_take_energy() -> None:
