@@ -99,7 +99,7 @@ def test_orders_of_the_torque() -> None:
     """n cylinders leave the orders n/2, n, 3n/2 ... of the cylinder's; the others vanish."""
     one = orders(cycle(PistonEngine())["engine.tau"])
     assert one[1] > 50  # order 1/2
-    for order in [(1, 2), (1, 3, 2), (1, 8, 4, 3, 6, 5, 7, 2)]:
+    for order in [(1, 3, 2), (1, 5, 3, 6, 2, 4)]:
         n = len(order)
         found = orders(cycle(PistonEngine.inline(order))["engine.tau"])
         np.testing.assert_allclose(found[n : 5 * n : n], n * one[n : 5 * n : n], rtol=1e-4, atol=1e-2)

@@ -53,6 +53,7 @@ class Swung(pt.Component):
         yield self.end.phi_ref.value == self.channel.w_fixed * pt.time - self.x * ca.cos(math.pi * pt.time)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("w", "x"), [(100.0, 0.3), (200.0, 0.1)])
 def test_area_of_the_loop(w: float, x: float) -> None:
     """One coil: T (2 x - T/c), T = mue J w^2; none where the spring does not tear the coil loose, x < T/(2 c)."""
@@ -74,6 +75,7 @@ def test_a_coil_that_sticks_stiffens_the_spring() -> None:
     assert np.ptp(run["arc.coils[0].tau_b"]) == pytest.approx(2 * 400 * 0.02, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_torque_along_the_arc_follows_eytelwein() -> None:
     """Pulled slowly at rest, four coils slide: torques at the ends as exp(mue wrap), to the square of a coil's share."""
     arc = ArcSpring(coils=(Coil(),) * 4, mue=0.2, wrap=2.4, J=1e-4)
