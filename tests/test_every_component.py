@@ -28,6 +28,7 @@ GIVEN: dict[str, dict[str, Any]] = {
     "QuadraticSpeedDependentForce": {"f_nominal": -1.0},
     "MappedEngine": {name: getattr(MappedEngine.gasoline(), name) for name in ("torque_map", "fuel_map")},
     "PlanetaryFinalDrive": {"ratio": 3.05},
+    "Pulley": {"mue": 0.1},  # on rigid masses in place of spans, little grip keeps the torque unique
     "MassWithStopAndFriction": {"smax": 4.0, "smin": -4.0, "L": 1.0},
 }
 VALUES = {"ratio": 2.0, "ring_ratio": 3.0, "efficiency": 0.9, "fn_max": 20.0}
@@ -41,6 +42,10 @@ ONE_SIDED = {
     "VehicleBody": "on a slope, in the wind",
     "BandBrake": "energises itself forward",
     "Synchroniser": "its sleeve engages one way",
+    "BeltSpan": "pulls and does not push",
+    "Pulley": "its belt pulls and does not push",
+    "PistonEngine": "fires forward",
+    "Starter": "drives forward",
 }
 
 

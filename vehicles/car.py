@@ -26,7 +26,7 @@ from powertrain.components.control import (
     Shifting,
 )
 from powertrain.components.cycles import CycleSpeed, DriveCycle
-from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine
+from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling, WarmEngine, WillansEngine
 from powertrain.components.rotational import Flange
 from powertrain.components.transmissions import ManualGearbox, Shiftable
 from powertrain.components.wheels import RigidWheel
@@ -78,14 +78,24 @@ class Car(Component):
         yield connect(self.cycle.a_ref, self.driver.a_ref)
         yield connect(self.body.v, self.driver.v)
 
+    def _cooled(self, engine: Engine, cooling: EngineCooling) -> Equations:
+        """``engine`` heats ``cooling``, whose temperature determines its friction; the radiator is in the wind of the car."""
+        yield connect(engine.heat_port, cooling.engine)
+        yield connect(cooling.warmth, engine.warmth)
+        yield connect(self.body.v, cooling.v)
+
 
 class GearedCar(Car):
-    """Partial: a car with one engine whose schedule shifts a gearbox and moves throttle and clutch; the engine idles at the start."""
+    """Partial: a car with one engine whose schedule shifts a gearbox and moves throttle and clutch; the engine idles at the start.
+
+    ``cooling`` is ``WarmEngine()``, or ``CoolantCircuit()`` for a cold start.
+    """
 
     schedule: Shifting = GearSchedule()
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()
     accessories: AccessoryDrive = AccessoryDrive()
+    cooling: EngineCooling = WarmEngine()
     gearbox: Shiftable = ManualGearbox()
 
     def _by_schedule(self, clutch: Input) -> Equations:
@@ -99,6 +109,7 @@ class GearedCar(Car):
         yield connect(self.schedule.clutch, clutch)
         yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.start_stop.on, self.engine.on)
+        yield from self._cooled(self.engine, self.cooling)
 
     def initial(self) -> Equations:
         """At rest, with the engine idling and the first gear in."""

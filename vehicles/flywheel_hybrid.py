@@ -9,7 +9,7 @@ from powertrain.components.body import Axle, Body, LumpedAxle, RollingAxle, Vehi
 from powertrain.components.control import Driver, FlywheelCharge, FlywheelCharging, FlywheelDrive, Pedals
 from powertrain.components.cvu import Actuator, RatioActuator
 from powertrain.components.differentials import ChurningLoss, CrownGear
-from powertrain.components.engines import Engine, WillansEngine
+from powertrain.components.engines import Engine, EngineCooling, WarmEngine, WillansEngine
 from powertrain.components.rotational import BearingFriction, Clutch, IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import SplitPathTransmission, UnitRatio, unit_ratio
 from powertrain.components.wheels import WheelBrake
@@ -37,6 +37,7 @@ class FlywheelHybrid(Car):
     drive: FlywheelDrive = FlywheelDrive()
     charge: FlywheelCharging = FlywheelCharge()
     engine: Engine = WillansEngine()
+    cooling: EngineCooling = WarmEngine()
     engine_clutch: Clutch = Clutch(fn_max=250, mue_pos=((0.0, 1.0),))
     step_up: IdealGear = IdealGear(ratio=1 / 3)
     flywheel: Inertia = Inertia(J=1.1)
@@ -70,6 +71,7 @@ class FlywheelHybrid(Car):
 
     def _signals(self) -> Equations:
         yield from self._on_the_cycle()
+        yield from self._cooled(self.engine, self.cooling)
         yield connect(self.body.v, self.charge.v)
         yield connect(self.driver.accelerator, self.drive.accelerator)
         yield connect(self.driver.brake, self.drive.brake)

@@ -7,7 +7,7 @@ from typing import ClassVar
 from powertrain import Equations, connect
 from powertrain.components.control import HybridSupervisor
 from powertrain.components.electric import AccessoryLoad, PolarizedBattery
-from powertrain.components.engines import Engine, WillansEngine, throttle_table
+from powertrain.components.engines import Engine, EngineCooling, WarmEngine, WillansEngine, throttle_table
 from powertrain.vehicles.car import Car
 
 
@@ -18,6 +18,7 @@ class HybridCar(Car):
     engine: Engine = WillansEngine()
     battery: PolarizedBattery = PolarizedBattery(R=0.2)
     accessories: AccessoryLoad = AccessoryLoad(P=300)
+    cooling: EngineCooling = WarmEngine()
 
     def _engine_by(self, control: HybridSupervisor) -> Equations:
         """The control knows vehicle, charge and engine, and moves the engine's throttle and switch."""
@@ -29,6 +30,7 @@ class HybridCar(Car):
         firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for
         yield control.opening.value == throttle(firing, control.torque.value)
         yield connect(control.on, self.engine.on)
+        yield from self._cooled(self.engine, self.cooling)
         yield connect(control.throttle, self.engine.throttle)
 
     def initial(self) -> Equations:

@@ -7,7 +7,7 @@ from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import LaggingDriver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
 from powertrain.components.differentials import CrownGear, FundamentalDifferential
-from powertrain.components.engines import Engine, WillansEngine, operating_line
+from powertrain.components.engines import Engine, EngineCooling, WarmEngine, WillansEngine, operating_line
 from powertrain.components.rotational import Clutch, Inertia, SpeedSensor
 from powertrain.components.transmissions import (
     Layout,
@@ -46,6 +46,7 @@ class SplitPathCar(Car):
     driver: Pedals = LaggingDriver(k_a=1300 / 6000)
     control: OperatingLineControl = OperatingLineControl(ratio_min=0.2)
     engine: Engine = WillansEngine()
+    cooling: EngineCooling = WarmEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))
     shaft: Inertia = Inertia(J=0.02)
     unit_ratio: RatioOfUnit = UnitRatio(layout=LAYOUT, basic_ratio=BASIC_RATIO)
@@ -66,6 +67,7 @@ class SplitPathCar(Car):
 
     def _signals(self) -> Equations:
         yield from self._on_the_cycle()
+        yield from self._cooled(self.engine, self.cooling)
         yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.engine.speed, self.control.w)

@@ -9,7 +9,14 @@ from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator, VariableUnit
 from powertrain.components.differentials import ChurningLoss
-from powertrain.components.engines import AccessoryDrive, Engine, WillansEngine, operating_line
+from powertrain.components.engines import (
+    AccessoryDrive,
+    Engine,
+    EngineCooling,
+    WarmEngine,
+    WillansEngine,
+    operating_line,
+)
 from powertrain.components.rotational import IdealGear, Inertia, SpeedSensor
 from powertrain.components.transmissions import StartingConverter, StartingDevice
 from powertrain.vehicles.car import Car
@@ -33,6 +40,7 @@ class VariatorCar(Car):
     control: OperatingLineControl = OperatingLineControl(ratio_min=0.4, ratio_max=2.6)
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()
+    cooling: EngineCooling = WarmEngine()
     accessories: AccessoryDrive = AccessoryDrive()
     start: StartingDevice = StartingConverter()
     shaft: Inertia = Inertia(J=0.03)
@@ -56,6 +64,7 @@ class VariatorCar(Car):
 
     def _signals(self) -> Equations:
         yield from self._on_the_cycle()
+        yield from self._cooled(self.engine, self.cooling)
         yield connect(self.body.v, self.control.v, self.start_stop.v)
         yield connect(self.driver.accelerator, self.control.accelerator, self.start_stop.accelerator)
         yield connect(self.start_stop.on, self.engine.on)

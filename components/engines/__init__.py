@@ -1,8 +1,10 @@
-"""Combustion engines: torque from a map or a Willans line, with their fuel."""
+"""Combustion engines: torque from a map or a Willans line, with their fuel, or stroke by stroke from the pressure in their cylinders."""
 
 from __future__ import annotations
 
-from powertrain.components.engines.accessories import AccessoryDrive
+from powertrain.components.engines.accessories import AccessoryDrive, AccessoryPump, Alternator
+from powertrain.components.engines.cooling import CoolantCircuit, EngineCooling, WarmEngine
+from powertrain.components.engines.cylinder import Cylinder
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.engines.mapped import MappedEngine
 from powertrain.components.engines.operation import (
@@ -12,13 +14,24 @@ from powertrain.components.engines.operation import (
     sparse_fuel_line,
     throttle_table,
 )
+from powertrain.components.engines.piston import Crankshaft, PistonEngine
+from powertrain.components.engines.starter import Starter
 from powertrain.components.engines.willans import WillansEngine
 
 __all__ = [
     "AccessoryDrive",
+    "AccessoryPump",
+    "Alternator",
+    "CoolantCircuit",
+    "Crankshaft",
+    "Cylinder",
     "Engine",
+    "EngineCooling",
     "FuelLine",
     "MappedEngine",
+    "PistonEngine",
+    "Starter",
+    "WarmEngine",
     "WillansEngine",
     "best_fuel_line",
     "operating_line",

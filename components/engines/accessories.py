@@ -2,9 +2,25 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain import (
+    Equations,
+    Input,
+    Parameter,
+    Symbol,
+    Variable,
+    der,
+    friction,
+    parameter,
+    port,
+    signal_input,
+    variable,
+)
+from powertrain.components.electric.interfaces import DCTerminal
+from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
 
 
@@ -33,3 +49,71 @@ class AccessoryDrive(OneFlangeAndSupport, Lossy):
     def loss(self) -> Symbol:
         """All that it takes."""
         return self._torque() * self.w
+
+
+class Alternator(OneFlangeAndSupport, Lossy):
+    """An alternator that holds the voltage of the bus as far as its speed allows.
+
+    w = der(flange.phi - support.phi),  flange.tau w = -bus.v bus.i/efficiency,  -bus.i = G (V - bus.v) within 0..limit
+    limit = i_max (1 - exp(-(w - w_cut)/w_rise)) from the cut-in speed w_cut on, else 0
+
+    Put it on a pulley: its speed is that of its own shaft, two to three times the engine's. The default values are invented, for a
+    14 V alternator of 120 A. Source: Bosch Automotive Handbook, chapter Alternators (characteristic of current over speed).
+    """
+
+    bus: DCTerminal = port(DCTerminal)
+    V: Parameter = parameter("V", "Voltage that the regulator aims at", default=14.0, above=0)
+    G: Parameter = parameter("A/V", "Current over voltage deviation of the regulator", default=100.0, above=0)
+    i_max: Parameter = parameter("A", "Current at high speed", default=120.0, min=0)
+    w_cut: Parameter = parameter("rad/s", "Speed from which it delivers current", default=120.0, above=0)
+    w_rise: Parameter = parameter("rad/s", "Speed range in which the current rises", default=250.0, above=0)
+    efficiency: Parameter = parameter("1", "Electric over mechanical power", default=0.65, above=0, max=1)
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
+    i: Variable = variable("A", "Current delivered")
+
+    def equations(self) -> Equations:
+        """A regulator with a limit that depends on speed."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        limit = self.i_max * (1 - ca.exp(-ca.fmax(self.w - self.w_cut, 0) / self.w_rise))
+        yield self.i == limited(self.G * (self.V - self.bus.v), 0, limit)
+        yield self.bus.i == -self.i
+        yield self.flange.tau == self.bus.v * self.i / self.efficiency / ca.fmax(self.w, self.w_cut)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Mechanical less electric power."""
+        return self.bus.v * self.i * (1 / self.efficiency - 1)
+
+
+class AccessoryPump(OneFlangeAndSupport, Lossy):
+    """A pump or compressor: hydraulic steering, oil or coolant pump, air conditioning.
+
+    w = der(flange.phi - support.phi),  w > 0: flange.tau = limit;  w < 0: flange.tau = -limit;  w = 0: |flange.tau| <= limit
+    limit = load displacement pressure/(2 pi efficiency) + tau_0 + tau_2 w^2,  load within 0..1
+
+    ``displacement`` is the volume in a revolution, ``pressure`` the mean effective pressure difference: of an air-conditioning
+    compressor n/(n - 1) p_in ((p_out/p_in)^((n - 1)/n) - 1); ``load`` is its swash plate. The energy counts as lost. The numbers are
+    invented, for a compressor of 120 cm3.
+    """
+
+    load: Input = signal_input("1", "Stroke over the full stroke, 0 to 1", default=1.0)
+    displacement: Parameter = parameter("m3", "Volume in a revolution", default=120e-6, min=0)
+    pressure: Parameter = parameter("Pa", "Mean effective pressure", default=0.5e6, min=0)
+    efficiency: Parameter = parameter("1", "Hydraulic over mechanical power", default=0.85, above=0, max=1)
+    tau_0: Parameter = parameter("N.m", "Torque without load", default=0.5, min=0)
+    tau_2: Parameter = parameter("N.m.s2/rad2", "Its rise with speed squared", default=1e-6, min=0)
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
+
+    def equations(self) -> Equations:
+        """A torque that opposes the motion and holds at rest."""
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        work = self.displacement * self.pressure / (2 * math.pi * self.efficiency)
+        limit = limited(self.load.value) * work + self.tau_0 + self.tau_2 * self.w**2
+        yield friction(self.w, self.flange.tau, -limit, limit)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """All that it takes."""
+        return self.flange.tau * self.w

@@ -25,11 +25,13 @@ from powertrain import (
     port,
     signal_input,
     signal_output,
+    support,
     variable,
 )
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
+from powertrain.components.thermal import HeatPort
 
 SMALL = 1e-3
 """Least torque of combustion at full load [N.m]: an engine may have none at its idle speed."""
@@ -41,7 +43,7 @@ class Engine(Component):
     """Partial: a combustion engine with its inertia, which burns fuel to keep its crank turning.
 
     J der(w) = tau + crank.tau,  tau = firing + starter - drag,  w = der(crank.phi)
-    w > 0: drag = motoring(w);  w < 0: drag = -motoring(-w);  w = 0: |drag| <= motoring(0)
+    w > 0: drag = warmth motoring(w);  w < 0: drag = -warmth motoring(-w);  w = 0: |drag| <= warmth motoring(0)
     fuel_rate heating_value = fuel power(w, firing),  der(fuel) = fuel_rate,  power = tau w
 
     The firing torque is the torque of combustion in addition to the motoring drag. It is zero with closed throttle: in overrun no fuel
@@ -49,6 +51,10 @@ class Engine(Component):
     within 0..1; starter = on (1 - started) tau_starter limited = (w_limit - w)/band_limit within 0..1: the rev limiter idle = x +
     k_idle (w_idle - w) within 0..1, der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and begins
     with the throttle that idling takes
+
+    ``warmth`` is 1 for a warm engine and greater for a cold one, see ``CoolantCircuit``; the methods that give numbers are those of the
+    warm engine. Through ``heat_port`` leave the work against drag and the part ``coolant_share`` of the heat of combustion that does
+    no work; the rest leaves with the exhaust.
 
     With ``on`` = 0 the engine burns no fuel and comes to rest by its drag, which then holds it; when ``on`` returns to 1, the starter
     turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the part
@@ -59,11 +65,14 @@ class Engine(Component):
     crank: Flange = port(Flange)
     throttle: Input = signal_input("1", "Throttle, 0 to 1")
     on: Input = signal_input("1", "1: running, 0: stopped", default=1.0)
+    warmth: Input = signal_input("1", "Friction over that of the warm engine", default=1.0)
+    heat_port: HeatPort = support(HeatPort)
     speed: Output = signal_output("rad/s", "Speed of the crank")
     J: Parameter = parameter("kg.m2", "Moment of inertia with the flywheel", default=0.15, min=0)
     heating_value: Parameter = parameter("J/kg", "Lower heating value of the fuel", default=43e6, above=0)
     fuel_density: Parameter = parameter("kg/m3", "Density of the fuel", default=745.0, above=0)
     co2_per_fuel: Parameter = parameter("kg/kg", "Mass of carbon dioxide per mass of fuel", default=3.17, min=0)
+    coolant_share: Parameter = parameter("1", "Share of the heat of combustion to walls", default=0.45, min=0, max=1)
     w_idle: Parameter = parameter("rad/s", "Idle speed", default=85.0, min=0)
     k_idle: Parameter = parameter("s/rad", "Throttle per speed deviation below idle", default=0.02, min=0)
     T_idle: Parameter = parameter("s", "Integral time of the idle controller", default=0.5, above=0)
@@ -113,11 +122,13 @@ class Engine(Component):
         yield der(self.x) == (on * idle - self.x) / self.T_idle
         u = on * self._started() * limited((self.w_limit - w) / self.band_limit)
         yield self.firing == self._firing(w, u * ca.fmin(limited(self.throttle.value) + idle, 1))
-        limit = self._motoring(ca.fabs(w))
+        limit = ca.fmax(self.warmth.value, 0) * self._motoring(ca.fabs(w))
         yield friction(w, self.drag, -limit, limit)
         yield self.power == self.tau * w
         yield self.fuel_rate == self._fuel_power(w, self.firing) / self.heating_value
         yield der(self.fuel) == self.fuel_rate
+        heat = self.fuel_rate * self.heating_value - self.firing * w
+        yield self.heat_port.Q_flow == -self.coolant_share * heat - self.drag * w
 
     def initial(self) -> Equations:
         """An engine that is switched on has found the throttle that keeps it at idle speed, and less above it, down to none.

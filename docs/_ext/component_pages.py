@@ -23,6 +23,8 @@ TITLES = {
     "cvu": "Continuously variable units",
     "transmissions": "Transmissions",
     "engines": "Combustion engines",
+    "vibration": "Torsional vibration and mounts",
+    "belts": "Belts and chains",
     "electric": "Electric machines and batteries",
     "wheels": "Wheels and tyres",
     "body": "Bodies, axles and roads",

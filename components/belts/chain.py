@@ -1,0 +1,85 @@
+"""Chain drives."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain import Equations, Parameter, ParameterError, Symbol, Variable, der, parameter, variable
+from powertrain.components.rotational.interfaces import Lossy, TwoFlanges
+
+HARMONICS = 3
+"""Of the tooth frequency, with which the polygon effect is written."""
+LEAST = 6
+"""Teeth of the smallest sprocket."""
+
+
+class ChainDrive(TwoFlanges, Lossy):
+    """A roller chain on two sprockets: no slip, but elasticity, slack and the polygon effect.
+
+    path(phi) = p z/(2 pi) (phi + sum over k of 2 (-1)^(k + 1)/(k z (k^2 z^2 - 1)) sin(k z phi))
+    x = path_a(flange_a.phi) - path_b(flange_b.phi),  T = T_0 + c x + d der(x),  loose = T_0 - c x - d der(x), neither below 0
+    flange_a.tau = path_a' (T - loose),  flange_b.tau = -path_b' (T - loose)
+
+    A sprocket is a polygon: its chain moves at r cos(angle to the next joint), between r and r cos(pi/z); the series is that of this
+    motion, of which ``polygon`` takes three terms or none. The mean ratio is teeth_b/teeth_a. Either strand may become slack. In a
+    strand damping counts only as far as it is taut. The axes are so far apart that the sprockets' joints meet by chance: their
+    phases are those of the angles 0. Errors: ParameterError for fewer than 6 teeth.
+    Source: P. Fritz, F. Pfeiffer, Dynamics of high-speed roller chain drives, ASME DE 84 (1995); DIN ISO 10823.
+    """
+
+    teeth_a: int = 20
+    teeth_b: int = 40
+    polygon: bool = True
+    p: Parameter = parameter("m", "Pitch", default=9.525e-3, above=0)
+    T_0: Parameter = parameter("N", "Tension of each strand at rest", default=50.0, min=0)
+    c: Parameter = parameter("N/m", "Stiffness of a strand", default=1e6, above=0)
+    d: Parameter = parameter("N.s/m", "Damping of a strand", default=200.0, min=0)
+    x: Variable = variable("m", "Stretch of the strand that pulls where flange_a drives forward")
+    v: Variable = variable("m/s", "Its derivative")
+    tight: Variable = variable("N", "Tension of that strand")
+    loose: Variable = variable("N", "Tension of the other strand")
+
+    def equations(self) -> Equations:
+        """Two strands between two rims that are not quite round."""
+        for name, z in (("teeth_a", self.teeth_a), ("teeth_b", self.teeth_b)):
+            if z < LEAST:
+                raise ParameterError(f"{self._path}.{name} = {z}: a sprocket has at least {LEAST} teeth".lstrip("."))
+        a, b = self.flange_a.phi, self.flange_b.phi
+        path_a, path_b = self._path_of(a, self.teeth_a), self._path_of(b, self.teeth_b)
+        yield self.x == path_a - path_b
+        yield self.v == der(self.x)
+        yield self.tight == self._tension(self.x, self.v)
+        yield self.loose == self._tension(-self.x, -self.v)
+        pull = self.tight - self.loose
+        yield self.flange_a.tau == self._lever(a, self.teeth_a) * pull
+        yield self.flange_b.tau == -self._lever(b, self.teeth_b) * pull
+        yield from self._dissipate()
+
+    def energy(self) -> Symbol:
+        """Elastic energy of both strands."""
+        return (self._spring(self.x) ** 2 + self._spring(-self.x) ** 2) / (2 * self.c)
+
+    def loss(self) -> Symbol:
+        """Damping forces times speed."""
+        tight, loose = self.tight - self._spring(self.x), self.loose - self._spring(-self.x)
+        return (tight - loose) * self.v
+
+    def _spring(self, x: Symbol) -> Symbol:
+        return ca.fmax(self.T_0 + self.c * x, 0)
+
+    def _tension(self, x: Symbol, v: Symbol) -> Symbol:
+        spring = self._spring(x)
+        return spring + ca.fmin(ca.fmax(self.d * v, -spring), spring)
+
+    def _path_of(self, phi: Symbol, z: int) -> Symbol:
+        return self.p * z / (2 * math.pi) * (phi + sum(a / (k * z) * ca.sin(k * z * phi) for k, a in self._terms(z)))
+
+    def _lever(self, phi: Symbol, z: int) -> Symbol:
+        return self.p * z / (2 * math.pi) * (1 + sum(a * ca.cos(k * z * phi) for k, a in self._terms(z)))
+
+    def _terms(self, z: int) -> list[tuple[int, float]]:
+        """Harmonics of the tooth frequency in the chain speed over its mean."""
+        count = HARMONICS if self.polygon else 0
+        return [(k, 2 * (-1) ** (k + 1) / ((k * z) ** 2 - 1)) for k in range(1, count + 1)]
