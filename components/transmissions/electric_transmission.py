@@ -3,16 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from typing import Any, Self
 
 import casadi as ca
 
-from powertrain import Equations, Variable, connect, der, reinit, variable, when
+from powertrain import (
+    Equations,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    connect,
+    der,
+    parameter,
+    reinit,
+    variable,
+    when,
+)
 from powertrain.components.cvu.electric_pair import ElectricPair
+from powertrain.components.limited import limited
+from powertrain.components.rotational.clutch import Clutch
+from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.transmissions.ranges import Span, TransmissionOfRanges
 
-SYNCHRONOUS = 0.5
-"""How far the output falls below the speed of a shift before that is undone [rad/s]."""
+HYSTERESIS = 0.02
+"""How far below a shift the wanted ratio falls, relatively, before that is undone."""
+CLOSED = 0.1
+"""What is left of a shift when its lock begins to open."""
+FOLLOW = 10.0
+"""Share of a shift below which it slows down, as its inverse."""
+_LOCK = Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),))
 
 
 class ElectricTransmission(TransmissionOfRanges):
@@ -24,32 +44,72 @@ class ElectricTransmission(TransmissionOfRanges):
 
     which is defined where either shaft stands still, so that ranges may contain the mechanical points of both: two-mode
     transmissions pass shaft a's. The engine keeps its operating speed by r, and pays for the losses of the machines over the bus
-    (``ElectricPair``). A range changes up where the output reaches the speed of the shift, w_b = shift w_a, and down 0.5 rad/s below it,
-    so that clutches change at equal speeds; ``TransmissionOfRanges`` says how. The ratio differs from the wanted one by the slip of the
-    speed control. ``ElectricTransmission.of`` makes the parts from the spans of a design: from which to which r, and the network.
+    (``ElectricPair``). The ratio differs from the wanted one by the slip of the speed control.
 
+    A range changes up where the output passes the speed of the shift, w_b = shift w_a, if the wanted ratio lies above it, and down where
+    it falls below again, if the wanted ratio lies 2 % below it. At the shift the clutches of both ranges hold, which makes it a fixed gear; a clutch between input and output with that ratio (``locks``) stands for
+    them, up to ``tau_lock`` at the output. In this gear ``place`` goes to the number of the new range in the time ``T_shift``, and the
+    machines' torques, which may be opposite in the new range, change over with it:
+
+    der(place) = rate/T_shift,  rate = 10 (range - place) within -1..1
+
+    ``ElectricTransmission.of`` makes the parts from the spans of a design: from which to which r, and the network.
     Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the machines.
     """
 
+    T_shift: Parameter = parameter("s", "Time of a shift", default=0.1, above=0)
+    tau_lock: Parameter = parameter("N.m", "Torque of a closed lock at the output while it slips", default=500.0, above=0)
+    place: Variable = variable("1", "Range that the unit's shafts turn with; between two numbers during a shift", start=0.0)
     pair: ElectricPair = ElectricPair()
-    ahead: Variable = variable("rad/s", "Speed of the output at the wanted ratio, minus its speed")
+    fixed_gears: tuple[IdealGear, ...] = (IdealGear(ratio=1.0),)
+    locks: tuple[Clutch, ...] = (_LOCK,)
 
     @classmethod
     def of(cls, spans: Sequence[Span], pair: ElectricPair | None = None) -> Self:
-        """The parts of ranges, the lowest first."""
-        return cls._made(spans) if pair is None else cls._made(spans, pair=pair)
+        """The parts of ranges, the lowest first. Errors: ParameterError for ranges that meet at standstill."""
+        shifts = [high for _, high, _ in spans[:-1]]
+        if 0.0 in shifts:
+            raise ParameterError("two ranges meet at r = 0, where no fixed gear can hold both of them")
+        others: dict[str, Any] = {} if pair is None else {"pair": pair}
+        gears = tuple(IdealGear(ratio=1 / shift) for shift in shifts)
+        return cls._made(spans, fixed_gears=gears, locks=(_LOCK,) * len(shifts), **others)
 
     def equations(self) -> Equations:
         """The machines at both elastic shafts, their proportion by the present range."""
         yield from self._joined()
         yield connect(self.shaft_a.flange_a, self.pair.flange_a)
         yield connect(self.shaft_b.flange_a, self.pair.flange_b)
-        w_in, w_out = der(self.flange_a.phi), der(self.flange_b.phi)
-        yield self.ahead == self.ratio.value * w_in - w_out
+        left = self.range - self.place
+        yield der(self.place) == limited(FOLLOW * left, -1, 1) / self.T_shift
+        held: Symbol = limited(ca.fabs(left) / CLOSED)
+        wanted = self.ratio.value
         for k, shift in enumerate(self.shifts):
-            over = w_out - shift * w_in
-            yield when(ca.logic_and(over > 0, self.range < k + 0.5), reinit(self.range, k + 1))
-            yield when(ca.logic_and(over < -SYNCHRONOUS, self.range > k + 0.5), reinit(self.range, k))
-        n_a, n_b = self._unit_speeds()
+            here = held * limited(1 - ca.fabs(self.range + self.place - 2 * k - 1) + ca.fabs(left))
+            wanted = wanted + here * (shift - wanted)
+            yield from self._lock(k, here)
+        n_a, n_b = self._unit_speeds(wanted)
         yield self.pair.n_a.value == n_a
         yield self.pair.n_b.value == n_b
+
+    def _lock(self, k: int, closed: Symbol) -> Equations:
+        """Shift k: where it begins, and its fixed gear as far as it is ``closed``."""
+        shift, gear, lock = self.shifts[k], self.fixed_gears[k], self.locks[k]
+        over, wanted = der(self.flange_b.phi) - shift * der(self.flange_a.phi), self.ratio.value
+        up = ca.logic_and(over > 0, wanted > shift)
+        down = ca.logic_and(over < 0, wanted < (1 - HYSTERESIS) * shift)
+        yield when(ca.logic_and(up, self.range < k + 0.5), reinit(self.range, k + 1))
+        yield when(ca.logic_and(down, self.range > k + 0.5), reinit(self.range, k))
+        yield connect(self.flange_a, gear.flange_a)
+        yield connect(gear.flange_b, lock.flange_a)
+        yield connect(lock.flange_b, self.flange_b)
+        yield lock.fn_max == self.tau_lock
+        yield lock.f_normalized.value == closed
+
+    def _above(self) -> list[Symbol]:
+        """Of every shift, how far the unit's shafts are above it, 0 to 1."""
+        return [limited(self.place - k) for k, _ in enumerate(self.shifts)]
+
+    def initial(self) -> Equations:
+        """The range of the start."""
+        yield self.range == self.range_start
+        yield self.place == self.range_start

@@ -8,7 +8,7 @@ from typing import Self
 
 import casadi as ca
 
-from powertrain import Equations, ParameterError, connect, reinit, switch, when, within
+from powertrain import Equations, ParameterError, Symbol, connect, reinit, switch, when, within
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cvu.unit import CVU
 from powertrain.components.rotational.inertia import Inertia
@@ -58,7 +58,14 @@ class RangeTransmission(TransmissionOfRanges):
         for k, shift in enumerate(self.shifts):
             yield when(ca.logic_and(r > shift, self.range < k + 0.5), reinit(self.range, k + 1))
             yield when(ca.logic_and(r < shift - HYSTERESIS, self.range > k + 0.5), reinit(self.range, k))
-        w_a, w_b = self._unit_speeds()
+        w_a, w_b = self._unit_speeds(r)
         size = switch(w_a >= 0, w_a, -w_a, continuous=True)
         within(size, STANDSTILL, math.inf, name="speed of the unit's shaft a over that of the input", unit="1")
         yield self.cvu.ratio.value == w_b / w_a
+
+    def _above(self) -> list[Symbol]:
+        return [ca.if_else(self.range > k + 0.5, 1.0, 0.0) for k, _ in enumerate(self.shifts)]
+
+    def initial(self) -> Equations:
+        """The range of the start."""
+        yield self.range == self.range_start

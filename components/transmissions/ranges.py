@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, Self
 
-import casadi as ca
-
 from powertrain import (
     Component,
     Discrete,
@@ -138,18 +136,13 @@ class TransmissionOfRanges(VariableTransmission):
             yield connect(lower, shaft.flange_b)
 
     def _above(self) -> list[Symbol]:
-        """Of every shift, whether the range lies above it (1) or below (0)."""
-        return [ca.if_else(self.range > k + 0.5, 1.0, 0.0) for k, _ in enumerate(self.shifts)]
+        """Of every shift, whether the unit's shafts turn with the gears above it (1) or below (0)."""
+        raise NotImplementedError
 
-    def _unit_speeds(self) -> tuple[Symbol, Symbol]:
-        """Speeds of the unit's shafts over that of the input for the wanted ratio in the present range."""
-        r = self.ratio.value
+    def _unit_speeds(self, r: Symbol) -> tuple[Symbol, Symbol]:
+        """Speeds of the unit's shafts over that of the input for the overall ratio r in the present range."""
         shafts = [[A + B * r for A, B in factors_of_unit(network).tolist()] for _, _, network in self.spans]
         w_a, w_b = shafts[0]
         for high, (a, b) in zip(self._above(), shafts[1:], strict=True):
             w_a, w_b = w_a + high * (a - w_a), w_b + high * (b - w_b)
         return w_a, w_b
-
-    def initial(self) -> Equations:
-        """The range of the start."""
-        yield self.range == self.range_start

@@ -21,7 +21,8 @@ from powertrain.design import (
     Variator,
     split_path_space,
 )
-from powertrain.design.space import bounds, cvu_of, front, geared, rate
+from powertrain.design.parts import cvu_of, pair_of
+from powertrain.design.space import bounds, front, geared, rate
 
 R = np.linspace(0.1, 1.5, 15)
 DUTY = Duty.over(
