@@ -47,7 +47,7 @@ class ElectricPair(TwoFlanges):
     def check(self) -> Equations:
         """The set point is within the range."""
         yield self.V_min < self.V_0
-        yield self.V_0 < self.V_max
+        yield self.V_max > self.V_0
 
     def equations(self) -> Equations:
         """Machines at the flanges, and the control of their torques."""

@@ -47,9 +47,10 @@ class ElectricTransmission(TransmissionOfRanges):
     (``ElectricPair``). The ratio differs from the wanted one by the slip of the speed control.
 
     A range changes up where the output passes the speed of the shift, w_b = shift w_a, if the wanted ratio lies above it, and down where
-    it falls below again, if the wanted ratio lies 2 % below it. At the shift the clutches of both ranges hold, which makes it a fixed gear; a clutch between input and output with that ratio (``locks``) stands for
-    them, up to ``tau_lock`` at the output. In this gear ``place`` goes to the number of the new range in the time ``T_shift``, and the
-    machines' torques, which may be opposite in the new range, change over with it:
+    it falls below again, if the wanted ratio lies 2 % below it. At the shift the clutches of both ranges hold, which makes it a fixed
+    gear; a clutch between input and output with that ratio (``locks``) stands for them, up to ``tau_lock`` at the output. In this gear
+    ``place`` goes to the number of the new range in the time ``T_shift``, and the machines' torques, which may be opposite in the new
+    range, change over with it:
 
     der(place) = rate/T_shift,  rate = 10 (range - place) within -1..1
 
@@ -58,8 +59,12 @@ class ElectricTransmission(TransmissionOfRanges):
     """
 
     T_shift: Parameter = parameter("s", "Time of a shift", default=0.1, above=0)
-    tau_lock: Parameter = parameter("N.m", "Torque of a closed lock at the output while it slips", default=500.0, above=0)
-    place: Variable = variable("1", "Range that the unit's shafts turn with; between two numbers during a shift", start=0.0)
+    tau_lock: Parameter = parameter(
+        "N.m", "Torque of a closed lock at the output while it slips", default=500.0, above=0
+    )
+    place: Variable = variable(
+        "1", "Range that the unit's shafts turn with; between two numbers during a shift", start=0.0
+    )
     pair: ElectricPair = ElectricPair()
     fixed_gears: tuple[IdealGear, ...] = (IdealGear(ratio=1.0),)
     locks: tuple[Clutch, ...] = (_LOCK,)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -354,7 +354,8 @@ class SplitPathSpace:
     def part(self, line: int = 0) -> VariableUnit | ElectricPair:
         """The unit of a line as a part with the losses of the design: a ``CVU``, or an ``ElectricPair`` where V may be infinite.
 
-        The machines of a pair bear twice the torque, speed and power that the duty asks of them: a vehicle also starts and accelerates.
+        The machines of a pair bear twice the torque, speed and power that the duty asks of them. For a vehicle the duty has to contain
+        the torques of starting and the speeds of the engine at full power.
         Errors: ParameterError for a pair by an efficiency map, see ``pair_of``.
         """
         unit, row = self.unit(line), self.table.iloc[line]
@@ -371,7 +372,7 @@ class SplitPathSpace:
         return transmission_of(self.ranges(line), self.part(line) if unit is None else unit)
 
     def unit_ratio(self, line: int = 0) -> RatioOfUnit:
-        """The signal ``ratio`` of a line's transmission from an overall ratio: V of the unit, or r itself where the transmission takes that."""
+        """The signal ``ratio`` of a line's transmission from an overall ratio: V of its unit, or r itself."""
         return ratio_of(self.transmission(line))
 
 

@@ -12,9 +12,9 @@ import powertrain as pt
 from powertrain.components.gearless.linkage import (
     CORRECTED,
     TABLE_5_1,
-    Body,
     Linkage,
     LinkageDifferential,
+    LinkBody,
     cage_turns,
     cylinder,
     cylinder_mass,
@@ -186,7 +186,7 @@ def masses() -> Table:
     return Table("Masses and moments of inertia", rows, note)
 
 
-def _body(name: str) -> Body:
+def _body(name: str) -> LinkBody:
     r, length, inner = CYLINDERS[name]
     return cylinder(getattr(CORRECTED, name).m, r, length, inner=inner)
 

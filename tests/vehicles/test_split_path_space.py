@@ -21,7 +21,7 @@ from powertrain.design import (
     Variator,
     split_path_space,
 )
-from powertrain.design.parts import cvu_of, pair_of
+from powertrain.design.parts import cvu_of
 from powertrain.design.space import bounds, front, geared, rate
 
 R = np.linspace(0.1, 1.5, 15)

@@ -15,7 +15,7 @@ from powertrain.components.gearless import contact_of, reactions_of, shaking_of
 from powertrain.components.gearless.circular_cam import TABLE_1, CircularCamDifferential, RollerMasses, Track
 from powertrain.components.gearless.circular_cam import forces as cam_forces
 from powertrain.components.gearless.linkage import CORRECTED, JointFriction, Linkage, LinkageDifferential, LinkMasses
-from powertrain.components.gearless.linkage.masses import Body
+from powertrain.components.gearless.linkage.masses import LinkBody
 from powertrain.components.gearless.spherical_cam import (
     NO_FRICTION,
     CamBody,
@@ -114,8 +114,8 @@ def test_bearing_of_a_spherical_cam_under_equal_torques() -> None:
 
 def test_linkage() -> None:
     """(7.1) where nothing is heavy; the pin's pressure from its force; a fast cage shakes."""
-    nothing = Body(0.0, 0.0, 0.0)
-    light = LinkMasses(Body(1.0, 1e-9, 1e-9), nothing, nothing)
+    nothing = LinkBody(0.0, 0.0, 0.0)
+    light = LinkMasses(LinkBody(1.0, 1e-9, 1e-9), nothing, nothing)
     result = axle(LinkageDifferential.of(masses=light))
     found, motion = reactions_of(result, path=AT), Linkage().motion(result[f"{AT}.alpha"])
     across = np.abs(result[f"{AT}.crown.tau"]) / 2 / (0.03 * np.cos(motion.beta))
