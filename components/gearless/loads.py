@@ -252,7 +252,10 @@ def _linkage(run: _SimulatedPart) -> tuple[Linkage, Drive, LinkMasses]:
     }
     cage = run.number("J_cage")
     masses = LinkMasses(
-        cage=LinkBody(1.0, cage, cage), output=run.number("J_output"), coupler_centre=run.number("centre_coupler"), **bodies
+        cage=LinkBody(1.0, cage, cage),
+        output=run.number("J_output"),
+        coupler_centre=run.number("centre_coupler"),
+        **bodies,
     )
     motion = {"u": run["w_diff"], "w": run["w"], "du": run.rate("w_diff"), "dw": run.rate("w")}
     linkage = Linkage(*(run.number(name) for name in ("a", "b", "offset")))

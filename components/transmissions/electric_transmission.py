@@ -32,6 +32,8 @@ CLOSED = 0.1
 """What is left of a shift when its lock begins to open."""
 FOLLOW = 10.0
 """Share of a shift below which it slows down, as its inverse."""
+REST = 0.01
+"""Distance of ``place`` from a range below which only this range turns the unit's shafts."""
 _LOCK = Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),))
 
 
@@ -111,8 +113,8 @@ class ElectricTransmission(TransmissionOfRanges):
         yield lock.f_normalized.value == closed
 
     def _above(self) -> list[Symbol]:
-        """Of every shift, how far the unit's shafts are above it, 0 to 1."""
-        return [limited(self.place - k) for k, _ in enumerate(self.shifts)]
+        """Of every shift, how far the unit's shafts are above it, 0 to 1: exactly so after a shift, so that idle gears have no torque."""
+        return [limited((1 + 2 * REST) * (self.place - k) - REST) for k, _ in enumerate(self.shifts)]
 
     def initial(self) -> Equations:
         """The range of the start."""
