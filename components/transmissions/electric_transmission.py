@@ -88,7 +88,7 @@ class ElectricTransmission(TransmissionOfRanges):
         yield connect(self.shaft_b.flange_a, self.pair.flange_b)
         left = self.range - self.place
         yield der(self.place) == limited(FOLLOW * left, -1, 1) / self.T_shift
-        held: Symbol = limited(ca.fabs(left) / CLOSED)
+        held: Symbol = limited((ca.fabs(left) - REST) / CLOSED)
         wanted = self.ratio.value
         for k, shift in enumerate(self.shifts):
             here = held * limited(1 - ca.fabs(self.range + self.place - 2 * k - 1) + ca.fabs(left))

@@ -21,7 +21,7 @@ from powertrain.design import (
     Variator,
     split_path_space,
 )
-from powertrain.design.parts import cvu_of
+from powertrain.design.parts import cvu_of, ratio_of
 from powertrain.design.space import bounds, front, geared, rate
 
 R = np.linspace(0.1, 1.5, 15)
@@ -168,21 +168,36 @@ def test_the_same_search_finds_the_same(found: SplitPathSpace) -> None:
 
 
 def test_designs_are_components(found: SplitPathSpace) -> None:
-    """The ranges of the table; their unit ratio is that of the table's flows."""
-    from powertrain.components.transmissions import NetworkRatio, NetworkTransmission, OverallRatio, RangeTransmission
+    """The ranges of the table; their unit ratio is that of the table's flows. A unit of any V is a pair of machines."""
+    from powertrain.components.cvu import ElectricPair
+    from powertrain.components.transmissions import (
+        ElectricTransmission,
+        NetworkRatio,
+        NetworkTransmission,
+        OverallRatio,
+        RangeTransmission,
+    )
 
-    part, (low, high, network) = found.transmission(0), found.ranges(0)[1]
-    assert isinstance(part, RangeTransmission)
-    assert part.spans == tuple(found.ranges(0))
-    assert isinstance(found.unit_ratio(0), OverallRatio)
+    line = int(np.flatnonzero(found.table.unit == "hydrostatic")[0])
+    for number, unit, kind in ((line, CVU, RangeTransmission), (0, ElectricPair, ElectricTransmission)):
+        assert isinstance(found.part(number), unit)
+        part = found.transmission(number)
+        assert isinstance(part, kind)
+        assert part.spans == tuple(found.ranges(number))
+        assert isinstance(found.unit_ratio(number), OverallRatio)
+    assert found.table.unit[0] == "electric"
+    pair: Any = found.part(0)
+    assert float(pair.machine_a.tau_max) == pytest.approx(2 * found.table.unit_torque[0])
+    low, high, network = found.ranges(0)[1]
     r = np.linspace(low, high, 5)[1:-1]
     ratio = pt.steady(NetworkRatio(network=network), {"r": r}, outputs=["V"])
     at = flow(network, r, 100.0, loss=found.unit(0).loss)
     np.testing.assert_allclose(ratio["V"].values, at.V, rtol=1e-9)
     one = split_path_space(DUTY, [ELECTRIC], [Structure(TWO_MODE.ranges[:1])], candidates=8, rounds=1, progress=False)
-    assert isinstance(one.transmission(0), NetworkTransmission)
-    assert one.unit_ratio(0) == NetworkRatio(network=one.ranges(0)[0][2])
-    assert isinstance(part.cvu, CVU)
+    assert isinstance(one.transmission(0), ElectricTransmission)
+    plain = one.transmission(0, CVU())
+    assert isinstance(plain, NetworkTransmission)
+    assert ratio_of(plain) == NetworkRatio(network=one.ranges(0)[0][2])
 
 
 def test_variator_of_a_hydrostatic_unit_is_the_unit() -> None:
@@ -309,3 +324,37 @@ def test_a_car_shifts_its_ranges(tmp_path: Any) -> None:
     assert np.abs(run.result["transmission.cvu.ratio"]).max() < 1.001
     assert abs(run.audit.closure) < 1e-5
     assert run.result["body.v"].max() > 15
+
+
+@pytest.mark.slow
+def test_electric_two_mode_designs_drive_in_a_car(tmp_path: Any) -> None:
+    """V is infinite within their modes. The duty contains what the car asks for when it starts, and its engine's speed at full power."""
+    from powertrain.components.cvu import RatioActuator
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.trials import drive_cycle
+    from powertrain.vehicles.split_path_car import SplitPathCar
+
+    path = tmp_path / "short.csv"
+    path.write_text("time_s,speed_km_h\n0,0\n3,0\n18,60\n25,60\n38,0\n42,0\n")
+    duty = Duty.over(
+        (0.2, 2.0),
+        {
+            "r": [0.2, 0.6, 1.2, 2.0],
+            "weight": np.ones(4),
+            "torque": [650.0, 217, 108, 65],
+            "speed": [300.0, 300, 400, 400],
+        },
+    )
+    unit = Variator("electric", UnitLoss(0.85, 0.8), speed=1000.0)
+    found = split_path_space(duty, [unit], [TWO_MODE], candidates=64, rounds=2, progress=False)
+    assert np.isinf(found.table.V_max[0])
+    car = SplitPathCar(
+        transmission=found.transmission(0),
+        unit_ratio=found.unit_ratio(0),
+        actuator=RatioActuator(T=0.2, rate=0.5, ratio_start=0.2),
+    )
+    run = drive_cycle(car, DriveCycle.from_csv(path))
+    assert run.result.time[-1] == 42
+    assert abs(run.audit.closure) < 1e-6
+    assert set(np.unique(run.result["transmission.range"]).tolist()) == {0.0, 1.0}
+    assert run.result["transmission.pair.link.v"].min() > 300
