@@ -206,11 +206,13 @@ def mechanism() -> Figure:
     from powertrain.components.gearless.linkage.figures import mechanism
 
     figure = plt.figure(figsize=(11.5, 8.5))
-    figure.subplots_adjust(left=0.02, right=0.93, bottom=0.03, top=0.96)
-    for k, degrees in enumerate((0, 50, 90, 180)):
-        mechanism(
-            LINKAGE, math.radians(degrees), ax=figure.add_subplot(2, 2, k + 1, projection="3d", proj_type="ortho")
-        )
+    figure.subplots_adjust(left=0.02, right=0.93, bottom=0.06, top=0.96)
+    axes = [figure.add_subplot(2, 2, k + 1, projection="3d", proj_type="ortho") for k in range(4)]
+    for ax, degrees in zip(axes, (0, 50, 90, 180), strict=True):
+        mechanism(LINKAGE, math.radians(degrees), ax=ax)
+        if (legend := ax.get_legend()) is not None:
+            legend.remove()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=4, fontsize=9, frameon=False)
     return figure
 
 

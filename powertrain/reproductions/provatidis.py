@@ -323,7 +323,7 @@ def figure_15() -> Figure:
     figure, axes = panels(titles, width=5.5)
     for k, (ax, title) in enumerate(zip(axes, titles, strict=False)):
         mechanism(theta=k * math.pi / 8, ax=ax)
-        ax.set_xlim(left=-80)
+        ax.set_xlim(left=-110)
         ax.set_title(title)
     return figure
 
