@@ -86,14 +86,15 @@ class ElectricTransmission(TransmissionOfRanges):
         yield from self._joined()
         yield connect(self.shaft_a.flange_a, self.pair.flange_a)
         yield connect(self.shaft_b.flange_a, self.pair.flange_b)
-        left = self.range - self.place
-        yield der(self.place) == limited(FOLLOW * left, -1, 1) / self.T_shift
-        held: Symbol = limited((ca.fabs(left) - REST) / CLOSED)
+        yield der(self.place) == limited(FOLLOW * (self.range - self.place), -1, 1) / self.T_shift
         wanted = self.ratio.value
         for k, shift in enumerate(self.shifts):
-            here = held * limited(1 - ca.fabs(self.range + self.place - 2 * k - 1) + ca.fabs(left))
-            wanted = wanted + here * (shift - wanted)
-            yield from self._lock(k, here)
+            left = 1 - ca.fabs(
+                self.range + self.place - 2 * k - 1
+            )  # |range - place| if shift k is under way, else not above 0
+            closed = limited((left - REST) / CLOSED)
+            wanted = wanted + closed * (shift - wanted)
+            yield from self._lock(k, closed)
         n_a, n_b = self._unit_speeds(wanted)
         yield self.pair.n_a.value == n_a
         yield self.pair.n_b.value == n_b

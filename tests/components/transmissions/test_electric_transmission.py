@@ -124,6 +124,7 @@ def test_modes_change_at_equal_speeds_through_rest_of_a_machine(driven: pt.Resul
     assert ratio[up] == pytest.approx(SHIFT, rel=0.02)
     changing = (place > 0.12) & (place < 0.88)
     np.testing.assert_allclose(ratio[changing], SHIFT, rtol=1e-6)  # a fixed gear
+    assert np.abs(driven["transmission.pair.slip"][changing]).max() < 0.3  # against which the machines do not work
     for side in "ab":
         w = driven[f"transmission.pair.machine_{side}.w"]
         assert w.min() < -1 < 1 < w.max()
