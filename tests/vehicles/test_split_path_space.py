@@ -86,6 +86,15 @@ def test_share_of_the_unit_follows_from_the_mechanical_points_alone() -> None:
         np.testing.assert_allclose(shares[-1], (r - 0.5) * (r - 1.3) / (r * (1.3 - 0.5)), rtol=1e-8, atol=1e-12)
 
 
+def test_ratio_of_the_unit_is_infinite_where_its_shaft_a_passes_rest() -> None:
+    """At the mechanical point 0.3, within the first mode; a unit of limited V cannot do it."""
+    designs = some(TWO_MODE, ELECTRIC, m=[0.3, 0.5, 1.3], R_o=[-1.2, -2.0, -0.6], shifts=[0.6])
+    rated = rate(designs, DUTY, ELECTRIC, Efficiencies(), np.zeros((1, 7))).values
+    assert (rated["V_min"], rated["V_max"]) == (-np.inf, np.inf)
+    wide = Variator("wide", ELECTRIC.loss, ratio=(-1e6, 1e6))
+    assert np.isnan(rate(designs, DUTY, wide, Efficiencies(), np.zeros((1, 7))).values["V_max"]).all()
+
+
 def brute(network: Any, low: float, high: float) -> dict[str, float]:
     """The greatest values over a range, with all directions of power: a dense grid, and a denser one around the greatest of it."""
     values: dict[str, Any] = {
