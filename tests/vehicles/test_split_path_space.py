@@ -22,7 +22,7 @@ from powertrain.design import (
     split_path_space,
 )
 from powertrain.design.parts import cvu_of, ratio_of
-from powertrain.design.space import bounds, front, geared, rate
+from powertrain.design.space import _fit, bounds, front, geared, rate
 
 R = np.linspace(0.1, 1.5, 15)
 DUTY = Duty.over(
@@ -134,6 +134,36 @@ def test_extrema_are_those_of_a_dense_grid(seed: int) -> None:
     assert 1 - rated["min_efficiency"][0] == pytest.approx(worst.pop("loss"), rel=1e-6)
     for name, value in worst.items():
         assert rated[name][0] == pytest.approx(value, rel=1e-6), name
+
+
+def test_share_of_a_compound_range_is_greatest_between_the_points_of_the_grid() -> None:
+    """At r = sqrt(m_a m_b), in closed form without loss; a search looks at the grid, its table between."""
+    m_a, m_b = 0.05, 1.9
+    unit = Variator("lossless", UnitLoss(), speed=800.0)
+    designs = some(Structure((("Hab", "Hab"),)), unit, m=[m_a, m_b], R_o=[-1.2, -2.0], shifts=np.zeros((1, 0)))
+    rough, fine = (
+        rate(designs, DUTY, unit, Efficiencies(1 - 1e-12, 1 - 1e-12), np.zeros((1, 4)), fine=how).values["max_K"][0]
+        for how in (False, True)
+    )
+    greatest = (np.sqrt(m_b) - np.sqrt(m_a)) ** 2 / (m_b - m_a)
+    assert fine == pytest.approx(greatest, rel=1e-9)
+    assert rough < greatest * (1 - 1e-5)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ratio", "factor"),
+    [
+        (-2.0, -0.2, (0.1, 1.0), -0.5),
+        (-2.0, 0.0, (-1.0, 0.5), 0.5),
+        (0.5, 4.0, (0.25, 2.0), 0.5),
+        (0.1, 4.0, (0.25, 2.0), np.nan),
+    ],
+)
+def test_gear_that_brings_a_ratio_into_the_range_of_a_unit(
+    low: float, high: float, ratio: tuple[float, float], factor: float
+) -> None:
+    """Of either sign, and none where the span is too wide."""
+    assert _fit(low, high, ratio) == pytest.approx(factor, nan_ok=True)
 
 
 def test_mean_efficiency_is_energy_over_energy() -> None:
