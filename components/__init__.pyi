@@ -72,6 +72,7 @@ from powertrain.components.control import StartStop as StartStop
 from powertrain.components.cvu import CVU as CVU
 from powertrain.components.cvu import ActuatedUnit as ActuatedUnit
 from powertrain.components.cvu import Actuator as Actuator
+from powertrain.components.cvu import ElectricPair as ElectricPair
 from powertrain.components.cvu import ElectricVariator as ElectricVariator
 from powertrain.components.cvu import HydrostaticUnit as HydrostaticUnit
 from powertrain.components.cvu import IdealActuator as IdealActuator
@@ -105,6 +106,7 @@ from powertrain.components.differentials import Sun as Sun
 from powertrain.components.differentials import ThreeMembers as ThreeMembers
 from powertrain.components.electric import AccessoryLoad as AccessoryLoad
 from powertrain.components.electric import Battery as Battery
+from powertrain.components.electric import Capacitor as Capacitor
 from powertrain.components.electric import DCDCConverter as DCDCConverter
 from powertrain.components.electric import DCTerminal as DCTerminal
 from powertrain.components.electric import ElectricMachine as ElectricMachine
@@ -213,6 +215,7 @@ from powertrain.components.translational import SupportFriction as SupportFricti
 from powertrain.components.transmissions import Automatic as Automatic
 from powertrain.components.transmissions import ClutchedGear as ClutchedGear
 from powertrain.components.transmissions import DualClutchGearbox as DualClutchGearbox
+from powertrain.components.transmissions import ElectricTransmission as ElectricTransmission
 from powertrain.components.transmissions import Flow as Flow
 from powertrain.components.transmissions import FluidCoupling as FluidCoupling
 from powertrain.components.transmissions import GearScheme as GearScheme

@@ -30,7 +30,7 @@ from powertrain.components.gearless.linkage import (
     scaled,
 )
 from powertrain.components.gearless.linkage.design import (
-    Duty,
+    DifferentialDuty,
     Front,
     alternate,
     ball_force,
@@ -78,11 +78,11 @@ def table_of_numbers() -> None:
         ("b for that and a = 3 cm [cm]", "5.8", 100 * guided().b),
         ("speed of the outer wheel [rad/s]", "96.8", BEND.outer),
         ("speed of the inner wheel [rad/s]", "79.2", BEND.inner),
-        ("torque of 18 kW at 88 rad/s [N.m]", "200 (204.5)", Duty.cruising(18000, 88).torque),
+        ("torque of 18 kW at 88 rad/s [N.m]", "200 (204.5)", DifferentialDuty.cruising(18000, 88).torque),
         (
             "turns of the shaking force in a cycle",
             "10 (11)",
-            turns(shaking(LINKAGE, Duty().drive(alpha), phi=10 * alpha).force),
+            turns(shaking(LINKAGE, DifferentialDuty().drive(alpha), phi=10 * alpha).force),
         ),
         ("cage about the shafts [g.cm2]", "24200 (134200)", CORRECTED.cage.axial * 1e7),
         ("S-pair force [N]", "", ball_force(LINKAGE, 100)),
@@ -102,7 +102,7 @@ def table_of_runs() -> None:
         "linkage, no friction": LinkageDifferential.of(LINKAGE, TABLE_5_1),
         "linkage, friction": LinkageDifferential.of(LINKAGE, TABLE_5_1, JOINTS),
     }
-    cruising = Duty()
+    cruising = DifferentialDuty()
     driving = {"steady": cruising, f"{ACCELERATION:g} m/s2": cruising.accelerating(ACCELERATION, MASS, WHEEL_RADIUS)}
     print(f"\n{'1.5 s in the bend':22s}{'':10s}{'outer wheel [N.m]':>20s}{'inner wheel [N.m]':>20s}{'lost [J]':>10s}")
     for name, kind in kinds.items():

@@ -50,7 +50,7 @@ ORDER = [
     "analysis: linear_model reduction perturbation linearization eigenmodes energy_terms quadrature audit",
     "analysis: identity cases dispatch sweep sweeping sampling",
     "equilibrium: fraction points balance placed turning blocks system choices search",
-    "equilibrium: laws corrector beginnings continuation solutions operating",
+    "equilibrium: laws corrector relaxation beginnings continuation solutions operating",
     "steadystate: axes intervals neighbours rowwise results",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient",

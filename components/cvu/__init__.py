@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.cvu.actuator import Actuator, IdealActuator, RatioActuator
 from powertrain.components.cvu.electric import ElectricVariator
+from powertrain.components.cvu.electric_pair import ElectricPair
 from powertrain.components.cvu.friction_drives import TractionDrive, VBelt
 from powertrain.components.cvu.hydrostatic import HydrostaticUnit
 from powertrain.components.cvu.interfaces import VariableUnit
@@ -14,6 +15,7 @@ __all__ = [
     "CVU",
     "ActuatedUnit",
     "Actuator",
+    "ElectricPair",
     "ElectricVariator",
     "HydrostaticUnit",
     "IdealActuator",

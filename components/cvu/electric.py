@@ -17,8 +17,9 @@ class ElectricVariator(VariableUnit):
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
 
     The torque into each flange is positive where the machine generates. E is the energy in the link and E_0 its set point. At low speed
-    of flange_a, and beyond its torque limit, the link discharges; an empty link ends a simulation with an error. The machines have
-    quasi-static losses and no inertia. ``ratio`` may have any value, also zero (geared neutral).
+    of flange_a, and beyond its torque limit, the link discharges; an empty link ends a simulation with an error, and there is no operating
+    point where copper T_a^2 - w_a T_a + (losses besides - T_b w_b) = 0 has no root within tau_max_a. The machines have quasi-static
+    losses and no inertia. ``ratio`` may have any finite value, also zero (geared neutral); where flange_a passes rest: ``ElectricPair``.
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)

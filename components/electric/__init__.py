@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain.components.electric.battery import Battery, PolarizedBattery, cells_in_series
+from powertrain.components.electric.capacitor import Capacitor
 from powertrain.components.electric.interfaces import DCTerminal, VoltageSource
 from powertrain.components.electric.loads import AccessoryLoad, DCDCConverter
 from powertrain.components.electric.machine import ElectricMachine
@@ -10,6 +11,7 @@ from powertrain.components.electric.machine import ElectricMachine
 __all__ = [
     "AccessoryLoad",
     "Battery",
+    "Capacitor",
     "DCDCConverter",
     "DCTerminal",
     "ElectricMachine",

@@ -77,16 +77,17 @@ class ElectricMachine(Lossy):
     windage: Parameter = parameter("W.s2/rad2", "Loss over speed squared", default=1e-3, min=0)
     w: Variable = variable("rad/s", "Speed of the shaft", prefer=True)
     tau: Variable = variable("N.m", "Torque of the machine, without its inertia")
+    tau_limit: Variable = variable("N.m", "Largest torque at its speed and voltage")
     power: Variable = variable("W", "Power of the machine, without its inertia, positive when driving")
 
     def equations(self) -> Equations:
         """A limited torque, and the balance of power."""
         if self.loss_map is not None:
             _checked_loss(self.loss_map, self._path)
-        limit = self._limit(self.w, self._supply(self.bus.v))
+        yield self.tau_limit == self._limit(self.w, self._supply(self.bus.v))
         yield self.w == der(self.shaft.phi)
         yield self.speed.value == self.w
-        yield self.tau == ca.fmin(ca.fmax(self.torque_demand.value, -limit), limit)
+        yield self.tau == limited(self.torque_demand.value, -self.tau_limit, self.tau_limit)
         yield self.J * der(self.w) == self.tau + self.shaft.tau
         yield self.power == self.tau * self.w
         yield self.bus.v * self.bus.i == self.power + self.lossPower

@@ -25,7 +25,7 @@ from powertrain.components.gearless.circular_cam import (
 from powertrain.components.gearless.circular_cam import forces as cam_forces
 from powertrain.components.gearless.linkage import Linkage, LinkageDifferential, LinkMasses
 from powertrain.components.gearless.linkage.forces import Drive, Reactions, reactions
-from powertrain.components.gearless.linkage.masses import Body
+from powertrain.components.gearless.linkage.masses import LinkBody
 from powertrain.components.gearless.linkage.shaking import shaking
 from powertrain.components.gearless.spherical_cam import CamBody, SphericalCamDifferential
 
@@ -63,7 +63,7 @@ def reactions_of(result: Result[Any], design: Any = None, *, path: str = "differ
     the forces in S-pairs, C-pair and R-pairs, see ``linkage.forces.Reactions`` for the convention that makes them unique. Errors:
     ParameterError for a path without a gearless differential, or a design that is missing.
     """
-    run = _Run(result, path)
+    run = _SimulatedPart(result, path)
     return run.loads(_reactions(run.part, run, design))
 
 
@@ -72,7 +72,7 @@ def contact_of(result: Result[Any], design: Any = None, *, path: str = "differen
 
     Cams: Hertz's greatest pressure. Linkage: force over projected area of pins, balls and rod.
     """
-    run = _Run(result, path)
+    run = _SimulatedPart(result, path)
     return run.loads(_contact(run.part, run, design))
 
 
@@ -82,11 +82,11 @@ def shaking_of(result: Result[Any], design: Any = None, *, path: str = "differen
     Circular cams are balanced for four rollers and more, pairs of spherical cams against each other: what a single roller or pair exerts
     is given beside the sum. ``design`` and errors as for ``reactions_of``; cams without ``masses`` shake nothing.
     """
-    run = _Run(result, path)
+    run = _SimulatedPart(result, path)
     return run.loads(_shaking(run.part, run, design))
 
 
-class _Run:
+class _SimulatedPart:
     """A differential's signals and numbers in a result."""
 
     def __init__(self, result: Result[Any], path: str) -> None:
@@ -125,21 +125,21 @@ class _Run:
 
 
 @singledispatch
-def _reactions(part: Component, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _reactions(part: Component, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     raise ParameterError(f"{run.path} is a {type(part).__name__}, not a gearless differential")
 
 
 @singledispatch
-def _contact(part: Component, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _contact(part: Component, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     raise ParameterError(f"{run.path} is a {type(part).__name__}, not a gearless differential")
 
 
 @singledispatch
-def _shaking(part: Component, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _shaking(part: Component, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     raise ParameterError(f"{run.path} is a {type(part).__name__}, not a gearless differential")
 
 
-def _cams(part: CircularCamDifferential, run: _Run, design: Any) -> CircularCams:
+def _cams(part: CircularCamDifferential, run: _SimulatedPart, design: Any) -> CircularCams:
     """The design of the run's numbers."""
     if part.masses is None:
         given = run.needs(design, CircularCams)
@@ -152,7 +152,7 @@ def _cams(part: CircularCamDifferential, run: _Run, design: Any) -> CircularCams
 
 
 @_reactions.register
-def _(part: CircularCamDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: CircularCamDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     cams = _cams(part, run, design)
     found = cam_forces(cams, run["theta"], run["crown.tau"], part.sharing, run.number("stiffness"))
     units = {"alpha": "rad", "share": "1", "M": "N.m"}
@@ -161,7 +161,7 @@ def _(part: CircularCamDifferential, run: _Run, design: Any) -> dict[str, tuple[
 
 
 @_contact.register
-def _(part: CircularCamDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: CircularCamDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     cams = _cams(part, run, design)
     found = cam_forces(cams, run["theta"], run["crown.tau"], part.sharing, run.number("stiffness"))
     pairs = ("outer", cams.outer, found.F_n_out), ("inner", cams.inner, found.F_n_in)
@@ -173,7 +173,7 @@ def _(part: CircularCamDifferential, run: _Run, design: Any) -> dict[str, tuple[
 
 
 @_shaking.register
-def _(part: CircularCamDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: CircularCamDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     cams = _cams(part, run, design)
     force, moment_y, moment_z, single = (np.zeros_like(run["theta"]) for _ in range(4))
     if part.masses is not None:
@@ -196,7 +196,7 @@ def _(part: CircularCamDifferential, run: _Run, design: Any) -> dict[str, tuple[
     }
 
 
-def _sides(run: _Run) -> Iterator[tuple[str, Array, Array, float]]:
+def _sides(run: _SimulatedPart) -> Iterator[tuple[str, Array, Array, float]]:
     """Name, cam angle from the middle of a stroke, torque of both side wheels [N.m], and the side.
 
     A torque ahead is carried by the rollers after the middle of their stroke on the left side, by those before it on the right side; a
@@ -208,7 +208,7 @@ def _sides(run: _Run) -> Iterator[tuple[str, Array, Array, float]]:
 
 
 @_reactions.register
-def _(part: SphericalCamDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: SphericalCamDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     body, found = run.needs(design, CamBody), {}
     total = np.zeros((*run["psi"].shape, 3))
     for name, s, torque, side in _sides(run):
@@ -222,7 +222,7 @@ def _(part: SphericalCamDifferential, run: _Run, design: Any) -> dict[str, tuple
 
 
 @_contact.register
-def _(part: SphericalCamDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: SphericalCamDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     body, found = run.needs(design, CamBody), {}
     for name, s, torque, _side in _sides(run):
         inner, outer = body.pressure(part.cycle, s, torque)
@@ -231,7 +231,7 @@ def _(part: SphericalCamDifferential, run: _Run, design: Any) -> dict[str, tuple
 
 
 @_shaking.register
-def _(part: SphericalCamDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: SphericalCamDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     body = run.needs(design, CamBody)
     cage = np.asarray(run.result[lambda m: der(run._at(m).crown.phi)])
     gyroscopic = (
@@ -245,27 +245,30 @@ def _(part: SphericalCamDifferential, run: _Run, design: Any) -> dict[str, tuple
     }
 
 
-def _linkage(run: _Run) -> tuple[Linkage, Drive, LinkMasses]:
+def _linkage(run: _SimulatedPart) -> tuple[Linkage, Drive, LinkMasses]:
     bodies = {
-        name: Body(*(run.number(f"{what}_{name}") for what in ("m", "axial", "transverse")))
+        name: LinkBody(*(run.number(f"{what}_{name}") for what in ("m", "axial", "transverse")))
         for name in ("coupler", "lever")
     }
     cage = run.number("J_cage")
     masses = LinkMasses(
-        cage=Body(1.0, cage, cage), output=run.number("J_output"), coupler_centre=run.number("centre_coupler"), **bodies
+        cage=LinkBody(1.0, cage, cage),
+        output=run.number("J_output"),
+        coupler_centre=run.number("centre_coupler"),
+        **bodies,
     )
     motion = {"u": run["w_diff"], "w": run["w"], "du": run.rate("w_diff"), "dw": run.rate("w")}
     linkage = Linkage(*(run.number(name) for name in ("a", "b", "offset")))
     return linkage, Drive.at(run["alpha"], **motion), masses
 
 
-def _joints(run: _Run) -> tuple[Linkage, Reactions]:
+def _joints(run: _SimulatedPart) -> tuple[Linkage, Reactions]:
     linkage, drive, masses = _linkage(run)
     return linkage, reactions(linkage, drive, masses, crown=run["crown.tau"])
 
 
 @_reactions.register
-def _(part: LinkageDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: LinkageDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     _, found = _joints(run)
     forces = "S_left", "S_right", "C_force", "R_left", "R_right"
     moments = "C_moment", "R_left_moment", "R_right_moment"
@@ -274,7 +277,7 @@ def _(part: LinkageDifferential, run: _Run, design: Any) -> dict[str, tuple[Arra
 
 
 @_contact.register
-def _(part: LinkageDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: LinkageDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     _, found = _joints(run)
     areas = {
         "ball": math.pi * run.number("r_ball") ** 2,
@@ -293,7 +296,7 @@ def _(part: LinkageDifferential, run: _Run, design: Any) -> dict[str, tuple[Arra
 
 
 @_shaking.register
-def _(part: LinkageDifferential, run: _Run, design: Any) -> dict[str, tuple[Array, str]]:
+def _(part: LinkageDifferential, run: _SimulatedPart, design: Any) -> dict[str, tuple[Array, str]]:
     found = shaking(*_linkage(run))
     return {
         f"{what}_{axis}": (values[..., i], unit)

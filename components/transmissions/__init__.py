@@ -5,6 +5,7 @@ from __future__ import annotations
 from powertrain.components.transmissions.automatic import Automatic
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualClutchGearbox, StartingGearbox
+from powertrain.components.transmissions.electric_transmission import ElectricTransmission
 from powertrain.components.transmissions.gear_scheme import Gear, GearScheme, ShiftElement, planetary, ravigneaux
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import (
@@ -60,6 +61,7 @@ __all__ = [
     "ClutchedGear",
     "Coupling",
     "DualClutchGearbox",
+    "ElectricTransmission",
     "Flow",
     "FluidCoupling",
     "Gear",

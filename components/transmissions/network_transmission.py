@@ -6,6 +6,7 @@ from typing import Any, Self
 
 from powertrain import Component, Equations, ParameterError, connect, port, replace
 from powertrain.components.cvu.interfaces import VariableUnit
+from powertrain.components.cvu.unit import CVU
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.gear import Gear
@@ -85,6 +86,7 @@ class NetworkTransmission(VariableTransmission):
     (``RangeTransmission`` shifts); nothing here has inertia. ``NetworkTransmission.of`` makes it from a network.
     """
 
+    cvu: VariableUnit = CVU(eta_ab=0.9, eta_ba=0.9)
     gears: NetworkGears = NetworkGears()
 
     @classmethod

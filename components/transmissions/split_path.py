@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from powertrain import Equations, Input, Parameter, connect, parameter, signal_input
 from powertrain.components.blocks import Constant, Feedback
+from powertrain.components.cvu.interfaces import VariableUnit
+from powertrain.components.cvu.unit import CVU
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.differentials.interfaces import ThreeMembers
 from powertrain.components.rotational.clutch import Clutch
@@ -15,6 +17,7 @@ from powertrain.components.transmissions.layout import Coupling, Layout, checked
 class _SplitPath(VariableTransmission):
     """Partial: input flange_a (position 1), output flange_b (position 3), the variable unit at position 2."""
 
+    cvu: VariableUnit = CVU(eta_ab=0.9, eta_ba=0.9)
     coupling: Coupling = "input"
     differential: ThreeMembers = FundamentalDifferential(ratio=-1.7, eta_ab=0.95, eta_ba=0.95)
 

@@ -176,7 +176,7 @@ def command(
     from powertrain.components.differentials import FundamentalDifferential
     from powertrain.components.transmissions import SplitPathTransmission
     from powertrain.design import split_path_designs
-    from powertrain.design.space import cvu_of
+    from powertrain.design.parts import cvu_of
 
     work, loss = _duty(ratio, duties), _loss(eta_unit, unit_map)
     if space:

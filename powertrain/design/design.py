@@ -19,7 +19,7 @@ from powertrain.components.differentials import FundamentalDifferential
 from powertrain.components.transmissions import COMBINATIONS, TYPES, Coupling, SplitPathTransmission
 from powertrain.design.bench import SplitPathBench
 from powertrain.design.duty import Duty, Unit, Vector, check_unit
-from powertrain.design.evaluation import REGIMES, Demands, Evaluated, row
+from powertrain.design.evaluation import REGIMES, Demands, EvaluatedLayout, row
 from powertrain.design.extrema import check_limits
 from powertrain.design.refinement import SIGN, Rank, Refined, refine_ratio
 
@@ -70,11 +70,11 @@ def split_path_designs(
     work = duty if isinstance(duty, Duty) else Duty.over(duty, weights)
     cases = [(c, number) for c in couplings for number in TYPES]
     plants: dict[tuple[str, int], pt.Plant[SplitPathBench]] = {}
-    points: dict[tuple[str, int], Evaluated] = {}
+    points: dict[tuple[str, int], EvaluatedLayout] = {}
     for coupling, number in tqdm(cases, desc="Split-path designs", unit="type", disable=not progress):
         plant = pt.compile(SplitPathBench(transmission=pt.replace(given, layout=TYPES[number], coupling=coupling)))
         plants[coupling, number] = plant
-        points[coupling, number] = Evaluated.of(plant, work, values)
+        points[coupling, number] = EvaluatedLayout.of(plant, work, values)
     demands = Demands(unit, check_limits(limits))
     kinds = [(c, str(number), [points[c, number]]) for c, number in cases]
     if combinations and work.low < 1 < work.high:
@@ -88,8 +88,8 @@ def split_path_designs(
 
 
 def _combined(
-    points: Mapping[tuple[str, int], Evaluated], couplings: Sequence[Coupling]
-) -> list[tuple[Coupling, str, list[Evaluated]]]:
+    points: Mapping[tuple[str, int], EvaluatedLayout], couplings: Sequence[Coupling]
+) -> list[tuple[Coupling, str, list[EvaluatedLayout]]]:
     """The nine combinations, each with either type below r = 1."""
     return [
         (coupling, f"{name}: {first}, then {second}", [points[coupling, first], points[coupling, second]])
@@ -108,7 +108,7 @@ class SplitPathDesigns:
     demands: Demands
     by: Rank
     plants: dict[tuple[str, int], pt.Plant[SplitPathBench]]
-    points: dict[tuple[str, int], Evaluated]
+    points: dict[tuple[str, int], EvaluatedLayout]
     ratios: Vector = field(repr=False)
 
     @cached_property

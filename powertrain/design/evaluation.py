@@ -64,14 +64,14 @@ class Curves:
 
 
 @dataclass(frozen=True)
-class Evaluated:
+class EvaluatedLayout:
     """A layout over basic ratios: curves at the points of the duty, and the worst below and above r = 1 (once, where 1 is not inside)."""
 
     curves: Curves
     worst: tuple[Extrema, ...]
 
     @classmethod
-    def of(cls, plant: Plant, duty: Duty, ratios: Vector) -> Evaluated:
+    def of(cls, plant: Plant, duty: Duty, ratios: Vector) -> EvaluatedLayout:
         """The operating points of a plant."""
         found = pt.steady(plant, duty.grid(ratios), outputs=SIGNALS)
         pieces = duty.halves() if duty.low < 1 < duty.high else (duty,)
@@ -88,7 +88,7 @@ class Demands:
     max_K: float = math.inf
 
 
-def row(layouts: Sequence[Evaluated], k: int, duty: Duty, demands: Demands) -> dict[str, Any]:
+def row(layouts: Sequence[EvaluatedLayout], k: int, duty: Duty, demands: Demands) -> dict[str, Any]:
     """The values of one layout, or of one below and another above r = 1, for the basic ratio number k."""
     if len(layouts) == 1:
         parts, worst = [(layouts[0].curves.isel(k), duty)], list(layouts[0].worst)

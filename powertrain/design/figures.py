@@ -99,7 +99,7 @@ def _bar(axes: Axes, network: Network, place: dict[int, float], lever: Lever | N
             axes.text(x, y - 0.02, letter, ha="center", va="center", fontsize=6, color="white", zorder=4)
     axes.text(
         (min(at.values()) + max(at.values())) / 2,
-        y + 0.12,
+        y + 0.2,
         said,
         ha="center",
         va="bottom",

@@ -12,7 +12,7 @@ import numpy as np
 import powertrain as pt
 from powertrain.design.bench import SplitPathBench
 from powertrain.design.duty import Duty, Unit
-from powertrain.design.evaluation import Demands, Evaluated, row
+from powertrain.design.evaluation import Demands, EvaluatedLayout, row
 
 Rank = Literal["mean_efficiency", "min_efficiency", "max_K", "unit_range"]
 SIGN: dict[Rank, int] = {"mean_efficiency": -1, "min_efficiency": -1, "max_K": 1, "unit_range": 1}
@@ -69,7 +69,7 @@ def refine_ratio(
     def look(ratios: list[float]) -> None:
         new = [x for x in dict.fromkeys(map(float, ratios)) if x not in known]
         if new:
-            layouts = [Evaluated.of(plant, duty, np.array(new)) for plant in plants]
+            layouts = [EvaluatedLayout.of(plant, duty, np.array(new)) for plant in plants]
             known.update({x: row(layouts, k, duty, wanted) for k, x in enumerate(new)})
 
     low, high = min(bounds), max(bounds)

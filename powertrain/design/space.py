@@ -11,26 +11,16 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.cvu import CVU
-from powertrain.components.transmissions import (
-    Flow,
-    Network,
-    NetworkRatio,
-    NetworkTransmission,
-    OverallRatio,
-    RangeTransmission,
-    RatioOfUnit,
-    UnitLoss,
-    VariableTransmission,
-    flow,
-)
+from powertrain.components.cvu import ElectricPair, VariableUnit
+from powertrain.components.transmissions import Flow, Network, RatioOfUnit, VariableTransmission, flow
 from powertrain.design.duty import Duty, Vector
+from powertrain.design.parts import RESERVE, cvu_of, pair_of, ratio_of, transmission_of
 from powertrain.design.structure import COMMON, Designs, Structure
 from powertrain.design.units import Variator
 
@@ -361,15 +351,29 @@ class SplitPathSpace:
             )
         return found
 
-    def transmission(self, line: int = 0) -> VariableTransmission:
-        """A line of the table as a component: in one range a ``NetworkTransmission``, in several a ``RangeTransmission``, which shifts."""
-        spans, cvu = self.ranges(line), cvu_of(self.unit(line).loss)
-        return NetworkTransmission.of(spans[0][2], cvu) if len(spans) == 1 else RangeTransmission.of(spans, cvu)
+    def part(self, line: int = 0) -> VariableUnit | ElectricPair:
+        """The unit of a line as a part with the losses of the design: a ``CVU``, or an ``ElectricPair`` where V may be infinite.
+
+        The machines of a pair bear twice the torque, speed and power that the duty asks of them. For a vehicle the duty has to contain
+        the torques of starting and the speeds of the engine at full power.
+        Errors: ParameterError for a pair by an efficiency map, see ``pair_of``.
+        """
+        unit, row = self.unit(line), self.table.iloc[line]
+        if not unit.electric:
+            return cvu_of(unit.loss)
+        return pair_of(unit.loss, **{n: RESERVE * float(row[f"unit_{n}"]) for n in ("torque", "speed", "power")})
+
+    def transmission(self, line: int = 0, unit: VariableUnit | ElectricPair | None = None) -> VariableTransmission:
+        """A line of the table as a component, with its ``part`` or another ``unit``.
+
+        In one range a ``NetworkTransmission``, in several a ``RangeTransmission``, which shifts; with a pair of machines an
+        ``ElectricTransmission`` in either case.
+        """
+        return transmission_of(self.ranges(line), self.part(line) if unit is None else unit)
 
     def unit_ratio(self, line: int = 0) -> RatioOfUnit:
-        """The signal ``ratio`` of a line's transmission from an overall ratio: V of the unit, or r itself where ranges shift."""
-        spans = self.ranges(line)
-        return NetworkRatio(network=spans[0][2]) if len(spans) == 1 else OverallRatio()
+        """The signal ``ratio`` of a line's transmission from an overall ratio: V of its unit, or r itself."""
+        return ratio_of(self.transmission(line))
 
 
 _COLUMNS = (
@@ -383,12 +387,3 @@ _COLUMNS = (
     "V_min",
     "V_max",
 )
-
-
-def cvu_of(loss: UnitLoss) -> CVU:
-    """The part with these losses."""
-    eta: dict[str, Any] = {}
-    for end in ("ab", "ba"):
-        given = getattr(loss, end)
-        eta["map_" + end if isinstance(given, pt.Map) else "eta_" + end] = given
-    return CVU(**eta)

@@ -43,6 +43,11 @@ class Variator:
             if not getattr(self, what) > 0:
                 raise pt.ParameterError(f"unit {self.name}: {what} = {getattr(self, what):g} {unit} must be positive")
 
+    @property
+    def electric(self) -> bool:
+        """Whether V may be infinite: only a pair of machines controlled by torque can follow that."""
+        return math.isinf(self.ratio[0]) or math.isinf(self.ratio[1])
+
     @classmethod
     def of(
         cls,

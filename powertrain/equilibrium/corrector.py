@@ -162,20 +162,26 @@ def _damped(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: b
 
 
 def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mask:
-    """Where an unknown, or the torque of a law that slides, is not determined: unit changes of the equations move it without limit."""
+    """Where an unknown, or the torque of a law that slides, is not determined.
+
+    An unknown is not where its rate, changed by so much a second, moves it by a million times as much: it takes so many seconds to come to
+    rest, in whatever unit it is. A torque is not where unit changes of the limits move it without limit.
+    """
     n = laws.unknowns
     matrix, right = _bordered(laws, at, laws.values(at), near, side, True)
     right[:] = 0.0
-    right[:, laws.rates] = 1.0
-    drift = solved(matrix, right)[:, :n]
+    drifts = np.zeros(len(right), bool)
+    for row, unknown in zip(laws.rates, laws.rate_of[laws.rates], strict=True):
+        right[:, row] = 1.0
+        drifts |= np.abs(solved(matrix, right)[:, unknown]) > NEUTRAL
+        right[:, row] = 0.0
     mode = at.modes[:, laws.law_modes]
     slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
-    right[:, laws.rates] = 0.0
     right[:, n:] = slides * np.linspace(
         1.0, 2.0, laws.count
     )  # alike, they would hide torques that grow against each other
     torque = np.where(slides, solved(matrix, right)[:, n:], 0.0)
-    return np.asarray((np.abs(drift) > NEUTRAL).any(axis=1) | (np.abs(torque) > LOCKED).any(axis=1))
+    return np.asarray(drifts | (np.abs(torque) > LOCKED).any(axis=1))
 
 
 def _bordered(

@@ -17,6 +17,7 @@ from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, OperatingPoint
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.equilibrium.laws import BACKWARD, NO_WIDTH, STUCK, Iterates, Mask, SteadyLaws
+from powertrain.equilibrium.relaxation import relaxed
 from powertrain.numerics.buffers import Array
 
 Index = NDArray[np.intp]
@@ -84,6 +85,8 @@ class Solutions:
             new = found.done & ~best.done
             number[new] = 1
             best.take(new | (other & (self._rank(found) < self._rank(best))), found)
+        if not laws.count:
+            self._relax(best, start.start, grid, side)
         self._rest_of(best, grid, side)
         number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
@@ -115,6 +118,19 @@ class Solutions:
         end, found.done[new] = corrected(laws, start, some, side[new], changes=CHANGES, firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
+
+    def _relax(self, best: SolvedPoints, first: Array, grid: Array, side: Array) -> None:
+        """Solves the points that have no solution yet where their motion comes to rest."""
+        left = np.flatnonzero(~best.done)
+        if not left.size:
+            return
+        near = Near(best.given[left], best.yields[left])
+        begin = Iterates(grid[left], first[left], best.modes[left], best.tau[left])
+        end, good = corrected(
+            self.laws, relaxed(self.laws, begin, near.given, side[left]), near, side[left], changes=CHANGES
+        )
+        done = left[good]
+        best.done[done], best.y[done], best.modes[done] = True, end.y[good], end.modes[good]
 
     def _rest_of(self, best: SolvedPoints, grid: Array, side: Array) -> None:
         """Solves the points that have no solution yet: as their neighbours, else by continuation."""

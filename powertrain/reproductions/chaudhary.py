@@ -254,14 +254,8 @@ def figure_table_1() -> Figure:
             label="computed" if k == 0 else None,
         )
         if greatest > 1.5:
-            ax.annotate(
-                f"{greatest:g}",
-                (k - 0.15, 1.42),
-                (k - 0.15, 1.3),
-                ha="center",
-                arrowprops={"arrowstyle": "->"},
-                fontsize=8,
-            )
+            ax.annotate("", (k - 0.15, 1.43), (k - 0.15, 1.3), arrowprops={"arrowstyle": "->", "color": "C0"})
+            ax.text(k - 0.22, 1.4, f"{greatest:g}", ha="right", va="center", fontsize=8)
     ax.set_xticks(range(len(TABLE_1)), [f"{M}, {N}" for M, N in TABLE_1])
     ax.set(xlabel="lobes M, rollers N", ylabel="operating pressure angle  [rad]", ylim=(-0.05, 1.45))
     ax.grid(alpha=0.25, axis="y")

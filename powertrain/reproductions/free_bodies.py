@@ -27,7 +27,7 @@ CM = 1e2
 def _force(
     ax: Axes, at: ArrayLike, force: ArrayLike, scale: float, label: str, colour: str, *, pushes: bool = False
 ) -> None:
-    """An arrow from where the force acts, or (``pushes``) to it, with its size at the free end."""
+    """An arrow from where the force acts, or (``pushes``) to it, with its size at the free end, or below where it is level."""
     vector = np.asarray(force, float) * scale
     start = np.asarray(at, float) - (vector if pushes else 0.0)
     if np.linalg.norm(vector) < 1e-12:
@@ -36,21 +36,34 @@ def _force(
     tip = start + vector
     ax.annotate("", (tip[0], tip[1]), (start[0], start[1]), arrowprops=arrow, zorder=5)
     outward = -vector if pushes else vector
-    place = (start if pushes else start + vector) + 0.06 * outward
-    upright = abs(outward[1]) > 3 * abs(outward[0])
-    side = "center" if upright else "left" if outward[0] > 0 else "right"
-    level = "center" if abs(outward[0]) > 3 * abs(outward[1]) else "bottom" if outward[1] > 0 else "top"
-    ax.text(place[0], place[1], label, color=colour, fontsize=8, ha=side, va=level, zorder=6)
+    level, upright = (abs(outward[k]) > 3 * abs(outward[1 - k]) for k in (0, 1))
+    place = start + vector / 2 if level else start if pushes else tip
+    side = "center" if upright or level else "left" if outward[0] > 0 else "right"
+    above = not level and outward[1] > 0
+    ax.annotate(
+        label,
+        (place[0], place[1]),
+        (0, 5 if above else -7),
+        textcoords="offset points",
+        color=colour,
+        fontsize=8,
+        ha=side,
+        va="bottom" if above else "top",
+        zorder=6,
+    )
 
 
-def _turn(ax: Axes, at: ArrayLike, radius: float, sense: float, label: str, colour: str) -> None:
-    """An arc for a moment, counter-clockwise where ``sense`` is positive."""
+def _turn(
+    ax: Axes, at: ArrayLike, radius: float, sense: float, label: str, colour: str, *, left: float | None = None
+) -> None:
+    """An arc for a moment, counter-clockwise where ``sense`` is positive; its text begins at ``left``, else it is centred."""
     centre = np.asarray(at, float)
     angles = np.radians(np.linspace(20, 160, 40))[:: 1 if sense > 0 else -1]
     x, y = centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles)
     ax.plot(x, y, color=colour, lw=1.8)
     ax.annotate("", (x[-1], y[-1]), (x[-3], y[-3]), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
-    ax.text(centre[0], centre[1] + 1.08 * radius, label, color=colour, fontsize=8, ha="center", va="bottom")
+    x, side = (centre[0], "center") if left is None else (left, "left")
+    ax.text(x, centre[1] + 1.08 * radius, label, color=colour, fontsize=8, ha=side, va="bottom")
 
 
 def roller_and_cam() -> Figure:
@@ -62,7 +75,7 @@ def roller_and_cam() -> Figure:
     alpha, F_u, F_n, P = (float(x[0]) for x in (found.alpha_out, found.F_u_out, found.F_n_out, found.P_ax_out))
     _roller(axes[0], alpha, F_u, F_n)
     scale = 1 / P
-    _force(axes[1], (0, 0), (F_u / 2, P), scale, f"{20 * chr(160)}$F_n$ = {F_n:.0f} N", CAM)
+    _force(axes[1], (0, 0), (F_u / 2, P), scale, f"{24 * chr(160)}$F_n$ = {F_n:.0f} N", CAM)
     _force(axes[1], (0, 0), (F_u / 2, 0), scale, f"$F_u/2$ = {F_u / 2:.0f} N", CAGE)
     _force(axes[1], (0, 0), (0, P), scale, f"$P_{{ax}}$ = {P:.0f} N{24 * chr(160)}", SUM)
     _bare(axes[1], 1.0)
@@ -81,7 +94,7 @@ def _roller(ax: Axes, alpha: float, F_u: float, F_n: float) -> None:
         ends = np.stack([contact - 1.3 * tangent, contact + 1.3 * tangent])
         ax.plot(ends[:, 0], ends[:, 1], color=CAM, lw=1.2)
         _force(ax, contact, push * F_n, scale, f"$F_n$ = {F_n:.0f} N, {name} cam", CAM, pushes=True)
-    _force(ax, (0, 0), (F_u, 0), scale, f"  $F_u$ = {F_u:.0f} N, cage", CAGE)
+    _force(ax, (0, 0), (F_u, 0), scale, f"$F_u$ = {F_u:.0f} N", CAGE)
     ax.plot(0, 0, "ko", ms=4)
     ax.text(-3.3, 0, f"$F_u = 2 F_n \\sin\\alpha$\nα = {math.degrees(alpha):.2f}°", fontsize=9, va="center")
     _bare(ax, 3.6)
@@ -118,7 +131,10 @@ def lever_and_cage() -> Figure:
     points = LINKAGE.points(alpha)
     centre = (points["S_left"] + points["S_right"]) / 2
     figure, axes = panels(
-        ["Fig. 5.22: lever, along the C axis", "Fig. 5.22: lever, from above", "Fig. 5.25: cage"], 3, 4.6, 4.4
+        ["Fig. 5.22: lever, along the C axis", "Fig. 5.22: lever, from above", "Fig. 5.25: cage; blue: from the lever"],
+        3,
+        4.6,
+        4.4,
     )
     acting = {"coupler": [(points[f"S_{s}"] - centre, getattr(found, f"S_{s}")[0]) for s in ("left", "right")]}
     C_force, C_moment = found.C_force[0], found.C_moment[0]
@@ -134,7 +150,7 @@ def lever_and_cage() -> Figure:
             _force(ax, place, part, scale, f"{np.linalg.norm(part):.0f} N, {who}", colour)
             ax.plot(*place, "o", color="k", ms=5, zorder=6)
         ax.set(xlabel="along the lever  [cm]", ylabel=f"local {name}  [cm]")
-        _bare(ax, 1.9 * b * CM, keep=True)
+        _bare(ax, 2.4 * b * CM, keep=True)
     moment = float(C_moment @ across)  # the second picture looks against this axis
     _turn(axes[1], (0, 0.9 * b * CM), 0.4 * b * CM, -moment, f"$M_z$ = {abs(moment):.1f} N.m, cage", CAGE)
     _cage(axes[2], -C_force, -C_moment, S)
@@ -145,13 +161,13 @@ def _cage(ax: Axes, force: Array, moment: Array, S: float) -> None:
     """The cage seen along the axle: force and moment of the C-pair, the torque of the crown wheel, bearings."""
     radius = 6.0
     ax.add_patch(_circle(radius))
-    scale = 4.0 / float(np.linalg.norm(force[1:]))
-    _force(ax, (S * CM, 0), force[1:], scale, f"$F_z$ = {abs(force[2]):.0f} N, lever", CAM)
+    scale = 3.0 / float(np.linalg.norm(force[1:]))
+    _force(ax, (S * CM, 0), force[1:], scale, f"$F_z$ = {abs(force[2]):.0f} N", CAM)
     _force(ax, (0, 0), -force[1:], scale, f"{abs(force[2]):.0f} N, bearings", SUM)
     ax.plot([S * CM], [0], "ko", ms=5)
     ax.annotate("", (S * CM, -1.2), (0, -1.2), arrowprops={"arrowstyle": "<->", "color": "0.3"})
-    ax.text(S * CM / 2, -1.4, f"S = {S * CM:.2f} cm", ha="center", va="top", fontsize=8)
-    _turn(ax, (S * CM, 0), 1.8, float(moment[0]), f"$M_x$ = {abs(float(moment[0])):.0f} N.m, lever", CAM)
+    ax.text(-0.3, -1.2, f"S = {S * CM:.2f} cm", ha="right", va="center", fontsize=8)
+    _turn(ax, (S * CM, 0), 1.8, float(moment[0]), f"$M_x$ = {abs(float(moment[0])):.0f} N.m", CAM, left=0.9)
     torque = -(float(moment[0]) + S * float(force[2]))
     _turn(ax, (0, 0), radius + 1.0, torque, f"$\\tau$ = {abs(torque):.0f} N.m, crown wheel", CAGE)
     ax.set(xlabel="y  [cm]", ylabel="z  [cm]")

@@ -12,9 +12,9 @@ import powertrain as pt
 from powertrain.components.gearless.linkage import (
     CORRECTED,
     TABLE_5_1,
-    Body,
     Linkage,
     LinkageDifferential,
+    LinkBody,
     cage_turns,
     cylinder,
     cylinder_mass,
@@ -81,7 +81,14 @@ def kinematics() -> Table:
     theta, S, S1 = motion.theta, motion.S * CM, motion.S1
     ratio = coupling["output.w"][-1] / coupling["drive.w"][-1]
     rows = [
-        Row("input speed of the coupling, 2000 rpm", "rad/s", "5.1.2 (a)", "209.4", float(coupling["drive.w"][-1])),
+        Row(
+            "input speed of the coupling, 2000 rpm",
+            "rad/s",
+            "5.1.2 (a)",
+            "209.4",
+            float(coupling["drive.w"][-1]),
+            given=True,
+        ),
         Row("output speed over input speed, cage held", "1", "5.1.2 (a)", "-1", float(ratio)),
         Row("greatest angle of the lever, a = 3 cm, b = 6 cm", "rad", "5.1.2, eq. (5.32)", "0.5", float(theta.max())),
         Row("least angle of the lever", "rad", "5.1.2, eq. (5.32)", "-0.5", float(theta.min())),
@@ -146,7 +153,7 @@ def _invariant() -> float:
 
 def masses() -> Table:
     """Table 5.1 and Appendix B."""
-    rows = [Row("density of steel", "g/cm³", "App. B", "7.9", STEEL / 1e3)]
+    rows = [Row("density of steel", "g/cm³", "App. B", "7.9", STEEL / 1e3, given=True)]
     for name, text in {"cage": "4400", "coupler": "230", "lever": "600"}.items():
         r, length, inner = CYLINDERS[name]
         mass = cylinder_mass(r, length, inner=inner) * GRAM
@@ -170,6 +177,7 @@ def masses() -> Table:
             "24200",
             TABLE_5_1.cage.axial / GRAM_CM2,
             "kept as printed",
+            given=True,
         ),
         Row(
             "I_yy of the cage",
@@ -186,7 +194,7 @@ def masses() -> Table:
     return Table("Masses and moments of inertia", rows, note)
 
 
-def _body(name: str) -> Body:
+def _body(name: str) -> LinkBody:
     r, length, inner = CYLINDERS[name]
     return cylinder(getattr(CORRECTED, name).m, r, length, inner=inner)
 
@@ -198,11 +206,13 @@ def mechanism() -> Figure:
     from powertrain.components.gearless.linkage.figures import mechanism
 
     figure = plt.figure(figsize=(11.5, 8.5))
-    figure.subplots_adjust(left=0.02, right=0.93, bottom=0.03, top=0.96)
-    for k, degrees in enumerate((0, 50, 90, 180)):
-        mechanism(
-            LINKAGE, math.radians(degrees), ax=figure.add_subplot(2, 2, k + 1, projection="3d", proj_type="ortho")
-        )
+    figure.subplots_adjust(left=0.02, right=0.93, bottom=0.06, top=0.96)
+    axes = [figure.add_subplot(2, 2, k + 1, projection="3d", proj_type="ortho") for k in range(4)]
+    for ax, degrees in zip(axes, (0, 50, 90, 180), strict=True):
+        mechanism(LINKAGE, math.radians(degrees), ax=ax)
+        if (legend := ax.get_legend()) is not None:
+            legend.remove()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=4, fontsize=9, frameon=False)
     return figure
 
 

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from powertrain.components.gearless.linkage import Linkage
-from powertrain.components.gearless.linkage.design import Duty
+from powertrain.components.gearless.linkage.design import DifferentialDuty
 
 LINKAGE = Linkage(a=0.03, b=0.06)
-DUTY = Duty(w=88.0, radius=7.0, track=1.4, torque=200.0)
+DUTY = DifferentialDuty(w=88.0, radius=7.0, track=1.4, torque=200.0)
 POWER = 18e3
 """Power on the cage when cruising [W]."""
 W_COUPLING = 2000 * 2 * math.pi / 60

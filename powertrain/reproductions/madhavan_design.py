@@ -27,7 +27,7 @@ def guidelines() -> Table:
             "3",
             float(np.abs(chosen.motion(CYCLE).S).max()) * CM,
         ),
-        Row("a", "cm", "eq. (6.6)", "3", chosen.a * CM),
+        Row("a", "cm", "eq. (6.6)", "3", chosen.a * CM, given=True),
         Row("b", "cm", "eq. (6.7)", "5.8", chosen.b * CM),
         Row(
             "θ_max for a/b = √2, beyond which the lever's ends cross the middle",

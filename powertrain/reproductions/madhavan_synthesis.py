@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from powertrain.components.gearless.linkage.synthesis import Coupling, Structure
+from powertrain.components.gearless.linkage.synthesis import Coupling, CouplingStructure
 from powertrain.components.gearless.linkage.synthesis_evaluation import order, synthesize
 from powertrain.reproductions.drawing import panels
 from powertrain.reproductions.table import Row, Table
@@ -26,7 +26,7 @@ def enumeration() -> Table:
     names = {coupling.name for coupling in couplings}
     four = [coupling for coupling in couplings if coupling.links == 4]
     six = [coupling for coupling in couplings if coupling.links == 6]
-    middle = Structure().in_the_middle
+    middle = CouplingStructure().in_the_middle
     rows = [
         Row("middle joint that keeps symmetry and has no dead points", "", "3.2", "C", ", ".join(map(str, middle))),
         Row("sum of freedoms in each loop", "1", "eq. (3.3)", "7", _only(_loop_freedoms(c) for c in couplings)),

@@ -47,10 +47,10 @@ def data() -> Table:
     apart = math.degrees(cams.inner.phase - cams.outer.phase)
     half = "half the central angle, as in Table 1; 8.5 calls it the central angle, the stresses use it as contact angle"
     rows = [
-        Row("torque of the cage", "N.m", "Table 1", "260", TORQUE),
-        Row("rollers per track", "1", "Table 1", "4", cams.outer.n),
+        Row("torque of the cage", "N.m", "Table 1", "260", TORQUE, given=True),
+        Row("rollers per track", "1", "Table 1", "4", cams.outer.n, given=True),
         Row("phase difference of the tracks", "°", "Table 1", "45", apart),
-        Row("diameter of the outer track", "mm", "Table 1", "85", cams.outer.D * MM),
+        Row("diameter of the outer track", "mm", "Table 1", "85", cams.outer.D * MM, given=True),
         Row(
             "diameter of the inner track",
             "mm",
@@ -58,14 +58,15 @@ def data() -> Table:
             "50",
             cams.inner.D * MM,
             "the nomenclature's D_in = R_in is 2 R_in",
+            given=True,
         ),
-        Row("radius of the outer rollers", "mm", "Table 1", "15", cams.outer.r * MM),
-        Row("radius of the inner rollers", "mm", "Table 1", "12", cams.inner.r * MM),
-        Row("outer diameter of the friction disks", "mm", "Table 1", "95", cams.disk.d_out * MM),
-        Row("inner diameter of the friction disks", "mm", "Table 1", "45", cams.disk.d_in * MM),
-        Row("coefficient of friction of the disks", "1", "Table 1", "0.066", cams.disk.mu),
-        Row("greatest contact angle of the outer track", "°", "Table 1", "15", steepest["outer"], half),
-        Row("greatest contact angle of the inner track", "°", "Table 1", "27.25", steepest["inner"], half),
+        Row("radius of the outer rollers", "mm", "Table 1", "15", cams.outer.r * MM, given=True),
+        Row("radius of the inner rollers", "mm", "Table 1", "12", cams.inner.r * MM, given=True),
+        Row("outer diameter of the friction disks", "mm", "Table 1", "95", cams.disk.d_out * MM, given=True),
+        Row("inner diameter of the friction disks", "mm", "Table 1", "45", cams.disk.d_in * MM, given=True),
+        Row("coefficient of friction of the disks", "1", "Table 1", "0.066", cams.disk.mu, given=True),
+        Row("greatest contact angle of the outer track", "°", "Table 1", "15", steepest["outer"], half, given=True),
+        Row("greatest contact angle of the inner track", "°", "Table 1", "27.25", steepest["inner"], half, given=True),
     ]
     return Table("Data", rows, "What the computed values below start from.")
 
@@ -322,7 +323,7 @@ def figure_15() -> Figure:
     figure, axes = panels(titles, width=5.5)
     for k, (ax, title) in enumerate(zip(axes, titles, strict=False)):
         mechanism(theta=k * math.pi / 8, ax=ax)
-        ax.set_xlim(left=-80)
+        ax.set_xlim(left=-110)
         ax.set_title(title)
     return figure
 

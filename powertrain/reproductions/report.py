@@ -11,6 +11,7 @@ from powertrain.reproductions.table import Row, Table, Tally
 VERDICTS = {
     "agrees": "✓",
     "corrected": "✓ corrected",
+    "given": "given",
     "computed only": "",
     "not reproducible": "not reproducible",
     "differs": "differs",

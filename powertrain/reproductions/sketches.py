@@ -128,13 +128,13 @@ def bend_and_bodies() -> Figure:
     ax = axes[0]
     for side, name, colour in ((0.0, "V_0", "k"), (0.5, "V_2", "C0"), (-0.5, "V_6", "C1")):
         radius = DUTY.radius + side * DUTY.track
-        angles = np.radians(np.linspace(-8, 32, 60))
+        angles = np.radians(np.linspace(0, 32, 60))
         ax.plot(
             radius * np.cos(angles), radius * np.sin(angles), color=colour, lw=1.0, ls="--" if name == "V_0" else "-"
         )
         speed = 0.32 * radius
         ax.annotate("", (radius, speed), (radius, 0), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2})
-        ax.text(radius + 0.1, speed, f"${name}$", color=colour, va="center")
+        ax.text(radius, speed + 0.05, f"${name}$", color=colour, ha="center", va="bottom")
     ax.plot([0, DUTY.radius + DUTY.track / 2], [0, 0], color="0.5", lw=0.9)
     ax.plot(0, 0, "k+", ms=10)
     ax.text(DUTY.radius / 2, 0.12, f"$R_{{curve}}$ = {DUTY.radius:g} m", ha="center")
@@ -142,6 +142,7 @@ def bend_and_bodies() -> Figure:
         "", (DUTY.radius + DUTY.track / 2, -0.7), (DUTY.radius - DUTY.track / 2, -0.7), arrowprops={"arrowstyle": "<->"}
     )
     ax.text(DUTY.radius, -0.8, f"x = {DUTY.track:g} m", ha="center", va="top")
+    ax.set_ylim(bottom=-1.4)
     ax.set_aspect("equal")
     ax.set_axis_off()
     pairs = {"coupler": ("A: R", "B: S"), "lever": ("A: S", "B: C", "C: S"), "cage": ()}
@@ -199,7 +200,7 @@ def automotive_differential() -> Figure:
     for x in np.linspace(-2.15, -1.7, 5):
         line((x, 2.1), (x + 0.1, 2.22), width=0.8)
     line((-2.2, 2.1), (-1.6, 2.1))
-    line((-2.1, 1.25), (-1.4, 1.25), (-1.4, 0.3), (-0.9, 0.3), (-0.9, 1.5), (1.9, 1.5), (1.9, 0.3))
+    line((-2.1, 1.25), (-1.4, 1.25), (-1.4, 0.3), (-0.6, 0.3), (-0.6, 1.5), (1.9, 1.5), (1.9, 0.3))
     line((0.5, 1.5), (0.5, 0.75))
     line((0.2, 0.75), (0.8, 0.75), width=5, colour="C1")
     line((0.05, 0.68), (0.05, 0.2), width=5, colour="C0")
@@ -214,7 +215,7 @@ def automotive_differential() -> Figure:
         (-2.75, 1.2, "planets"),
         (-3.0, 1.65, "ring, held"),
         (-1.32, 1.0, "carrier"),
-        (-0.8, 1.56, "case"),
+        (-0.5, 1.56, "case"),
         (0.58, 0.95, "pinion"),
         (1.05, 0.42, "side gear"),
         (2.4, 0.16, "right half shaft"),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from typing import Literal
 
-Verdict = Literal["agrees", "corrected", "not reproducible", "computed only", "differs", "DIFFERS"]
+Verdict = Literal["agrees", "corrected", "given", "not reproducible", "computed only", "differs", "DIFFERS"]
 Value = float | str | None
 
 
@@ -19,6 +19,7 @@ class Row:
     ``right`` is what should stand there where the print is known to be wrong, and ``remark`` why. ``within``: by how many units of the
     last printed digit the computed value may differ (0.5: rounded). ``cut``: after how many decimals the print was truncated instead.
     ``differs``: why the value is known not to agree within its printed digits; a difference without a reason is a DIFFERS.
+    ``given``: one of the paper's data, from which the others are computed; compared with itself it would say nothing.
     ``reproducible = False``: the paper's value follows from nothing that the paper says; it is shown and not compared. ``computed`` None:
     there is nothing to compute.
     """
@@ -32,6 +33,7 @@ class Row:
     right: str | None = None
     within: float = 0.5
     cut: int | None = None
+    given: bool = False
     reproducible: bool = True
     differs: str = ""
 
@@ -40,17 +42,22 @@ class Row:
         """How the computed value stands to the print, or to ``right`` in its place."""
         if not self.reproducible:
             return "not reproducible"
+        if self.given and self._agrees:
+            return "given"
         expected = self.printed if self.right is None else self.right
         if not expected:
             return "computed only"
-        shown = (
-            truncated(self.computed, self.cut)
-            if self.cut is not None and isinstance(self.computed, float)
-            else self.computed
-        )
-        if not agree(expected, shown, self.within if self.cut is None else 1e-9):
+        if not self._agrees:
             return "differs" if self.differs else "DIFFERS"
         return "agrees" if self.right is None else "corrected"
+
+    @property
+    def _agrees(self) -> bool:
+        shown = self.computed
+        if self.cut is not None and isinstance(shown, float):
+            shown = truncated(shown, self.cut)
+        expected = self.printed if self.right is None else self.right
+        return agree(expected, shown, self.within if self.cut is None else 1e-9)
 
     @property
     def shown(self) -> str:
@@ -128,10 +135,11 @@ class Tally:
         return found
 
     def __str__(self) -> str:
-        names = ("agrees", "corrected", "differs", "computed only", "not reproducible", "DIFFERS")
+        names = ("agrees", "corrected", "given", "differs", "computed only", "not reproducible", "DIFFERS")
         words = (
             "agree with the print",
             "agree with its correction",
+            "are given by the paper",
             "differ for a known reason",
             "are computed only",
             "cannot be reproduced",

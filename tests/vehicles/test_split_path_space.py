@@ -21,7 +21,8 @@ from powertrain.design import (
     Variator,
     split_path_space,
 )
-from powertrain.design.space import bounds, cvu_of, front, geared, rate
+from powertrain.design.parts import cvu_of, ratio_of
+from powertrain.design.space import _fit, bounds, front, geared, rate
 
 R = np.linspace(0.1, 1.5, 15)
 DUTY = Duty.over(
@@ -85,6 +86,16 @@ def test_share_of_the_unit_follows_from_the_mechanical_points_alone() -> None:
         np.testing.assert_allclose(shares[-1], (r - 0.5) * (r - 1.3) / (r * (1.3 - 0.5)), rtol=1e-8, atol=1e-12)
 
 
+def test_ratio_of_the_unit_is_infinite_where_its_shaft_a_passes_rest() -> None:
+    """At the mechanical point 0.3, within the first mode; a unit of limited V cannot do it."""
+    designs = some(TWO_MODE, ELECTRIC, m=[0.3, 0.5, 1.3], R_o=[-1.2, -2.0, -0.6], shifts=[0.6])
+    rated = rate(designs, DUTY, ELECTRIC, Efficiencies(), np.zeros((1, 7))).values
+    assert np.isneginf(rated["V_min"]).all()
+    assert np.isposinf(rated["V_max"]).all()
+    wide = Variator("wide", ELECTRIC.loss, ratio=(-1e6, 1e6))
+    assert np.isnan(rate(designs, DUTY, wide, Efficiencies(), np.zeros((1, 7))).values["V_max"]).all()
+
+
 def brute(network: Any, low: float, high: float) -> dict[str, float]:
     """The greatest values over a range, with all directions of power: a dense grid, and a denser one around the greatest of it."""
     values: dict[str, Any] = {
@@ -123,6 +134,36 @@ def test_extrema_are_those_of_a_dense_grid(seed: int) -> None:
     assert 1 - rated["min_efficiency"][0] == pytest.approx(worst.pop("loss"), rel=1e-6)
     for name, value in worst.items():
         assert rated[name][0] == pytest.approx(value, rel=1e-6), name
+
+
+def test_share_of_a_compound_range_is_greatest_between_the_points_of_the_grid() -> None:
+    """At r = sqrt(m_a m_b), in closed form without loss; a search looks at the grid, its table between."""
+    m_a, m_b = 0.05, 1.9
+    unit = Variator("lossless", UnitLoss(), speed=800.0)
+    designs = some(Structure((("Hab", "Hab"),)), unit, m=[m_a, m_b], R_o=[-1.2, -2.0], shifts=np.zeros((1, 0)))
+    rough, fine = (
+        rate(designs, DUTY, unit, Efficiencies(1 - 1e-12, 1 - 1e-12), np.zeros((1, 4)), fine=how).values["max_K"][0]
+        for how in (False, True)
+    )
+    greatest = (np.sqrt(m_b) - np.sqrt(m_a)) ** 2 / (m_b - m_a)
+    assert fine == pytest.approx(greatest, rel=1e-9)
+    assert rough < greatest * (1 - 1e-5)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ratio", "factor"),
+    [
+        (-2.0, -0.2, (0.1, 1.0), -0.5),
+        (-2.0, 0.0, (-1.0, 0.5), 0.5),
+        (0.5, 4.0, (0.25, 2.0), 0.5),
+        (0.1, 4.0, (0.25, 2.0), np.nan),
+    ],
+)
+def test_gear_that_brings_a_ratio_into_the_range_of_a_unit(
+    low: float, high: float, ratio: tuple[float, float], factor: float
+) -> None:
+    """Of either sign, and none where the span is too wide."""
+    assert _fit(low, high, ratio) == pytest.approx(factor, nan_ok=True)
 
 
 def test_mean_efficiency_is_energy_over_energy() -> None:
@@ -166,22 +207,45 @@ def test_the_same_search_finds_the_same(found: SplitPathSpace) -> None:
     assert again.table.equals(found.table)
 
 
-def test_designs_are_components(found: SplitPathSpace) -> None:
-    """The ranges of the table; their unit ratio is that of the table's flows."""
-    from powertrain.components.transmissions import NetworkRatio, NetworkTransmission, OverallRatio, RangeTransmission
+def test_later_rounds_better_the_best_of_the_first() -> None:
+    first, all_three = (
+        split_path_space(DUTY, [ELECTRIC], [TWO_RANGES], candidates=16, rounds=rounds, progress=False).table
+        for rounds in (1, 3)
+    )
+    assert all_three.mean_efficiency[0] > first.mean_efficiency[0] + 1e-4
 
-    part, (low, high, network) = found.transmission(0), found.ranges(0)[1]
-    assert isinstance(part, RangeTransmission)
-    assert part.spans == tuple(found.ranges(0))
-    assert isinstance(found.unit_ratio(0), OverallRatio)
+
+def test_designs_are_components(found: SplitPathSpace) -> None:
+    """The ranges of the table; their unit ratio is that of the table's flows. A unit of any V is a pair of machines."""
+    from powertrain.components.cvu import ElectricPair
+    from powertrain.components.transmissions import (
+        ElectricTransmission,
+        NetworkRatio,
+        NetworkTransmission,
+        OverallRatio,
+        RangeTransmission,
+    )
+
+    line = int(np.flatnonzero(found.table.unit == "hydrostatic")[0])
+    for number, unit, kind in ((line, CVU, RangeTransmission), (0, ElectricPair, ElectricTransmission)):
+        assert isinstance(found.part(number), unit)
+        part = found.transmission(number)
+        assert isinstance(part, kind)
+        assert part.spans == tuple(found.ranges(number))
+        assert isinstance(found.unit_ratio(number), OverallRatio)
+    assert found.table.unit[0] == "electric"
+    pair: Any = found.part(0)
+    assert float(pair.machine_a.tau_max) == pytest.approx(2 * found.table.unit_torque[0])
+    low, high, network = found.ranges(0)[1]
     r = np.linspace(low, high, 5)[1:-1]
     ratio = pt.steady(NetworkRatio(network=network), {"r": r}, outputs=["V"])
     at = flow(network, r, 100.0, loss=found.unit(0).loss)
     np.testing.assert_allclose(ratio["V"].values, at.V, rtol=1e-9)
     one = split_path_space(DUTY, [ELECTRIC], [Structure(TWO_MODE.ranges[:1])], candidates=8, rounds=1, progress=False)
-    assert isinstance(one.transmission(0), NetworkTransmission)
-    assert one.unit_ratio(0) == NetworkRatio(network=one.ranges(0)[0][2])
-    assert isinstance(part.cvu, CVU)
+    assert isinstance(one.transmission(0), ElectricTransmission)
+    plain = one.transmission(0, CVU())
+    assert isinstance(plain, NetworkTransmission)
+    assert ratio_of(plain) == NetworkRatio(network=one.ranges(0)[0][2])
 
 
 def test_variator_of_a_hydrostatic_unit_is_the_unit() -> None:
@@ -308,3 +372,37 @@ def test_a_car_shifts_its_ranges(tmp_path: Any) -> None:
     assert np.abs(run.result["transmission.cvu.ratio"]).max() < 1.001
     assert abs(run.audit.closure) < 1e-5
     assert run.result["body.v"].max() > 15
+
+
+@pytest.mark.slow
+def test_electric_two_mode_designs_drive_in_a_car(tmp_path: Any) -> None:
+    """V is infinite within their modes. The duty contains what the car asks for when it starts, and its engine's speed at full power."""
+    from powertrain.components.cvu import RatioActuator
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.trials import drive_cycle
+    from powertrain.vehicles.split_path_car import SplitPathCar
+
+    path = tmp_path / "short.csv"
+    path.write_text("time_s,speed_km_h\n0,0\n3,0\n18,60\n25,60\n38,0\n42,0\n")
+    duty = Duty.over(
+        (0.2, 2.0),
+        {
+            "r": [0.2, 0.6, 1.2, 2.0],
+            "weight": np.ones(4),
+            "torque": [650.0, 217, 108, 65],
+            "speed": [300.0, 300, 400, 400],
+        },
+    )
+    unit = Variator("electric", UnitLoss(0.85, 0.8), speed=1000.0)
+    found = split_path_space(duty, [unit], [TWO_MODE], candidates=64, rounds=2, progress=False)
+    assert np.isinf(found.table.V_max[0])
+    car = SplitPathCar(
+        transmission=found.transmission(0),
+        unit_ratio=found.unit_ratio(0),
+        actuator=RatioActuator(T=0.2, rate=0.5, ratio_start=0.2),
+    )
+    run = drive_cycle(car, DriveCycle.from_csv(path))
+    assert run.result.time[-1] == 42
+    assert abs(run.audit.closure) < 1e-6
+    assert set(np.unique(run.result["transmission.range"]).tolist()) == {0.0, 1.0}
+    assert run.result["transmission.pair.link.v"].min() > 300

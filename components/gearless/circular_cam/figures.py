@@ -114,7 +114,7 @@ def locking_limits(cams: CircularCams = TABLE_1, ax: Axes | None = None, *, shar
     least = locking_map(cams, alpha, mu, sharing)
     levels = [0.1, 0.2, 0.5, 1, 2, 5, 10]
     lines = ax.contour(mu, np.degrees(alpha), least, levels=levels, colors="0.6", linewidths=0.8)
-    ax.clabel(lines, fmt=r"$\kappa$ = %g", fontsize=8)
+    ax.clabel(lines, [level for level in levels if level != 1], fmt=r"$\kappa$ = %g", fontsize=8)
     ax.contourf(mu, np.degrees(alpha), least, levels=[1, np.inf], colors=["tab:green"], alpha=0.25)
     D_R, D = cams.disk.D_R, cams.outer.D
     ax.plot(

@@ -13,29 +13,29 @@ from powertrain.components.gearless.linkage.kinematics import Linkage, Motion, r
 from powertrain.components.gearless.linkage.masses import (
     CORRECTED,
     TABLE_5_1,
-    Body,
+    LinkBody,
     LinkMasses,
     cylinder,
     cylinder_mass,
     scaled,
 )
-from powertrain.components.gearless.linkage.synthesis import Coupling, Joint, Structure
+from powertrain.components.gearless.linkage.synthesis import Coupling, CouplingStructure, Joint
 from powertrain.components.gearless.linkage.synthesis_evaluation import Criteria, Synthesis, synthesize
 
 __all__ = [
     "CORRECTED",
     "TABLE_5_1",
-    "Body",
     "Coupling",
+    "CouplingStructure",
     "Criteria",
     "Joint",
     "JointFriction",
+    "LinkBody",
     "LinkMasses",
     "Linkage",
     "LinkageBody",
     "LinkageDifferential",
     "Motion",
-    "Structure",
     "Synthesis",
     "WheelSpeeds",
     "cage_turns",

@@ -24,7 +24,7 @@ Weigh = Callable[[Linkage], LinkMasses]
 
 
 @dataclass(frozen=True)
-class Duty:
+class DifferentialDuty:
     """The duty of a differential: cage speed [rad/s] and acceleration [rad/s2], bend and track [m], torque on the crown wheel [N.m].
 
     The defaults are the source's: 88 rad/s, 7 m, 1.4 m, and the torque 18 kW/(88 rad/s) = 204.5 N.m rounded to 200 N.m.
@@ -37,11 +37,11 @@ class Duty:
     dw: float = 0.0
 
     @classmethod
-    def cruising(cls, power: float, w: float, radius: float = 7.0, track: float = 1.4) -> Duty:
+    def cruising(cls, power: float, w: float, radius: float = 7.0, track: float = 1.4) -> DifferentialDuty:
         """From the power at a cage speed (5.46) [W], unrounded."""
         return cls(w, radius, track, power / w)
 
-    def accelerating(self, acceleration: float, mass: float, wheel_radius: float) -> Duty:
+    def accelerating(self, acceleration: float, mass: float, wheel_radius: float) -> DifferentialDuty:
         """The same while the vehicle gains speed [m/s2]: torque + mass r acceleration, dw = acceleration/r. 7.2 leaves this case open."""
         return replace(self, torque=self.torque + mass * wheel_radius * acceleration, dw=acceleration / wheel_radius)
 
@@ -65,10 +65,10 @@ class Peaks(NamedTuple):
 
 
 def over_cycle(
-    linkage: Linkage, masses: LinkMasses = TABLE_5_1, duty: Duty | None = None, points: int = 73
+    linkage: Linkage, masses: LinkMasses = TABLE_5_1, duty: DifferentialDuty | None = None, points: int = 73
 ) -> dict[Objective, Array]:
     """The quantities of ``Peaks`` at angles from 0 to 2 pi; S-pairs (2, points): left and right."""
-    duty = duty or Duty()
+    duty = duty or DifferentialDuty()
     drive = duty.drive(np.linspace(0, 2 * np.pi, points))
     shaken, forces = shaking(linkage, drive, masses), reactions(linkage, drive, masses, crown=duty.torque)
     balls = np.stack([forces.S_left, forces.S_right])
@@ -76,7 +76,9 @@ def over_cycle(
     return {name: np.linalg.norm(v, axis=-1) for name, v in zip(get_args(Objective), vectors, strict=True)}
 
 
-def peaks(linkage: Linkage, masses: LinkMasses = TABLE_5_1, duty: Duty | None = None, points: int = 73) -> Peaks:
+def peaks(
+    linkage: Linkage, masses: LinkMasses = TABLE_5_1, duty: DifferentialDuty | None = None, points: int = 73
+) -> Peaks:
     """Peaks over one cycle of ``duty`` (default: that of the source), with inertia forces and torque."""
     return Peaks(*(float(v.max()) for v in over_cycle(linkage, masses, duty, points).values()))
 
@@ -110,7 +112,9 @@ def alternate(linkage: Linkage) -> Linkage:
     return Linkage(a, b, a * float(a / (2 * b + np.sqrt(4 * b**2 - 3 * a**2))))
 
 
-def over_length(lengths: ArrayLike, ratio: float | None = None, duty: Duty | None = None) -> dict[str, Array]:
+def over_length(
+    lengths: ArrayLike, ratio: float | None = None, duty: DifferentialDuty | None = None
+) -> dict[str, Array]:
     """Peaks over the coupler's length at one a/b (that of 30 degrees where none is given): Figs. 6.2, 6.3, and the shaking beside them."""
     ratio = ratio_from_theta(np.pi / 6) if ratio is None else ratio
     designs = [Linkage(float(a), float(a) / ratio) for a in np.ravel(lengths)]
@@ -161,7 +165,9 @@ class _Search:
     stays below (SLSQP). Unknowns: a, b [cm], offset over a, t.
     """
 
-    def __init__(self, objectives: tuple[Objective, Objective], duty: Duty, space: Space, masses: Weigh) -> None:
+    def __init__(
+        self, objectives: tuple[Objective, Objective], duty: DifferentialDuty, space: Space, masses: Weigh
+    ) -> None:
         self.objectives, self.duty, self.space, self.masses = objectives, duty, space, masses
         self.start = np.array([100 * np.mean(space.a), 70 * space.b[1], np.mean(space.shift)])
         low, high = np.array([space.a, space.b, space.shift]).T * np.array([[100, 100, 1]]).repeat(2, 0)
@@ -198,7 +204,7 @@ class _Search:
 def pareto(
     objectives: tuple[Objective, Objective] = ("shaking_force", "ball_force"),
     *,
-    duty: Duty | None = None,
+    duty: DifferentialDuty | None = None,
     space: Space | None = None,
     masses: Weigh = scaled,
     points: int = 12,
@@ -212,7 +218,7 @@ def pareto(
     known = get_args(Objective)
     if len(set(objectives)) != 2 or any(name not in known for name in objectives):
         raise ParameterError(f"objectives = {objectives!r} must be two different names from {', '.join(known)}")
-    search = _Search(objectives, duty or Duty(), space or Space(), masses)
+    search = _Search(objectives, duty or DifferentialDuty(), space or Space(), masses)
     first, second = objectives
     x, last = (search.solve(name, search.start) for name in objectives)
     if x is None or last is None:

@@ -11,7 +11,7 @@ from powertrain import Equations, Parameter, Symbol, Variable, der, friction, pa
 from powertrain.components.differentials.interfaces import Differential
 from powertrain.components.gearless.linkage.friction import JointFriction, kappa
 from powertrain.components.gearless.linkage.kinematics import Linkage, closed_loop
-from powertrain.components.gearless.linkage.masses import ROUNDING, TABLE_5_1, Inertia, LinkMasses, inertia
+from powertrain.components.gearless.linkage.masses import ROUNDING, TABLE_5_1, LinkMasses, ReflectedInertia, inertia
 from powertrain.components.rotational.interfaces import Lossy
 
 _CAGE, _COUPLER, _LEVER, _JOINTS = TABLE_5_1.cage, TABLE_5_1.coupler, TABLE_5_1.lever, JointFriction()
@@ -111,7 +111,7 @@ class LinkageDifferential(Differential, Lossy):
     def _loop(self) -> Any:
         return closed_loop(self.alpha, self.a, self.b, self.b - self.offset, ca)
 
-    def _inertia(self) -> Inertia:
+    def _inertia(self) -> ReflectedInertia:
         parts = {
             part: SimpleNamespace(
                 m=getattr(self, f"m_{part}"),

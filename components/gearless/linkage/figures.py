@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.components.gearless.linkage.body import LinkageBody
 from powertrain.components.gearless.linkage.curve import cage_turns
-from powertrain.components.gearless.linkage.design import Duty, Front, guided, over_length, peaks
+from powertrain.components.gearless.linkage.design import DifferentialDuty, Front, guided, over_length, peaks
 from powertrain.components.gearless.linkage.forces import Reactions, reactions
 from powertrain.components.gearless.linkage.friction import JointFriction
 from powertrain.components.gearless.linkage.kinematics import Linkage
@@ -123,7 +123,7 @@ def rates(linkage: Linkage | None = None, ax: Axes | None = None, *, u: float = 
 def shaking_over_cycle(
     linkage: Linkage | None = None,
     masses: LinkMasses = TABLE_5_1,
-    duty: Duty | None = None,
+    duty: DifferentialDuty | None = None,
     ax: Axes | None = None,
     *,
     moment: bool = False,
@@ -137,7 +137,10 @@ def shaking_over_cycle(
 
 
 def shaking_path(
-    linkage: Linkage | None = None, masses: LinkMasses = TABLE_5_1, duty: Duty | None = None, ax: Axes | None = None
+    linkage: Linkage | None = None,
+    masses: LinkMasses = TABLE_5_1,
+    duty: DifferentialDuty | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """The end of the shaking force in the plane y z of the housing, over one internal cycle (Fig. 5.19)."""
     ax, (force, _) = _axes(ax), _shaken(linkage, masses, duty)
@@ -147,20 +150,23 @@ def shaking_path(
     return ax
 
 
-def _shaken(linkage: Linkage | None, masses: LinkMasses, duty: Duty | None) -> tuple[Array, Array]:
-    duty, alpha = duty or Duty(), _cycle(2001)
+def _shaken(linkage: Linkage | None, masses: LinkMasses, duty: DifferentialDuty | None) -> tuple[Array, Array]:
+    duty, alpha = duty or DifferentialDuty(), _cycle(2001)
     return shaking(
         linkage or Linkage(), duty.drive(alpha), masses, phi=alpha * float(cage_turns(duty.radius, duty.track))
     )
 
 
-def _reactions(linkage: Linkage | None, masses: LinkMasses, duty: Duty | None) -> Reactions:
-    duty = duty or Duty()
+def _reactions(linkage: Linkage | None, masses: LinkMasses, duty: DifferentialDuty | None) -> Reactions:
+    duty = duty or DifferentialDuty()
     return reactions(linkage or Linkage(), duty.drive(_cycle()), masses, crown=duty.torque)
 
 
 def ball_forces(
-    linkage: Linkage | None = None, masses: LinkMasses = TABLE_5_1, duty: Duty | None = None, ax: Axes | None = None
+    linkage: Linkage | None = None,
+    masses: LinkMasses = TABLE_5_1,
+    duty: DifferentialDuty | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """Forces of the couplers on the lever in its own axes: along the C axis (Fig. 5.21) and across lever and C axis (Fig. 5.20)."""
     ax, linkage = _axes(ax), linkage or Linkage()
@@ -175,7 +181,10 @@ def ball_forces(
 
 
 def rod_forces(
-    linkage: Linkage | None = None, masses: LinkMasses = TABLE_5_1, duty: Duty | None = None, ax: Axes | None = None
+    linkage: Linkage | None = None,
+    masses: LinkMasses = TABLE_5_1,
+    duty: DifferentialDuty | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """Force (Fig. 5.26) and moment (5.27) of the C-pair on the lever in axes of the cage, without prestress."""
     ax, found = _axes(ax), _reactions(linkage, masses, duty)
@@ -201,7 +210,9 @@ def efficiency(linkage: Linkage | None = None, joints: Sequence[JointFriction] =
 
 
 def forces_over_length(
-    lengths: ArrayLike = (0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04), duty: Duty | None = None, ax: Axes | None = None
+    lengths: ArrayLike = (0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04),
+    duty: DifferentialDuty | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """Greatest force in S-pairs (Fig. 6.2) and C-pair (6.3) over a at a/b = 0.5176, and the shaking force on the right."""
     ax, found = _axes(ax), over_length(lengths, duty=duty)

@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Body:
+class LinkBody:
     """A body of revolution: mass [kg], moments of inertia about its axis and across it, through its centre [kg.m2]."""
 
     m: float
@@ -41,7 +41,7 @@ class Body:
             raise ParameterError(f"body: transverse = {self.transverse:g} kg.m2 needs a mass: give m")
 
 
-def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, transverse: str = "rod") -> Body:
+def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, transverse: str = "rod") -> LinkBody:
     """A cylinder, solid (B.1)-(B.3) or hollow (B.4)-(B.6), with its length along its axis.
 
     Axial m (r_2^2 + r_1^2)/2: (B.4) has a minus sign in print, which ``thesis_cage`` repeats. Transverse m L^2/12, that of a thin rod, as
@@ -55,7 +55,7 @@ def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, t
         raise ParameterError(f'cylinder: transverse = {transverse!r} must be "rod" or "exact"')
     squares = radius**2 + inner**2
     thick = squares / 4 if transverse == "exact" else 0.0
-    return Body(mass, mass * squares / 2, mass * (length**2 / 12 + thick))
+    return LinkBody(mass, mass * squares / 2, mass * (length**2 / 12 + thick))
 
 
 def cylinder_mass(radius: float, length: float, *, inner: float = 0.0, density: float = STEEL) -> float:
@@ -70,9 +70,9 @@ class LinkMasses:
     ``coupler_centre``: distance of a coupler's centre from its R-pair over a; the thesis puts it in the middle of the cylinder.
     """
 
-    cage: Body
-    coupler: Body
-    lever: Body
+    cage: LinkBody
+    coupler: LinkBody
+    lever: LinkBody
     output: float = 0.0
     coupler_centre: float = 0.5
 
@@ -86,9 +86,9 @@ class LinkMasses:
 
 GRAM_CM2 = 1e-7
 TABLE_5_1 = LinkMasses(
-    cage=Body(4.4, 24200 * GRAM_CM2, 93866.67 * GRAM_CM2),
-    coupler=Body(0.23, 180 * GRAM_CM2, 690 * GRAM_CM2),
-    lever=Body(0.6, 468.75 * GRAM_CM2, 11250 * GRAM_CM2),
+    cage=LinkBody(4.4, 24200 * GRAM_CM2, 93866.67 * GRAM_CM2),
+    coupler=LinkBody(0.23, 180 * GRAM_CM2, 690 * GRAM_CM2),
+    lever=LinkBody(0.6, 468.75 * GRAM_CM2, 11250 * GRAM_CM2),
 )
 """The thesis's data set as printed (I_yy of the cage, 93866.76 in print, is 93866.67 like I_zz). It leaves the outputs' values open."""
 
@@ -114,7 +114,7 @@ def scaled(linkage: Linkage, radius: float = 0.0125, density: float = STEEL) -> 
     return replace(CORRECTED, coupler=coupler, lever=lever)
 
 
-class Inertia(NamedTuple):
+class ReflectedInertia(NamedTuple):
     """Kinetic energy (J w^2 + M u^2)/2 of the whole, w the speed of the cage, u = d alpha/dt; J1, M1 = dJ/d alpha, dM/d alpha [kg.m2]."""
 
     J: Any
@@ -123,7 +123,7 @@ class Inertia(NamedTuple):
     M1: Any
 
 
-def inertia(loop: Loop, a: Any, b: Any, d: Any, masses: LinkMasses) -> Inertia:
+def inertia(loop: Loop, a: Any, b: Any, d: Any, masses: LinkMasses) -> ReflectedInertia:
     """Moments of inertia of the mechanism as functions of alpha, from the kinetic energies of cage, couplers, lever and outputs.
 
     Coupler left, centre h = coupler_centre a from its R-pair, J_t = transverse + m h^2: it turns about its fixed point by (w + u) about
@@ -142,4 +142,4 @@ def inertia(loop: Loop, a: Any, b: Any, d: Any, masses: LinkMasses) -> Inertia:
     J = masses.cage.axial + lever.axial + swing + (a * C) ** 2 * (lever.m * cc + long * s**2)
     J1 = 2 * Q * sc * C * (2 * thin * X + a * (long * (d - a * X) - lever.m * d))
     change = 2 * across * (cc - s**2) + slide - lever.transverse - a / R * (3 * X - cc * C * Q) * moving
-    return Inertia(J, swing + Q**2 * moving, J1, 2 * Q * sc * (2 * thin * X * C + Q * change))
+    return ReflectedInertia(J, swing + Q**2 * moving, J1, 2 * Q * sc * (2 * thin * X * C + Q * change))

@@ -129,7 +129,7 @@ def idle(side: tuple[Joint, ...]) -> int:
 
 
 @dataclass(frozen=True)
-class Structure:
+class CouplingStructure:
     """What mechanisms to list: the structure specifications (3.2.1). The defaults are those of the thesis.
 
     Both links that are ternary (cage and lever) share the middle joint; the two loops through it have ``loop_freedom`` each. ``joints`` may

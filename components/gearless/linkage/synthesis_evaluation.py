@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import groupby
 
-from powertrain.components.gearless.linkage.synthesis import Coupling, Structure
+from powertrain.components.gearless.linkage.synthesis import Coupling, CouplingStructure
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def order(coupling: Coupling) -> tuple[int, int, int]:
 class Synthesis:
     """The mechanisms of a structure, and what the criteria say of them."""
 
-    structure: Structure
+    structure: CouplingStructure
     criteria: Criteria
     couplings: tuple[Coupling, ...]
 
@@ -83,9 +83,9 @@ class Synthesis:
         return [list(group) for _, group in groupby(sorted(self.accepted, key=order), key=order)]
 
 
-def synthesize(structure: Structure | None = None, criteria: Criteria | None = None) -> Synthesis:
+def synthesize(structure: CouplingStructure | None = None, criteria: Criteria | None = None) -> Synthesis:
     """Generates and tests; without arguments the search of the thesis: six mechanisms, four of them accepted."""
-    what = structure or Structure()
+    what = structure or CouplingStructure()
     return Synthesis(what, criteria or Criteria(), tuple(what.generate()))
 
 

@@ -62,7 +62,7 @@ NO_FRICTION = CamFriction(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Mesh:
+class CamMesh:
     """What the rollers of one carrier that carry do to both shafts, per unit of ``normal`` forces, at unit distance from the centre.
 
     ``carrier``, ``cam``: torques on the carrier about e_phi, and from the cam about e_psi; ``force``: on the carrier, in the fixed frame.
@@ -140,11 +140,11 @@ class Cycle:
     def _rollers(self, s: Array) -> Rollers:
         return rollers(self.cam, self.sharing, self.handover, s)
 
-    def mesh(self, s: ArrayLike, *, cam_drives: bool) -> Mesh:
+    def mesh(self, s: ArrayLike, *, cam_drives: bool) -> CamMesh:
         """The carrier at e_phi = (1, 0, 0), its rollers working at s > 0, cam turning with psi' = 1 where it drives, else with -1."""
         on = self._rollers(np.asarray(s, float))
         found = loaded(on, self.friction.rolling(self.cam.alpha_4), 1 if cam_drives else -1)
-        return Mesh(np.asarray(found.carrier), np.asarray(found.cam), np.stack(found.force, -1))
+        return CamMesh(np.asarray(found.carrier), np.asarray(found.cam), np.stack(found.force, -1))
 
     def kappa(self, s: ArrayLike) -> Array:
         """Locking coefficient (T_slow - T_fast)/T_C, cage at rest, at the cam angle s from the middle of a stroke, cam turning forward."""

@@ -70,7 +70,7 @@ def profile_on_sphere(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
     )
     psi = -0.7 * cam.half
     roller = cone_solid(_circle(cam), 0.8, 1.0) @ _onto(cam.roller_axis(psi)).T
-    _add(solid, [(cone_solid(cam.whole_profile(31), 0.8, 1.0, BORE), INNER), (roller, OUTER)])
+    _add(solid, [(cone_solid(turned(cam.whole_profile(31), psi), 0.8, 1.0, BORE), INNER), (roller, OUTER)])
     for vector, name in (
         (np.array([0.0, 0.0, 1.0]), r"$e_\psi$"),
         (cam.e_phi, r"$e_\phi$"),
@@ -83,6 +83,7 @@ def profile_on_sphere(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
     contact = cam.contact(psi)
     solid.plot(*np.outer(contact, [0, 1]), color=RIGHT, lw=2)
     _frame(solid, 1.1, f"Cam, one roller and their contact, M = {cam.M}, N = {cam.N}")
+    solid.view_init(elev=30, azim=math.degrees(math.atan2(contact[1], contact[0])) - 25)  # neither body hides the other
     return cast(Axes, solid)
 
 

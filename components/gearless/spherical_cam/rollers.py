@@ -42,7 +42,7 @@ class Algebra(NamedTuple):
 NUMBERS = Algebra(np, lambda condition, a, b, _: np.where(condition, a, b))
 
 
-class Contact(NamedTuple):
+class CamContact(NamedTuple):
     """One roller at u. ``normal``: n, on the roller; ``side``: its moment e_c x n, a unit vector along the profile.
 
     side = e_e x e_p/sin(beta_4),  n = side x e_c = (cos(beta_3) e_p - cos(alpha_4) e_e)/sin(beta_4)
@@ -81,7 +81,7 @@ class Loaded(NamedTuple):
     lost: Any
 
 
-def contact(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> Contact:
+def contact(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> CamContact:
     """The contact of one roller at u, which carries nothing before ``since``."""
     of, v = by.of, cam.M / cam.N * u
     e_x, e_z = math.sin(cam.beta_1), math.cos(cam.beta_1)
@@ -94,7 +94,7 @@ def contact(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> C
     cos_3, sin_3 = cos_4 * c + sin_4 * s, sin_4 * c - cos_4 * s
     side = (turn[0] / sin_4, turn[1] / sin_4, turn[2] / sin_4)
     normal = ((cos_3 * x - c * e_x) / sin_4, cos_3 * y / sin_4, (cos_3 * z - c * e_z) / sin_4)
-    return Contact(side, normal, _spin(cam, u, since, by), math.hypot(cam.M / cam.N, 1.0) * of.fabs(sin_3))
+    return CamContact(side, normal, _spin(cam, u, since, by), math.hypot(cam.M / cam.N, 1.0) * of.fabs(sin_3))
 
 
 def _spin(cam: SphericalCam, u: Any, since: float, by: Algebra) -> Any:

@@ -261,3 +261,31 @@ def test_transmissions_with_real_units_have_maps(unit: VariableUnit, coupling: A
     moving = real.status.values == 0
     assert moving.sum() == 8
     np.testing.assert_allclose(real.V.values[moving], ideal.V.values[moving], rtol=0.05)
+
+
+@pytest.mark.parametrize("V", [-2.0, -0.5, 1.0, 2.0])
+@pytest.mark.parametrize("w_a", [20.0, 500.0])
+def test_single_points_of_an_electric_variator(V: float, w_a: float) -> None:
+    """Far from where the search begins, with saturated torques on the way; none where the machine at flange_a cannot bear the power.
+
+    copper T_a^2 - w_a T_a + needed = 0 has no root below tau_max there: the link would run empty.
+    """
+    from powertrain.design.units import UnitBench
+
+    k, limit, copper, iron, statuses = 100.0, 300.0, 0.05, 2e-3, set()
+    for load in (-150.0, -30.0, 30.0, 150.0):
+        found = pt.steady(
+            UnitBench(unit=ElectricVariator()),
+            {"V": V, "load": load, "drive.w_fixed": w_a},
+            outputs=["unit.flange_a.tau", "ratio"],
+        )
+        w_b = V * w_a + load / np.sqrt(1 - (load / limit) ** 2) / k
+        needed = copper * load**2 + iron * (w_a**2 + w_b**2) - load * w_b
+        root = w_a**2 - 4 * copper * needed
+        tau_a = (w_a - np.sqrt(root)) / (2 * copper) if root >= 0 else np.inf
+        statuses.add(int(found.status))
+        assert (int(found.status) == 0) == (abs(tau_a) < limit)
+        if int(found.status) == 0:
+            assert float(found["unit.flange_a.tau"]) == pytest.approx(tau_a, rel=1e-9)
+            assert float(found["ratio"]) == pytest.approx(w_b / w_a, rel=1e-9)
+    assert statuses <= {0, 6}

@@ -22,12 +22,12 @@ from powertrain.components.gearless.circular_cam import (
     latent_efficiency,
 )
 from powertrain.components.gearless.linkage import JointFriction, Linkage, LinkageDifferential, LinkMasses
-from powertrain.components.gearless.linkage.masses import Body
+from powertrain.components.gearless.linkage.masses import LinkBody
 from powertrain.components.gearless.spherical_cam import CamFriction, SphericalCam, SphericalCamDifferential
 
 SPUN = "0.left=1.flange 0.right=2.flange 0.crown=3.flange"
 AXLE = "0.crown=1.flange_a 0.left=2.flange_a 0.right=3.flange_a 1.flange_b=4.flange 2.flange_b=5.flange 3.flange_b=6.flange"
-NOTHING = LinkMasses(Body(1.0, 1e-12, 1e-12), Body(0.0, 0.0, 0.0), Body(0.0, 0.0, 0.0))
+NOTHING = LinkMasses(LinkBody(1.0, 1e-12, 1e-12), LinkBody(0.0, 0.0, 0.0), LinkBody(0.0, 0.0, 0.0))
 CAMS = ((4, 5), (3, 4), (3, 5), (3, 6), (5, 6))
 mu = st.one_of(st.just(0.0), st.floats(0.001, 0.15))
 quick = settings(

@@ -22,10 +22,10 @@ from powertrain.components.gearless.linkage import (
 )
 from powertrain.components.gearless.linkage.design import alternate
 from powertrain.components.gearless.linkage.forces import Drive, torques
-from powertrain.components.gearless.linkage.masses import Body
+from powertrain.components.gearless.linkage.masses import LinkBody
 
 THESIS = Linkage(0.03, 0.06)
-NOTHING = Body(0.0, 0.0, 0.0)
+NOTHING = LinkBody(0.0, 0.0, 0.0)
 MASSLESS = LinkMasses(NOTHING, NOTHING, NOTHING)
 GRIPPY = JointFriction(0.05, 0.05, 0.05, 0.05)
 STIFF = JointFriction(1.2, 1.2, 1.2, 1.2)
@@ -80,7 +80,7 @@ def kinetic_energy(linkage: Linkage, masses: LinkMasses, alpha: float, u: float,
     """Of all bodies one by one, their velocities by differences of their places and axes along the motion."""
     h = 1e-6
 
-    def state(t: float) -> list[tuple[Body, np.ndarray, np.ndarray]]:
+    def state(t: float) -> list[tuple[LinkBody, np.ndarray, np.ndarray]]:
         """Body, centre, unit vectors."""
         m, phi = linkage.motion(alpha + u * t), w * t
         turn = np.array([[1, 0, 0], [0, np.cos(phi), -np.sin(phi)], [0, np.sin(phi), np.cos(phi)]])

@@ -19,7 +19,7 @@ from powertrain.components.gearless.linkage import (
     scaled,
 )
 from powertrain.components.gearless.linkage.design import (
-    Duty,
+    DifferentialDuty,
     Space,
     alternate,
     ball_force,
@@ -30,11 +30,11 @@ from powertrain.components.gearless.linkage.design import (
     rod_force,
 )
 from powertrain.components.gearless.linkage.forces import Drive, Reactions, reactions, torques
-from powertrain.components.gearless.linkage.masses import CORRECTED, Body, cylinder
+from powertrain.components.gearless.linkage.masses import CORRECTED, LinkBody, cylinder
 from powertrain.components.gearless.linkage.shaking import shaking, turns
 
 THESIS = Linkage(0.03, 0.06)
-NOTHING = Body(0.0, 0.0, 0.0)
+NOTHING = LinkBody(0.0, 0.0, 0.0)
 MASSLESS = LinkMasses(NOTHING, NOTHING, NOTHING)
 ALPHA = np.linspace(0, 2 * np.pi, 361)
 
@@ -45,7 +45,7 @@ def static(linkage: Linkage = THESIS, torque: float = 200.0) -> Reactions:
 
 def test_printed_torques() -> None:
     """18 kW at 88 rad/s: 204.5 N.m, rounded to 200 in print; half of it on each wheel (5.45)."""
-    assert round(Duty.cruising(18000, 88).torque, 1) == 204.5
+    assert round(DifferentialDuty.cruising(18000, 88).torque, 1) == 204.5
     found = torques(THESIS, Drive.at(ALPHA, w=88, u=8.8), MASSLESS, crown=200)
     np.testing.assert_allclose(found.left, -100)
     np.testing.assert_allclose(found.right, -100)
@@ -53,7 +53,7 @@ def test_printed_torques() -> None:
 
 def test_torques_of_the_source_vary_little() -> None:
     """100 N.m on one wheel: the drives of cage and other wheel stay within 1.5 % of 200 and 100 N.m in spite of inertia."""
-    found = torques(THESIS, Duty().drive(ALPHA), right=-100)
+    found = torques(THESIS, DifferentialDuty().drive(ALPHA), right=-100)
     assert np.abs(found.left + 100).max() < 1.5
     assert np.abs(found.crown - 200).max() < 1.5
     with pytest.raises(pt.ParameterError, match="crown or right"):
@@ -121,7 +121,7 @@ def test_what_is_not_determined() -> None:
 
 def test_forces_of_inertia_are_small() -> None:
     """The source: the effect of the moving masses on the joints is small beside that of the torque (here up to 2 %)."""
-    loaded, idle = (reactions(THESIS, Duty().drive(ALPHA), crown=crown) for crown in (200, 0))
+    loaded, idle = (reactions(THESIS, DifferentialDuty().drive(ALPHA), crown=crown) for crown in (200, 0))
     for name in "S_left", "C_force":
         share = (
             np.linalg.norm(getattr(idle, name), axis=-1).max() / np.linalg.norm(getattr(loaded, name), axis=-1).max()
@@ -132,7 +132,7 @@ def test_forces_of_inertia_are_small() -> None:
 def test_shaking_force_turns_eleven_times() -> None:
     """Not ten, as printed: the part that turns with cage and shaft, (w + u)/u = 11, is greater than the one with (w - u)/u = 9."""
     alpha = np.linspace(0, 2 * np.pi, 4001)
-    found = shaking(THESIS, Duty().drive(alpha), phi=10 * alpha)
+    found = shaking(THESIS, DifferentialDuty().drive(alpha), phi=10 * alpha)
     assert turns(found.force) == pytest.approx(11, abs=1e-9)
     assert np.abs(found.force[:, 0]).max() == 0
 
@@ -143,13 +143,13 @@ def test_shaking_of_the_coupling() -> None:
     for v in found:
         assert np.abs(v[:, [0, 2]]).max() < 1e-12 * np.abs(v).max()
     assert found.force[0, 1] == pytest.approx((0.6 + 0.23) * 0.03 * 209.4**2)
-    differential = shaking(THESIS, Duty().drive(ALPHA))
+    differential = shaking(THESIS, DifferentialDuty().drive(ALPHA))
     assert np.linalg.norm(differential.force, axis=-1).max() < 0.2 * np.abs(found.force).max()
 
 
 def test_torques_do_not_shake() -> None:
     """However large the torques, the housing's forces are those of inertia (5.2.2): the momentum does not know about them."""
-    drive = Duty().drive(ALPHA)
+    drive = DifferentialDuty().drive(ALPHA)
     for crown in 0.0, 200.0, 5000.0:
         found = reactions(THESIS, drive, crown=crown)
         bearings = found.R_left + found.R_right + found.C_force
@@ -198,7 +198,7 @@ def test_alternate_design() -> None:
 
 def test_accelerating() -> None:
     """The case 7.2 leaves open: at 3 m/s2 with 1200 kg on wheels of 0.3 m the joint forces are 6.4 times those of cruising."""
-    cruising = Duty()
+    cruising = DifferentialDuty()
     fast = cruising.accelerating(3.0, 1200, 0.3)
     assert (fast.torque, fast.dw) == pytest.approx((200 + 1080, 10))
     one, other = (peaks(THESIS, duty=duty) for duty in (cruising, fast))
@@ -263,9 +263,9 @@ def test_friction_is_the_work_at_the_joints() -> None:
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: Body(1.0, 0.003, 0.001), r"axial = 0\.003 kg\.m2 must not exceed 2 transverse = 0\.002"),
+        (lambda: LinkBody(1.0, 0.003, 0.001), r"axial = 0\.003 kg\.m2 must not exceed 2 transverse = 0\.002"),
         (lambda: cylinder(1.0, 0.1, 0.02), "take the exact one"),
-        (lambda: Body(0.0, 0.0, 0.001), "needs a mass"),
+        (lambda: LinkBody(0.0, 0.0, 0.001), "needs a mass"),
         (lambda: replace(CORRECTED, coupler_centre=-0.1), r"coupler_centre = -0\.1 must be zero or positive"),
         (lambda: LinkageDifferential(centre_coupler=-0.1), r"centre_coupler = -0\.1 is outside"),
         (lambda: pt.simulate(LinkageDifferential(axial_lever=1.0), stop=0.1), "axial_lever"),

@@ -11,13 +11,13 @@ from powertrain.components.gearless.linkage.synthesis import (
     Bc,
     C,
     Coupling,
+    CouplingStructure,
     E,
     G,
     Joint,
     P,
     R,
     S,
-    Structure,
     middle_problem,
 )
 from powertrain.components.gearless.linkage.synthesis_evaluation import Criteria, Synthesis, synthesize
@@ -62,7 +62,7 @@ def test_graph(thesis: Synthesis) -> None:
 
 def test_middle_joint() -> None:
     """P. 19: dead points with R and P, lost symmetry with S and Bc."""
-    assert Structure().in_the_middle == (C,)
+    assert CouplingStructure().in_the_middle == (C,)
     assert all("dead points" in str(middle_problem(joint)) for joint in (R, P))
     assert all("symmetry" in str(middle_problem(joint)) for joint in (S, Bc, E))
 
@@ -99,7 +99,7 @@ def test_count_by_brute_force() -> None:
     alike = [word for word in every if word == word[::-1]]
     assert {"".join(map(str, word)).replace("|", "C") for word in alike} == SIX
     assert len(alike) == 6
-    free = synthesize(Structure(symmetric=False)).couplings
+    free = synthesize(CouplingStructure(symmetric=False)).couplings
     assert len(free) == len({min(word, word[::-1], key=str) for word in every})
     assert sum(coupling.symmetric for coupling in free) == 6
 
@@ -135,14 +135,14 @@ def test_graphs_by_brute_force(symmetric: bool) -> None:
     """Figs. 3.4 and 3.5 are all graphs with equal halves; without symmetry there are two more."""
     every = set.union(*(two_loop_graphs(links) for links in range(3, 7)))
     assert every == {(1, 1), (1, 2), (1, 3), (2, 2)}
-    found = synthesize(Structure(symmetric=symmetric)).couplings
+    found = synthesize(CouplingStructure(symmetric=symmetric)).couplings
     between = {tuple(sorted((len(c.input_side) - 1, len(c.output_side) - 1))) for c in found}
     assert between == {graph for graph in every if not symmetric or graph[0] == graph[1]}
 
 
 def test_longer_search_by_brute_force() -> None:
     """Nine joints and lower pairs only: three joints in each arm with four freedoms together, and none of four."""
-    found = synthesize(Structure(joints=(R, P, S, C), max_joints=9)).couplings
+    found = synthesize(CouplingStructure(joints=(R, P, S, C), max_joints=9)).couplings
     arms = [arm for n in (1, 2, 3) for arm in product((R, P, S, C), repeat=n) if sum(j.freedom for j in arm) == 4]
     assert {coupling.input_side[1:] for coupling in found} == set(arms)
     assert len(found) == len(arms) == 5 + 12
@@ -151,7 +151,7 @@ def test_longer_search_by_brute_force() -> None:
 
 def test_plane_pairs_and_lower_pairs() -> None:
     """With the plane pair that the thesis leaves out, and without the ball in a cylinder."""
-    found = synthesize(Structure(joints=(R, P, S, C, E)))
+    found = synthesize(CouplingStructure(joints=(R, P, S, C, E)))
     assert set(named(found)) - SIX == {"RRECERR", "RERCRER", "RPECEPR", "REPCPER"}
     assert "RBcCBcR" not in named(found)
     lower = synthesize(criteria=Criteria(point_contacts=0))
@@ -160,16 +160,16 @@ def test_plane_pairs_and_lower_pairs() -> None:
 
 def test_known_couplings_in_plane_and_on_sphere() -> None:
     """The slider of Fig. 3.1, whose middle joint has dead points, and the bevel gears of Fig. 2.1."""
-    plane = synthesize(Structure(joints=(R,), middle=(P,), mobility=3))
+    plane = synthesize(CouplingStructure(joints=(R,), middle=(P,), mobility=3))
     assert [coupling.name for coupling in plane.couplings] == ["RRRPRRR"]
-    sphere = synthesize(Structure(joints=(G,), middle=(R,), mobility=3, max_joints=5))
+    sphere = synthesize(CouplingStructure(joints=(G,), middle=(R,), mobility=3, max_joints=5))
     assert [coupling.name for coupling in sphere.couplings] == ["RGRGR"]
     assert sphere.couplings[0].freedom == 1  # not overconstrained
 
 
 def test_idle_freedoms() -> None:
     """Two RSSR linkages on one rocker: each coupler spins about itself, which is no motion of the linkage."""
-    found = named(synthesize(Structure(joints=(R, S), middle=(R,))))
+    found = named(synthesize(CouplingStructure(joints=(R, S), middle=(R,))))
     assert set(found) == {"RSSRSSR"}
     assert found["RSSRSSR"].freedom == 3  # two of them idle
 
@@ -186,4 +186,4 @@ def test_idle_freedoms() -> None:
 )
 def test_impossible_searches(wrong: dict[str, object], text: str) -> None:
     with pytest.raises(pt.ParameterError, match=text):
-        Structure(**wrong)  # type: ignore[arg-type]
+        CouplingStructure(**wrong)  # type: ignore[arg-type]

@@ -15,7 +15,7 @@ from powertrain.components.gearless import contact_of, reactions_of, shaking_of
 from powertrain.components.gearless.circular_cam import TABLE_1, CircularCamDifferential, RollerMasses, Track
 from powertrain.components.gearless.circular_cam import forces as cam_forces
 from powertrain.components.gearless.linkage import CORRECTED, JointFriction, Linkage, LinkageDifferential, LinkMasses
-from powertrain.components.gearless.linkage.masses import Body
+from powertrain.components.gearless.linkage.masses import LinkBody
 from powertrain.components.gearless.spherical_cam import (
     NO_FRICTION,
     CamBody,
@@ -78,21 +78,24 @@ def test_rollers_of_circular_cams_shake_as_they_climb(n: int) -> None:
     assert found.units["roller"] == "N"
 
 
-def test_spherical_cam() -> None:
-    """Line loads carry what the side wheels get; both sides hold the pair's bearing in balance with the cage."""
-    result = axle(SphericalCamDifferential(friction=NO_FRICTION))
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_spherical_cam(sign: float) -> None:
+    """Line loads carry what the side wheels get, by the flank that the torque's sign says; pairs shake with J w_cam x w_cage each."""
+    result = axle(SphericalCamDifferential(friction=NO_FRICTION), (200.0 * sign, -60.0 * sign, -110.0 * sign))
     found, pressures = reactions_of(result, BODY, path=AT), contact_of(result, BODY, path=AT)
     psi, cam = result[f"{AT}.psi"], BODY.cam
     for name, side in (("left", 1.0), ("right", -1.0)):
         carried, torque = np.zeros_like(psi), -result[f"{AT}.{name}.tau"]
         for which, reach, start in (("inner", BODY.inner, 0.0), ("outer", BODY.outer, cam.half)):
-            u = np.mod(side * psi + start, 2 * cam.half)
+            u = np.mod(sign * side * psi + start, 2 * cam.half)
             distance = 2 / 3 * (reach[1] ** 3 - reach[0] ** 3) / (reach[1] ** 2 - reach[0] ** 2)
             carried = carried + 2 * found[f"{name}_{which}"] * distance * -cam.lever_arms(u - cam.half)[0]
             assert pressures[f"{name}_{which}"].max() > 1e8
             assert ((pressures[f"{name}_{which}"] > 0) == (found[f"{name}_{which}"] > 0)).all()
-        np.testing.assert_allclose(carried, torque, rtol=1e-9)
+        np.testing.assert_allclose(carried, sign * torque, rtol=1e-9)
     shaken = shaking_of(result, BODY, path=AT)
+    turning = result["parts[1].w"] * result[f"{AT}.w_cam"]
+    np.testing.assert_allclose(shaken["pair"], np.abs(BODY.spin_inertia / 2 * turning), rtol=1e-9)
     assert np.abs(shaken["moment_z"]).max() < 1e-15 < np.abs(shaken["pair"]).max()
     with pytest.raises(pt.ParameterError, match="design must be its CamBody"):
         reactions_of(result, path=AT)
@@ -114,8 +117,8 @@ def test_bearing_of_a_spherical_cam_under_equal_torques() -> None:
 
 def test_linkage() -> None:
     """(7.1) where nothing is heavy; the pin's pressure from its force; a fast cage shakes."""
-    nothing = Body(0.0, 0.0, 0.0)
-    light = LinkMasses(Body(1.0, 1e-9, 1e-9), nothing, nothing)
+    nothing = LinkBody(0.0, 0.0, 0.0)
+    light = LinkMasses(LinkBody(1.0, 1e-9, 1e-9), nothing, nothing)
     result = axle(LinkageDifferential.of(masses=light))
     found, motion = reactions_of(result, path=AT), Linkage().motion(result[f"{AT}.alpha"])
     across = np.abs(result[f"{AT}.crown.tau"]) / 2 / (0.03 * np.cos(motion.beta))
@@ -129,6 +132,9 @@ def test_linkage() -> None:
     assert np.abs(shaking_of(result, path=AT)["force_y"]).max() < 1e-9
     heavy = shaking_of(axle(LinkageDifferential.of(masses=CORRECTED)), path=AT)
     assert np.abs(heavy["force_y"]).max() > 1.0
+    still = axle(LinkageDifferential.of(masses=CORRECTED, alpha_0=0.5), (0.0, 0.0, 0.0), fast=10.0)
+    alone = shaking_of(still, path=AT)  # cage and shafts turn as one: centrifugal force along the C axis alone
+    assert np.abs(alone["force_y"]).min() > max(1.0, 1e3 * np.abs(alone["force_z"]).max())
     assert "force_z" in str(heavy)
     assert len(heavy) == 4
 

@@ -73,3 +73,15 @@ def test_animation(tmp_path: Path) -> None:
     assert isinstance(moving, FuncAnimation)
     moving.save(tmp_path / "cams.gif", writer="pillow")
     assert (tmp_path / "cams.gif").stat().st_size > 1000
+
+
+def test_drawn_cam_and_roller_touch_and_do_not_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The roller's cone lies outside of the cam's, whose corners are nowhere nearer to its axis than alpha_4."""
+    bodies = []
+    monkeypatch.setattr(drawn, "_add", lambda solid, parts: bodies.extend(parts))
+    drawn.profile_on_sphere(CAM)
+    (cam, _), _ = bodies
+    outside = cam.reshape(-1, 3)
+    outside = outside[np.linalg.norm(outside, axis=1) > 0.99]
+    angle = np.arccos(np.clip(outside @ CAM.roller_axis(-0.7 * CAM.half), -1, 1)).min()
+    assert angle == pytest.approx(CAM.alpha_4, abs=2e-3)

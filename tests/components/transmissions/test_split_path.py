@@ -267,3 +267,19 @@ def test_mirrored_motion_and_torque(layout: Layout) -> None:
     backward = pt.steady(Stand(transmission=part, drive=rot.ConstantSpeed(w_fixed=-100)), {**grids, "torque": [20.0]})
     name = "transmission.flange_a.tau"
     np.testing.assert_allclose(backward[name].values, -forward[name].values, rtol=1e-9)
+
+
+def test_hydrostatic_units_have_one_operating_point_in_either_coupling() -> None:
+    """Pressures of 10 MPa are found as speeds of 100 rad/s are; they were "several solutions". A simulation rests at the point."""
+    from powertrain.design import SplitPathBench
+
+    unit = HydrostaticUnit(D_b=8e-6, leakage=4e-12, d_a=0.01, d_b=0.01, mue=0.03)
+    plant = pt.compile(SplitPathBench(transmission=SplitPathTransmission(layout="bHa", coupling="output", cvu=unit)))
+    V, load = [-0.6, 0.3, 0.6], [-80.0, 20.0]
+    found = pt.steady(plant, {"V": V, "load": load}, outputs=["r", "transmission.cvu.p"], progress=False)
+    assert (found.status == 0).all()
+    r, p = (found[name].sel(V=0.6, load=20.0).item() for name in ("r", "transmission.cvu.p"))
+    starts = {"inertia.w": 100 * r, "transmission.cvu.p": p}
+    result = pt.simulate(plant, 2.0, starts=starts, inputs={"V": 0.6, "load": 20.0}, rtol=1e-9, atol=1e-9)
+    assert result["inertia.w"][-1] == pytest.approx(100 * r, rel=1e-8)
+    assert result["transmission.cvu.p"][-1] == pytest.approx(p, rel=1e-8)

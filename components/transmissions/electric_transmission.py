@@ -1,0 +1,123 @@
+"""A split-path transmission with two electric machines: one-, two- and three-mode, through standstill of either machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Self
+
+import casadi as ca
+
+from powertrain import (
+    Equations,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    connect,
+    der,
+    parameter,
+    reinit,
+    variable,
+    when,
+)
+from powertrain.components.cvu.electric_pair import ElectricPair
+from powertrain.components.limited import limited
+from powertrain.components.rotational.clutch import Clutch
+from powertrain.components.rotational.ideal_gear import IdealGear
+from powertrain.components.transmissions.ranges import Span, TransmissionOfRanges
+
+HYSTERESIS = 0.02
+"""How far below a shift the wanted ratio falls, relatively, before that is undone."""
+CLOSED = 0.1
+"""What is left of a shift when its lock begins to open."""
+FOLLOW = 10.0
+"""Share of a shift below which it slows down, as its inverse."""
+REST = 0.01
+"""Distance of ``place`` from a range below which only this range turns the unit's shafts."""
+_LOCK = Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),))
+
+
+class ElectricTransmission(TransmissionOfRanges):
+    """A split-path transmission with the gears of one or several ranges (modes), and a pair of electric machines between their shafts.
+
+    ``ratio`` is the overall ratio r = w_b/w_a that is wanted. The machines' torques keep their speeds in the proportion
+
+    n_a : n_b = (A_a + B_a r) : (A_b + B_b r),  with ``Network.speeds`` of the present range
+
+    which is defined where either shaft stands still, so that ranges may contain the mechanical points of both: two-mode
+    transmissions pass shaft a's. The engine keeps its operating speed by r, and pays for the losses of the machines over the bus
+    (``ElectricPair``). The ratio differs from the wanted one by the slip of the speed control.
+
+    A range changes up where the output passes the speed of the shift, w_b = shift w_a, if the wanted ratio lies above it, and down where
+    it falls below again, if the wanted ratio lies 2 % below it. At the shift the clutches of both ranges hold, which makes it a fixed
+    gear; a clutch between input and output with that ratio (``locks``) stands for them, up to ``tau_lock`` at the output. In this gear
+    ``place`` goes to the number of the new range in the time ``T_shift``, and the machines' torques, which may be opposite in the new
+    range, change over with it:
+
+    der(place) = rate/T_shift,  rate = 10 (range - place) within -1..1
+
+    ``ElectricTransmission.of`` makes the parts from the spans of a design: from which to which r, and the network.
+    Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the machines.
+    """
+
+    T_shift: Parameter = parameter("s", "Time of a shift", default=0.1, above=0)
+    tau_lock: Parameter = parameter(
+        "N.m", "Torque of a closed lock at the output while it slips", default=500.0, above=0
+    )
+    place: Variable = variable(
+        "1", "Range that the unit's shafts turn with; between two numbers during a shift", start=0.0
+    )
+    pair: ElectricPair = ElectricPair()
+    fixed_gears: tuple[IdealGear, ...] = (IdealGear(ratio=1.0),)
+    locks: tuple[Clutch, ...] = (_LOCK,)
+
+    @classmethod
+    def of(cls, spans: Sequence[Span], pair: ElectricPair | None = None) -> Self:
+        """The parts of ranges, the lowest first. Errors: ParameterError for ranges that meet at standstill."""
+        shifts = [high for _, high, _ in spans[:-1]]
+        if 0.0 in shifts:
+            raise ParameterError("two ranges meet at r = 0, where no fixed gear can hold both of them")
+        others: dict[str, Any] = {} if pair is None else {"pair": pair}
+        gears = tuple(IdealGear(ratio=1 / shift) for shift in shifts)
+        return cls._made(spans, fixed_gears=gears, locks=(_LOCK,) * len(shifts), **others)
+
+    def equations(self) -> Equations:
+        """The machines at both elastic shafts, their proportion by the present range."""
+        yield from self._joined()
+        yield connect(self.shaft_a.flange_a, self.pair.flange_a)
+        yield connect(self.shaft_b.flange_a, self.pair.flange_b)
+        yield der(self.place) == limited(FOLLOW * (self.range - self.place), -1, 1) / self.T_shift
+        wanted = self.ratio.value
+        for k, shift in enumerate(self.shifts):
+            left = 1 - ca.fabs(
+                self.range + self.place - 2 * k - 1
+            )  # |range - place| if shift k is under way, else not above 0
+            closed = limited((left - REST) / CLOSED)
+            wanted = wanted + closed * (shift - wanted)
+            yield from self._lock(k, closed)
+        n_a, n_b = self._unit_speeds(wanted)
+        yield self.pair.n_a.value == n_a
+        yield self.pair.n_b.value == n_b
+
+    def _lock(self, k: int, closed: Symbol) -> Equations:
+        """Shift k: where it begins, and its fixed gear as far as it is ``closed``."""
+        shift, gear, lock = self.shifts[k], self.fixed_gears[k], self.locks[k]
+        over, wanted = der(self.flange_b.phi) - shift * der(self.flange_a.phi), self.ratio.value
+        up = ca.logic_and(over > 0, wanted > shift)
+        down = ca.logic_and(over < 0, wanted < (1 - HYSTERESIS) * shift)
+        yield when(ca.logic_and(up, self.range < k + 0.5), reinit(self.range, k + 1))
+        yield when(ca.logic_and(down, self.range > k + 0.5), reinit(self.range, k))
+        yield connect(self.flange_a, gear.flange_a)
+        yield connect(gear.flange_b, lock.flange_a)
+        yield connect(lock.flange_b, self.flange_b)
+        yield lock.fn_max == self.tau_lock
+        yield lock.f_normalized.value == closed
+
+    def _above(self) -> list[Symbol]:
+        """Of every shift, how far the unit's shafts are above it, 0 to 1: exactly so after a shift, so that idle gears have no torque."""
+        return [limited((1 + 2 * REST) * (self.place - k) - REST) for k, _ in enumerate(self.shifts)]
+
+    def initial(self) -> Equations:
+        """The range of the start."""
+        yield self.range == self.range_start
+        yield self.place == self.range_start

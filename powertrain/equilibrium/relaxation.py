@@ -1,0 +1,49 @@
+"""Operating points of equations without laws: followed from the start to rest, where Newton's method goes astray.
+
+Where a torque saturates its slope says nothing of where it ends, and no step of Newton's method from there leads on. The motion does:
+
+    (y' - y)/h = f(y')
+
+h grows threefold after a step that one linearisation describes, and falls to a quarter where it does not.
+
+C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from powertrain.equilibrium.corrector import LAST_STEP, solved
+from powertrain.equilibrium.laws import Iterates, Mask, SteadyLaws
+from powertrain.numerics.buffers import Array
+
+FIRST, GROWTH, FALL = 1e-4, 3.0, 0.25
+"""The first step in seconds, and how steps change."""
+DESCRIBED = 0.3
+"""A step is taken whose next correction is shorter than this share of it."""
+STEPS = 400
+
+
+def relaxed(laws: SteadyLaws, at: Iterates, given: Mask, side: Array) -> Iterates:
+    """Where the motion from ``at`` is after a long time, or after ``STEPS`` steps; every law must be a switch."""
+    y, modes, n = at.y.copy(), at.modes.copy(), laws.unknowns
+    length, active = np.full(len(y), FIRST), np.arange(len(y))
+    for _ in range(STEPS):
+        here = Iterates(at.grid[active], y[active], modes[active], at.tau[active])
+        value = laws.values(here)
+        modes[active] = laws.next_modes(here, value, given[active], side[active], None)
+        matrix = value.rows_[:, :, :n].copy()
+        matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / length[active, None]
+        step = solved(matrix, -value.rows)
+        there = Iterates(here.grid, here.y + step, modes[active], here.tau)
+        defect = laws.values(there).rows
+        defect[:, laws.rates] -= step[:, laws.rate_of[laws.rates]] / length[active, None]
+        scale = 1.0 + np.abs(here.y)
+        size, left = (np.abs(v / scale).max(axis=1, initial=0.0) for v in (step, solved(matrix, -defect)))
+        good = left <= DESCRIBED * size
+        y[active[good]] = there.y[good]
+        length[active] *= np.where(good, GROWTH, FALL)
+        active = active[(length[active] < LAST_STEP) & (length[active] > FIRST**3)]
+        if not active.size:
+            break
+    return Iterates(at.grid, y, modes, at.tau)
