@@ -34,7 +34,6 @@ from powertrain.language.symbols import Symbol, time
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
-    from powertrain.analysis.eigenmodes import eigenmodes
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sampling import sample
     from powertrain.analysis.sweep import Sweep
@@ -55,6 +54,10 @@ if TYPE_CHECKING:
     from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
+    from powertrain.vibration.campbell import campbell, critical_speeds
+    from powertrain.vibration.eigenmodes import eigenmodes
+    from powertrain.vibration.order_map import order_map
+    from powertrain.vibration.order_response import order_response
     from powertrain.viewer.comparison import Comparison, compare
     from powertrain.viewer.exploring import explore
     from powertrain.viewer.operating_map import OperatingMap
@@ -97,9 +100,11 @@ __all__ = [
     "__version__",
     "at",
     "bench",
+    "campbell",
     "compare",
     "compile",
     "connect",
+    "critical_speeds",
     "der",
     "discrete",
     "dynamic_programming",
@@ -119,6 +124,8 @@ __all__ = [
     "maximum",
     "minimum",
     "optimal_control",
+    "order_map",
+    "order_response",
     "parameter",
     "port",
     "power_flow",
@@ -183,7 +190,11 @@ _ANALYSES = {
     "Running": "powertrain.running",
     "fit": "powertrain.optimal.fitting",
     "read_experiment": "powertrain.optimal.experiment",
-    "eigenmodes": "powertrain.analysis.eigenmodes",
+    "campbell": "powertrain.vibration.campbell",
+    "critical_speeds": "powertrain.vibration.campbell",
+    "eigenmodes": "powertrain.vibration.eigenmodes",
+    "order_map": "powertrain.vibration.order_map",
+    "order_response": "powertrain.vibration.order_response",
     "energy_audit": "powertrain.analysis.audit",
     "linearize": "powertrain.analysis.linearization",
     "power_flow": "powertrain.power.powerflow",

@@ -87,6 +87,17 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "eigenmodes": lambda value: pt.eigenmodes(PLANT, value),
     "eigenmodes at": lambda value: pt.eigenmodes(PLANT, at=value),
     "eigenmodes parameters": lambda value: pt.eigenmodes(PLANT, parameters=value),
+    "linearize reduced": lambda value: pt.linearize(PLANT, ["inertia.J"], reduced=value),
+    "campbell": lambda value: pt.campbell(PLANT, value),
+    "campbell at": lambda value: pt.campbell(PLANT, {"inertia.J": [1.0]}, at=value),
+    "critical_speeds": lambda value: pt.critical_speeds(value, [1.0]),
+    "order_response": lambda value: pt.order_response(PLANT, {"inertia.w": [1.0]}, value, ["inertia.w"]),
+    "order_response outputs": lambda value: pt.order_response(
+        PLANT, {"inertia.w": [1.0]}, {"inertia.flange_a.tau": {1.0: 1.0}}, value
+    ),
+    "order_map": lambda value: pt.order_map(value, "inertia.w", "inertia.w"),
+    "order_map orders": lambda value: pt.order_map(RUN, "inertia.w", "inertia.w", orders=value),
+    "order_map span": lambda value: pt.order_map(RUN, "inertia.w", "inertia.w", span=value),
     "linearize inputs": lambda value: pt.linearize(PLANT, inputs=value),
     "linearize outputs": lambda value: pt.linearize(PLANT, inputs=["inertia.J"], outputs=value),
 }
