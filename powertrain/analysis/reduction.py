@@ -90,7 +90,7 @@ def without_unseen(full: Matrices) -> Quotient:
     if not unseen.shape[1]:
         return Quotient(full, np.arange(n), np.zeros(0, int), np.zeros((n, 0)))
     gone, kept = _split(unseen.T)
-    relative = np.linalg.solve(unseen[gone].T, unseen[kept].T).T
+    relative = np.asarray(np.linalg.solve(unseen[gone].T, unseen[kept].T).T, np.float64)
     relative[np.abs(relative) <= _SMALL * np.abs(relative).max(initial=0.0)] = 0.0
     turn = np.zeros((len(kept), n))
     turn[:, kept], turn[:, gone] = np.eye(len(kept)), -relative

@@ -44,7 +44,7 @@ class Energies:
         forms = [np.einsum("im,ij,jm->m", motions.conj(), h, motions).real for h in hessians]
         energies = np.array(forms).reshape(len(hessians), vectors.shape[1]).T
         total = energies.sum(axis=1, keepdims=True)
-        return np.divide(energies, total, out=np.zeros_like(energies), where=total > 0.0)
+        return np.asarray(np.divide(energies, total, out=np.zeros_like(energies), where=total > 0.0))
 
 
 _kept: WeakKeyDictionary[Plant[Any], Energies] = WeakKeyDictionary()

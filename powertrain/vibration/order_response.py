@@ -141,6 +141,6 @@ def _response(
             found[i] = m.c @ np.linalg.solve(s * np.eye(len(m.a)) - m.a, m.b[0] @ u) + m.d[0] @ u
         except np.linalg.LinAlgError:
             raise ModelError(
-                f"at {line.name} = {line.values[k]:g} rad/s the order {order:g} excites an undamped natural frequency: the response is infinite"
+                f"at {line.name} = {line.values[k]:g} rad/s the order {order:g} excites an undamped vibration"
             ) from None
     return found
