@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.planning import Plan, optimal_control
     from powertrain.optimal.scheduling import Schedule, Stages, dynamic_programming, ecms
+    from powertrain.optimal.pareto import pareto_front
     from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from powertrain.steadystate.steady import steady
     from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
+    from powertrain.variational.indices import sensitivity_indices
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
     from powertrain.vibration.campbell import campbell, critical_speeds
     from powertrain.vibration.eigenmodes import eigenmodes
@@ -127,6 +129,7 @@ __all__ = [
     "order_map",
     "order_response",
     "parameter",
+    "pareto_front",
     "port",
     "power_flow",
     "power_outputs",
@@ -137,6 +140,7 @@ __all__ = [
     "schedule",
     "schematic",
     "sensitivity",
+    "sensitivity_indices",
     "signal_input",
     "signal_output",
     "simulate",
@@ -193,6 +197,8 @@ _ANALYSES = {
     "campbell": "powertrain.vibration.campbell",
     "critical_speeds": "powertrain.vibration.campbell",
     "eigenmodes": "powertrain.vibration.eigenmodes",
+    "pareto_front": "powertrain.optimal.pareto",
+    "sensitivity_indices": "powertrain.variational.indices",
     "order_map": "powertrain.vibration.order_map",
     "order_response": "powertrain.vibration.order_response",
     "energy_audit": "powertrain.analysis.audit",
