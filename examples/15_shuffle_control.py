@@ -1,7 +1,7 @@
 """Damping the shuffle of a car with the engine's torque: root locus and LQR on the linear model, closed in the simulated one.
 
 A tip-in excites the first mode of the driveline. The controller sees the speeds of engine and wheels. It is designed with python-control
-on the model linearised at the operating point, then simulated as part of the complete model, with a limited engine torque and play in the gears.
+on the model linearised at the operating point, then simulated as part of the complete model, with a limited torque and play in the gears.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def reduced(values: Any, model: Any) -> Any:
 def main(picture: str | None = None) -> dict[str, float]:
     """Designs, closes the loops, draws; gives the overshoot of the shaft torque in percent of the final one."""
     plant = pt.compile(Car())
-    rolling = {name: SPEED for name in ("differential.w", "wheels.w", "car.w")}
+    rolling = dict.fromkeys(("differential.w", "wheels.w", "car.w"), SPEED)
     start = plant.simulate(SETTLED, starts=rolling, inputs={"request": REQUEST[1][0], "correction": 0.0})
     model = pt.linearize(plant, ["correction"], ["shaft.w_rel"], at=(start, SETTLED), reduced=True)
     gains = np.linspace(0.0, 60.0, 121)

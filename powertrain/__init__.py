@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from powertrain.figures.schematic import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
+    from powertrain.optimal.pareto import pareto_front
     from powertrain.optimal.planning import Plan, optimal_control
     from powertrain.optimal.scheduling import Schedule, Stages, dynamic_programming, ecms
-    from powertrain.optimal.pareto import pareto_front
     from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs

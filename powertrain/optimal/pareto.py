@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _SAME = 1e-6
 """Objectives that differ by less than this share of the front are equal."""
+_ACCURACY, _STEPS = 1e-9, 40
+"""Of a minimum relative to the front, about that of a run, and how many steps it may take."""
 
 
 def pareto_front(
@@ -133,9 +135,11 @@ class _Problem:
         cases = [{"parameters": self._case(u)} for u in points]
         scalars = {name: partial(number_of, of=what) for name, what in self.results.items()}
         self.runs += len(cases)
-        return sweep(self.plant, cases, scalars=scalars, executor=self.executor, **self.options).table[
-            list(self.results)
-        ].to_numpy(float)
+        return (
+            sweep(self.plant, cases, scalars=scalars, executor=self.executor, **self.options)
+            .table[list(self.results)]
+            .to_numpy(float)
+        )
 
     def slopes(self, u: Array) -> tuple[Array, Array]:
         """The results at one point, and their derivatives (result, parameter)."""
@@ -188,13 +192,13 @@ def _least(problem: _Problem, start: Array, i: int) -> Array:
     size = max(abs(problem.slopes(start)[0][i]), float(np.abs(problem.slopes(start)[1][i]).max()), 1e-300)
     found = minimize(
         lambda u: problem.slopes(u)[0][i] / size, start, jac=lambda u: problem.slopes(u)[1][i] / size,
-        method="SLSQP", bounds=[(0.0, 1.0)] * len(start), options={"ftol": 1e-10},
+        method="SLSQP", bounds=[(0.0, 1.0)] * len(start), options={"ftol": _ACCURACY, "maxiter": _STEPS},
     )  # fmt: skip
     return np.clip(found.x, 0.0, 1.0)
 
 
 def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Array:
-    """min s with (f_i - ideal_i)/width_i <= s over the point and s."""
+    """The point and s with the least s, where (f_i - ideal_i)/width_i <= s."""
     from scipy.optimize import minimize
 
     def room(v: Array) -> Array:
@@ -206,7 +210,7 @@ def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Arr
     last = np.append(np.zeros(len(start)), 1.0)
     found = minimize(
         lambda v: v[-1], np.append(start, -room(np.append(start, 0.0)).min()), jac=lambda v: last, method="SLSQP",
-        bounds=[*[(0.0, 1.0)] * len(start), (None, None)], options={"ftol": 1e-10},
+        bounds=[*[(0.0, 1.0)] * len(start), (None, None)], options={"ftol": _ACCURACY, "maxiter": _STEPS},
         constraints={"type": "ineq", "fun": room, "jac": slope},
     )  # fmt: skip
     return np.clip(found.x[:-1], 0.0, 1.0)

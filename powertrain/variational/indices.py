@@ -111,7 +111,9 @@ def sensitivity_indices(
         raise ParameterError("of, distributions: give at least one result and one parameter")
     n = count("number", number)
     if method == "sobol" and n & (n - 1):
-        raise ParameterError(f"number = {n} is not a power of two, which Sobol' points need; take {1 << n.bit_length()}")
+        raise ParameterError(
+            f"number = {n} is not a power of two, which Sobol' points need; take {1 << n.bit_length()}"
+        )
     problem = {"num_vars": len(given), "names": list(given), "bounds": [[0.0, 1.0]] * len(given)}
     points, analyse = _salib(method, problem, n, seed)
     values = np.array([quantiles(name, d, points[:, k]) for k, (name, d) in enumerate(given.items())]).T
@@ -127,7 +129,11 @@ def sensitivity_indices(
             found[:, :, j] = [np.asarray(analysed[key], float) for key, _ in shown.values()]
     dims = ("parameter", "result")
     data = {name: (dims, found[i], {"long_name": doc}) for i, (name, (_, doc)) in enumerate(shown.items())}
-    data["linear"] = (dims, _linear(plant, results, given, options), {"long_name": "Share of the variance by the gradient"})
+    data["linear"] = (
+        dims,
+        _linear(plant, results, given, options),
+        {"long_name": "Share of the variance by the gradient"},
+    )
     return xr.Dataset(data, {"parameter": list(given), "result": list(results)}, {"runs": len(cases), "method": method})
 
 
