@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from powertrain.power.powerterms import power_outputs
     from powertrain.result import Result
     from powertrain.running import Running
+    from powertrain.steadystate.function import SteadyFunction, steady_function
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
     from powertrain.variational.floquet import Floquet, floquet
@@ -96,6 +97,7 @@ __all__ = [
     "Signal",
     "SimulationError",
     "Stages",
+    "SteadyFunction",
     "Sweep",
     "Symbol",
     "Variable",
@@ -146,6 +148,7 @@ __all__ = [
     "simulate",
     "squares",
     "steady",
+    "steady_function",
     "steady_gradient",
     "support",
     "sweep",
@@ -197,6 +200,8 @@ _ANALYSES = {
     "campbell": "powertrain.vibration.campbell",
     "critical_speeds": "powertrain.vibration.campbell",
     "eigenmodes": "powertrain.vibration.eigenmodes",
+    "SteadyFunction": "powertrain.steadystate.function",
+    "steady_function": "powertrain.steadystate.function",
     "pareto_front": "powertrain.optimal.pareto",
     "sensitivity_indices": "powertrain.variational.indices",
     "order_map": "powertrain.vibration.order_map",

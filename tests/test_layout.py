@@ -53,7 +53,7 @@ ORDER = [
     "equilibrium: laws corrector beginnings continuation solutions operating",
     "steadystate: axes intervals neighbours rowwise results",
     "steadystate: progress dataset steady_map",
-    "steadystate: steady gradient",
+    "steadystate: steady gradient function",
     "variational: record unknowns objectives partials",
     "variational: functional transitions mapping saltation begin sweeps gradients floquet indices",
     "optimal: dynamics experiment fitting phases planning scheduling pareto",

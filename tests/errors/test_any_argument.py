@@ -97,6 +97,7 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "sensitivity_indices number": lambda value: pt.sensitivity_indices(
         PLANT, {"w": "inertia.w"}, {"inertia.J": (1, 2)}, value, stop=0.1
     ),
+    "steady_function": lambda value: pt.steady_function(PLANT, value, ["inertia.w"]),
     "pareto_front": lambda value: pt.pareto_front(PLANT, value, {"inertia.J": (1, 2)}, stop=0.1),
     "pareto_front bounds": lambda value: pt.pareto_front(PLANT, {"a": "inertia.w", "b": "inertia.a"}, value, stop=0.1),
     "to_zarr times": lambda value: pt.sweep(PLANT, [{}], stop=0.1).to_zarr("/nowhere/x", value),
