@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from powertrain.steadystate.steady import steady
     from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
+    from powertrain.variational.hessian import hessian
     from powertrain.variational.indices import sensitivity_indices
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
     from powertrain.vibration.campbell import campbell, critical_speeds
@@ -122,6 +123,7 @@ __all__ = [
     "flow",
     "friction",
     "gradient",
+    "hessian",
     "integral",
     "linearize",
     "load",
@@ -202,6 +204,7 @@ _ANALYSES = {
     "eigenmodes": "powertrain.vibration.eigenmodes",
     "SteadyFunction": "powertrain.steadystate.function",
     "steady_function": "powertrain.steadystate.function",
+    "hessian": "powertrain.variational.hessian",
     "pareto_front": "powertrain.optimal.pareto",
     "sensitivity_indices": "powertrain.variational.indices",
     "order_map": "powertrain.vibration.order_map",
