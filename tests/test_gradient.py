@@ -83,8 +83,14 @@ def test_implicit_unknowns() -> None:
 
 def test_the_problem_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another call with the same names takes what the first one built, with its own values: 25/sqrt(5 tau)."""
-    plant, built = pt.compile(Twisted()), []
-    monkeypatch.setattr(gradient, "formulate", lambda *given: built.append(given) or formulate(*given))
+    plant = pt.compile(Twisted())
+    built: list[Any] = []
+
+    def counted(*given: Any) -> Any:
+        built.append(given)
+        return formulate(*given)
+
+    monkeypatch.setattr(gradient, "formulate", counted)
     for nominal, torque in ((-5.0, 2.0), (-5.0, 3.0), (-20.0, 3.0)):
         found = pt.steady_gradient(
             plant, {"torque": torque}, "torque", outputs=["rotor.w"], parameters={"fan.tau_nominal": nominal},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,7 +53,11 @@ def test_nothing_is_read_before_it_is_used(tmp_path: Path) -> None:
 
 
 def test_runs_that_fail_or_end_early(tmp_path: Path) -> None:
-    cases = [*CASES[:1], {"parameters": {"inertia.J": 1.0}, "stop": 0.5}, {"parameters": {"inertia.J": -1.0}}]
+    cases: list[dict[str, Any]] = [
+        *CASES[:1],
+        {"parameters": {"inertia.J": 1.0}, "stop": 0.5},
+        {"parameters": {"inertia.J": -1.0}},
+    ]
     runs = pt.sweep(PLANT, [{"stop": 1.0} | case for case in cases], on_error="keep")
     found = runs.to_zarr(tmp_path / "all.zarr", TIMES, "inertia.w")
     assert found["failed"].values.tolist() == [False, False, True]

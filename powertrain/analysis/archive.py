@@ -58,7 +58,8 @@ def write_zarr(runs: _Runs, store: str | PathLike[str], times: ArrayLike, signal
             found.to_zarr(place, append_dim="case", consolidated=False)
         else:
             found.to_zarr(place, mode="w-", encoding=chunks, consolidated=False)
-    return xr.open_zarr(place, chunks=None, consolidated=False)
+    opened: xr.Dataset = xr.open_zarr(place, chunks=None, consolidated=False)
+    return opened
 
 
 def _outcomes(runs: _Runs, cases: range) -> Iterator[Any]:

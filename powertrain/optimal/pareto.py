@@ -190,11 +190,12 @@ def _least(problem: _Problem, start: Array, i: int) -> Array:
     from scipy.optimize import minimize
 
     size = max(abs(problem.slopes(start)[0][i]), float(np.abs(problem.slopes(start)[1][i]).max()), 1e-300)
+    options: Any = {"ftol": _ACCURACY, "maxiter": _STEPS}
     found = minimize(
-        lambda u: problem.slopes(u)[0][i] / size, start, jac=lambda u: problem.slopes(u)[1][i] / size,
-        method="SLSQP", bounds=[(0.0, 1.0)] * len(start), options={"ftol": _ACCURACY, "maxiter": _STEPS},
+        lambda u: float(problem.slopes(u)[0][i] / size), start, jac=lambda u: problem.slopes(u)[1][i] / size,
+        method="SLSQP", bounds=[(0.0, 1.0)] * len(start), options=options,
     )  # fmt: skip
-    return np.clip(found.x, 0.0, 1.0)
+    return np.asarray(np.clip(found.x, 0.0, 1.0), float)
 
 
 def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Array:
@@ -208,12 +209,14 @@ def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Arr
         return np.column_stack([-problem.slopes(v[:-1])[1] / width[:, None], np.ones(len(width))])
 
     last = np.append(np.zeros(len(start)), 1.0)
+    options: Any = {"ftol": _ACCURACY, "maxiter": _STEPS}
+    above: Any = {"type": "ineq", "fun": room, "jac": slope}
+    limits_of_all: list[tuple[float | None, float | None]] = [*[(0.0, 1.0)] * len(start), (None, None)]
     found = minimize(
-        lambda v: v[-1], np.append(start, -room(np.append(start, 0.0)).min()), jac=lambda v: last, method="SLSQP",
-        bounds=[*[(0.0, 1.0)] * len(start), (None, None)], options={"ftol": _ACCURACY, "maxiter": _STEPS},
-        constraints={"type": "ineq", "fun": room, "jac": slope},
+        lambda v: float(v[-1]), np.append(start, -room(np.append(start, 0.0)).min()), jac=lambda v: last, method="SLSQP",
+        bounds=limits_of_all, options=options, constraints=above,
     )  # fmt: skip
-    return np.clip(found.x[:-1], 0.0, 1.0)
+    return np.asarray(np.clip(found.x[:-1], 0.0, 1.0), float)
 
 
 def _evolved(problem: _Problem, size: int, generations: int, seed: int) -> Array:

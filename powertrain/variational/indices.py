@@ -167,4 +167,4 @@ def _deviation(distribution: Any) -> float:
     if hasattr(distribution, "std"):
         return float(distribution.std())
     low, high = distribution
-    return float(high - low) / np.sqrt(12.0)
+    return float((high - low) / np.sqrt(12.0))
