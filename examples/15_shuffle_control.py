@@ -77,11 +77,12 @@ def reduced(values: Any, model: Any) -> Any:
 def main(picture: str | None = None) -> dict[str, float]:
     """Designs, closes the loops, draws; gives the overshoot of the shaft torque in percent of the final one."""
     plant = pt.compile(Car())
-    rolling = dict.fromkeys(("differential.w", "wheels.w", "car.w"), SPEED)
+    rolling: dict[str, float] = dict.fromkeys(("differential.w", "wheels.w", "car.w"), SPEED)
     start = plant.simulate(SETTLED, starts=rolling, inputs={"request": REQUEST[1][0], "correction": 0.0})
     model = pt.linearize(plant, ["correction"], ["shaft.w_rel"], at=(start, SETTLED), reduced=True)
     gains = np.linspace(0.0, 60.0, 121)
-    poles = control.root_locus_map(-model, gains).loci
+    locus: Any = control.root_locus_map(-model, gains)
+    poles = locus.loci
     shuffle = np.where(np.imag(poles) > 1.0, -np.real(poles) / np.abs(poles), 1.0).min(axis=1)
     best = int(np.argmax(shuffle >= DAMPING))
     proportional = -gains[best] * model.C[0]

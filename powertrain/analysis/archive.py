@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,16 +23,9 @@ _VALUES = 2_000_000
 """About how many numbers of one signal are written together."""
 
 
-class _Runs(Protocol):
-    """What a sweep has: outcomes by number, and the table of their numbers."""
-
-    @property
-    def table(self) -> pd.DataFrame: ...
-    def __len__(self) -> int: ...
-    def __getitem__(self, k: int) -> Any: ...
-
-
-def write_zarr(runs: _Runs, store: str | PathLike[str], times: ArrayLike, signals: Sequence[str]) -> xr.Dataset:
+def write_zarr(
+    runs: Sequence[Any], table: pd.DataFrame, store: str | PathLike[str], times: ArrayLike, signals: Sequence[str]
+) -> xr.Dataset:
     """See ``Sweep.to_zarr``."""
     import xarray as xr
 
@@ -52,7 +45,7 @@ def write_zarr(runs: _Runs, store: str | PathLike[str], times: ArrayLike, signal
     block = max(1, _VALUES // len(at))
     for low in range(0, len(runs), block):
         cases = range(low, min(low + block, len(runs)))
-        found = _block(runs, cases, at, names, first)
+        found = _block(runs, table, cases, at, names, first)
         chunks = {name: {"chunks": (min(block, len(runs)), len(at))} for name in names}
         if low:
             found.to_zarr(place, append_dim="case", consolidated=False)
@@ -62,7 +55,7 @@ def write_zarr(runs: _Runs, store: str | PathLike[str], times: ArrayLike, signal
     return opened
 
 
-def _outcomes(runs: _Runs, cases: range) -> Iterator[Any]:
+def _outcomes(runs: Sequence[Any], cases: range) -> Iterator[Any]:
     return (runs[k] for k in cases)
 
 
@@ -74,7 +67,9 @@ def _names(run: Any) -> list[str]:
     )
 
 
-def _block(runs: _Runs, cases: range, times: Array, names: Sequence[str], first: Any) -> xr.Dataset:
+def _block(
+    runs: Sequence[Any], table: pd.DataFrame, cases: range, times: Array, names: Sequence[str], first: Any
+) -> xr.Dataset:
     """The signals of some cases over the common time, with their row of the table."""
     import xarray as xr
 
@@ -86,7 +81,7 @@ def _block(runs: _Runs, cases: range, times: Array, names: Sequence[str], first:
     texts = _texts(first, names)
     data: dict[str, Any] = {n: (("case", "time"), values[i], texts[n]) for i, n in enumerate(names)}
     data["failed"] = ("case", failed, {"long_name": "Whether the run failed"})
-    rows = runs.table.iloc[cases.start : cases.stop]
+    rows = table.iloc[cases.start : cases.stop]
     numbers = {str(n): ("case", rows[n].to_numpy()) for n in rows.columns if rows[n].dtype.kind in "iufb"}
     time = ("time", times, {"units": "s", "long_name": "Time"})
     return xr.Dataset(data, {"case": np.arange(cases.start, cases.stop), "time": time, **numbers})

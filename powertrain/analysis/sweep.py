@@ -121,7 +121,7 @@ class Sweep(Sequence[T]):
         >>> data = runs.to_zarr("runs.zarr", np.linspace(0.0, 2.0, 201), "car.w", "clutch.tau")  # doctest: +SKIP
         >>> data["car.w"].sel(time=1.0).mean()  # doctest: +SKIP
         """
-        return write_zarr(self, store, times, list(signals))
+        return write_zarr(self, self.table, store, times, list(signals))
 
     def _complete(self) -> None:
         """Reads the numbers of cases that were in the folder before."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import partial
 from itertools import combinations
@@ -135,11 +135,8 @@ class _Problem:
         cases = [{"parameters": self._case(u)} for u in points]
         scalars = {name: partial(number_of, of=what) for name, what in self.results.items()}
         self.runs += len(cases)
-        return (
-            sweep(self.plant, cases, scalars=scalars, executor=self.executor, **self.options)
-            .table[list(self.results)]
-            .to_numpy(float)
-        )
+        runs = sweep(self.plant, cases, scalars=scalars, executor=self.executor, **self.options)
+        return np.asarray(runs.table[list(self.results)], float)
 
     def slopes(self, u: Array) -> tuple[Array, Array]:
         """The results at one point, and their derivatives (result, parameter)."""
@@ -187,20 +184,13 @@ def _size(k: int, parts: int) -> int:
 
 def _least(problem: _Problem, start: Array, i: int) -> Array:
     """The point at which one result is least."""
-    from scipy.optimize import minimize
-
-    size = max(abs(problem.slopes(start)[0][i]), float(np.abs(problem.slopes(start)[1][i]).max()), 1e-300)
-    options: Any = {"ftol": _ACCURACY, "maxiter": _STEPS}
-    found = minimize(
-        lambda u: float(problem.slopes(u)[0][i] / size), start, jac=lambda u: problem.slopes(u)[1][i] / size,
-        method="SLSQP", bounds=[(0.0, 1.0)] * len(start), options=options,
-    )  # fmt: skip
-    return np.asarray(np.clip(found.x, 0.0, 1.0), float)
+    values, slopes = problem.slopes(start)
+    size = max(abs(float(values[i])), float(np.abs(slopes[i]).max()), 1e-300)
+    return _minimum(lambda u: problem.slopes(u)[0][i] / size, lambda u: problem.slopes(u)[1][i] / size, start)
 
 
 def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Array:
     """The point and s with the least s, where (f_i - ideal_i)/width_i <= s."""
-    from scipy.optimize import minimize
 
     def room(v: Array) -> Array:
         return np.asarray(v[-1] - (problem.slopes(v[:-1])[0] - ideal) / width)
@@ -209,14 +199,28 @@ def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Arr
         return np.column_stack([-problem.slopes(v[:-1])[1] / width[:, None], np.ones(len(width))])
 
     last = np.append(np.zeros(len(start)), 1.0)
-    options: Any = {"ftol": _ACCURACY, "maxiter": _STEPS}
-    above: Any = {"type": "ineq", "fun": room, "jac": slope}
-    limits_of_all: list[tuple[float | None, float | None]] = [*[(0.0, 1.0)] * len(start), (None, None)]
-    found = minimize(
-        lambda v: float(v[-1]), np.append(start, -room(np.append(start, 0.0)).min()), jac=lambda v: last, method="SLSQP",
-        bounds=limits_of_all, options=options, constraints=above,
-    )  # fmt: skip
-    return np.asarray(np.clip(found.x[:-1], 0.0, 1.0), float)
+    first = np.append(start, -room(np.append(start, 0.0)).min())
+    above = {"type": "ineq", "fun": room, "jac": slope}
+    return _minimum(lambda v: v[-1], lambda v: last, first, [(None, None)], constraints=above)[:-1]
+
+
+def _minimum(
+    value: Callable[[Array], float],
+    slope: Callable[[Array], Array],
+    start: Array,
+    free: Sequence[Any] = (),
+    **more: Any,
+) -> Array:
+    """Where a function of a point in the unit cube, and of other unknowns with the bounds ``free``, is least."""
+    from scipy import optimize
+
+    bounds = [(0.0, 1.0)] * (len(start) - len(free)) + list(free)
+    ends: dict[str, Any] = {"ftol": _ACCURACY, "maxiter": _STEPS}
+    solve: Any = optimize.minimize
+    found = solve(value, start, jac=slope, method="SLSQP", bounds=bounds, options=ends, **more).x
+    inside = slice(0, len(start) - len(free))
+    found[inside] = np.clip(found[inside], 0.0, 1.0)
+    return np.asarray(found, float)
 
 
 def _evolved(problem: _Problem, size: int, generations: int, seed: int) -> Array:
