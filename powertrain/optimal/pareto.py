@@ -125,7 +125,7 @@ class _Problem:
         self._known: dict[bytes, tuple[Array, Array]] = {}
 
     def parameters(self, u: Array) -> Array:
-        return self.low + self.width * u
+        return np.asarray(self.low + self.width * u)
 
     def _case(self, u: Array) -> dict[str, float]:
         return {**self.fixed, **dict(zip(self.names, self.parameters(u).tolist(), strict=True))}
