@@ -52,6 +52,44 @@ def test_energies_of_modes() -> None:
     np.testing.assert_allclose(found.sum("component"), 1.0)
 
 
+class Series(pt.Component):
+    """A nonlinear and a linear spring in series, whose common end is an algebraic unknown."""
+
+    flange: Flange = Flange()
+    u: pt.Variable = pt.variable("rad", "Twist of the first", start=0.0)
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield self.tau == 300.0 * (self.u + self.u**3 + 0.1 * ca.sin(self.u) ** 3)
+        yield self.tau == 100.0 * (self.flange.phi - self.u)
+        yield self.flange.tau == self.tau
+
+    def energy(self) -> Any:
+        return 300.0 * (self.u**2 / 2 + self.u**4 / 4) + 100.0 * (self.flange.phi - self.u) ** 2 / 2
+
+
+class Hanging(pt.Component):
+    """An inertia on both."""
+
+    inertia: Inertia = Inertia(J=1.0)
+    series: Series = Series()
+    beside: Spring = Spring(c=75.0)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.inertia.flange_b, self.series.flange, self.beside.flange_a)
+        yield pt.connect(self.beside.flange_b, self.ground.flange)
+
+
+def test_energies_through_algebraic_unknowns() -> None:
+    """300 and 100 N.m/rad in series are 75, as much as the spring beside: a quarter of the energy each, and half in the inertia."""
+    plant = pt.compile(Hanging())
+    assert plant.compiled.dae.z.numel() == 1
+    found = pt.eigenmodes(plant, at={"inertia.phi": 0.0, "inertia.w": 0.0})
+    assert float(found["frequency"][0]) * 2 * math.pi == pytest.approx(math.sqrt(150.0))
+    np.testing.assert_allclose(found["energy"].sel(component=["inertia", "series", "beside"])[0], [0.5, 0.25, 0.25])
+
+
 class Two(pt.Component):
     """Two oscillators with a weak spring between them."""
 
