@@ -34,7 +34,6 @@ from powertrain.language.symbols import Symbol, time
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
-    from powertrain.analysis.eigenmodes import eigenmodes
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sampling import sample
     from powertrain.analysis.sweep import Sweep
@@ -43,6 +42,7 @@ if TYPE_CHECKING:
     from powertrain.figures.schematic import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
+    from powertrain.optimal.pareto import pareto_front
     from powertrain.optimal.planning import Plan, optimal_control
     from powertrain.optimal.scheduling import Schedule, Stages, dynamic_programming, ecms
     from powertrain.plant import Plant, compile, simulate  # noqa: A004
@@ -50,11 +50,18 @@ if TYPE_CHECKING:
     from powertrain.power.powerterms import power_outputs
     from powertrain.result import Result
     from powertrain.running import Running
+    from powertrain.steadystate.function import SteadyFunction, steady_function
     from powertrain.steadystate.gradient import steady_gradient
     from powertrain.steadystate.steady import steady
     from powertrain.variational.floquet import Floquet, floquet
     from powertrain.variational.gradients import Gradient, gradient, sensitivity
+    from powertrain.variational.hessian import hessian
+    from powertrain.variational.indices import sensitivity_indices
     from powertrain.variational.objectives import Objective, at, final, integral, maximum, minimum, squares
+    from powertrain.vibration.campbell import campbell, critical_speeds
+    from powertrain.vibration.eigenmodes import eigenmodes
+    from powertrain.vibration.order_map import order_map
+    from powertrain.vibration.order_response import order_response
     from powertrain.viewer.comparison import Comparison, compare
     from powertrain.viewer.exploring import explore
     from powertrain.viewer.operating_map import OperatingMap
@@ -91,15 +98,18 @@ __all__ = [
     "Signal",
     "SimulationError",
     "Stages",
+    "SteadyFunction",
     "Sweep",
     "Symbol",
     "Variable",
     "__version__",
     "at",
     "bench",
+    "campbell",
     "compare",
     "compile",
     "connect",
+    "critical_speeds",
     "der",
     "discrete",
     "dynamic_programming",
@@ -113,13 +123,17 @@ __all__ = [
     "flow",
     "friction",
     "gradient",
+    "hessian",
     "integral",
     "linearize",
     "load",
     "maximum",
     "minimum",
     "optimal_control",
+    "order_map",
+    "order_response",
     "parameter",
+    "pareto_front",
     "port",
     "power_flow",
     "power_outputs",
@@ -130,11 +144,13 @@ __all__ = [
     "schedule",
     "schematic",
     "sensitivity",
+    "sensitivity_indices",
     "signal_input",
     "signal_output",
     "simulate",
     "squares",
     "steady",
+    "steady_function",
     "steady_gradient",
     "support",
     "sweep",
@@ -183,7 +199,16 @@ _ANALYSES = {
     "Running": "powertrain.running",
     "fit": "powertrain.optimal.fitting",
     "read_experiment": "powertrain.optimal.experiment",
-    "eigenmodes": "powertrain.analysis.eigenmodes",
+    "campbell": "powertrain.vibration.campbell",
+    "critical_speeds": "powertrain.vibration.campbell",
+    "eigenmodes": "powertrain.vibration.eigenmodes",
+    "SteadyFunction": "powertrain.steadystate.function",
+    "steady_function": "powertrain.steadystate.function",
+    "hessian": "powertrain.variational.hessian",
+    "pareto_front": "powertrain.optimal.pareto",
+    "sensitivity_indices": "powertrain.variational.indices",
+    "order_map": "powertrain.vibration.order_map",
+    "order_response": "powertrain.vibration.order_response",
     "energy_audit": "powertrain.analysis.audit",
     "linearize": "powertrain.analysis.linearization",
     "power_flow": "powertrain.power.powerflow",

@@ -10,6 +10,8 @@ import pytest
 import powertrain as pt
 from powertrain.components.rotational import Inertia, QuadraticSpeedDependentTorque, SpringDamper, Torque
 from powertrain.design import SplitPathBench
+from powertrain.equilibrium.system import formulate
+from powertrain.steadystate import gradient
 
 R_O = "transmission.differential.ratio"
 OUTPUTS = ["V", "efficiency", "K"]
@@ -77,6 +79,27 @@ def test_implicit_unknowns() -> None:
     np.testing.assert_allclose(found["rotor.w"], 50 * np.sqrt(tau / 5))
     np.testing.assert_allclose(found["d(rotor.w)/d(torque)"], 25 / np.sqrt(5 * tau))
     np.testing.assert_allclose(found["d(shaft.phi_rel)/d(torque)"], -1e-3 * np.ones(3))
+
+
+def test_the_problem_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another call with the same names takes what the first one built, with its own values: 25/sqrt(5 tau)."""
+    plant = pt.compile(Twisted())
+    built: list[Any] = []
+
+    def counted(*given: Any) -> Any:
+        built.append(given)
+        return formulate(*given)
+
+    monkeypatch.setattr(gradient, "formulate", counted)
+    for nominal, torque in ((-5.0, 2.0), (-5.0, 3.0), (-20.0, 3.0)):
+        found = pt.steady_gradient(
+            plant, {"torque": torque}, "torque", outputs=["rotor.w"], parameters={"fan.tau_nominal": nominal},
+            guesses={"rotor.w": 40.0},
+        )  # fmt: skip
+        assert found["d(rotor.w)/d(torque)"].item() == pytest.approx(25 / np.sqrt(-nominal * torque))
+    assert len(built) == 2  # inertias that turn together do so by ratios that other parameters might change
+    pt.steady_gradient(plant, {"torque": 2.0}, "torque", outputs=["other.w"], guesses={"rotor.w": 40.0})
+    assert len(built) == 3
 
 
 def test_what_is_not_on_the_grid_is_refused(bench: pt.Plant[SplitPathBench]) -> None:

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from drivelines import driveline
-from small_models import Ball, CoupledClutches, Relay
+from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
 from powertrain.components.blocks import Step
@@ -105,6 +105,54 @@ def test_knots_of_an_input(decay: pt.Plant[Decay]) -> None:
         unit = [float(k == i) for i in range(4)]
         alone = decay.simulate(3.0, inputs={"torque": (knots[0], unit)}, **TIGHT)
         assert found[name] == pytest.approx(alone["inertia.w"][-1], rel=1e-9)
+
+
+@pytest.mark.parametrize("few", [0, 100])
+def test_instants_of_knots(decay: pt.Plant[Decay], monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """J w(T) is the integral of u exp(-d (T - t)/J), whose derivatives by the corners of u are differences of quadratures."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    times, values = [0.0, 1.0, 1.0, 2.0, 2.5], [1.0, 2.0, -1.0, 0.5, 4.0]
+    result = decay.simulate(3.0, inputs={"torque": (times, values)}, **TIGHT)
+    found = pt.gradient(result, "inertia.w", ["torque.times", "torque"])
+    assert list(found)[5:] == [f"torque.times[{i}]" for i in range(4)]
+    assert found.units["torque.times[1]"] == "rad/s/s"
+
+    def speed(corners: list[float]) -> float:
+        t0, t1, t2, t3 = corners
+        pieces = [(t0, t1, 1.0, 2.0), (t1, t2, -1.0, 0.5), (t2, t3, 0.5, 4.0), (t3, 3.0, 4.0, 4.0)]
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        total = 0.0
+        for a, b, u, v in pieces:
+            s = (nodes + 1.0) / 2.0
+            total += (
+                (b - a) / 2.0 * float(weights @ ((u + (v - u) * s) * np.exp(-0.25 * (3.0 - a - (b - a) * s)))) / 2.0
+            )
+        return total
+
+    assert speed([0.0, 1.0, 2.0, 2.5]) == pytest.approx(found.value, rel=1e-9)
+    for k in (1, 2, 3):
+        up, down = ([0.0, 1.0, 2.0, 2.5] for _ in range(2))
+        up[k] += 1e-5
+        down[k] -= 1e-5
+        assert found[f"torque.times[{k}]"] == pytest.approx((speed(up) - speed(down)) / 2e-5, rel=1e-7)
+
+
+def test_instants_of_knots_through_slip_and_stick() -> None:
+    """The heat of an engagement by the corners of the command, against differences of runs."""
+    plant = pt.compile(Engaging())
+    of = pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel)
+
+    def run(corners: list[float]) -> pt.Result[Engaging]:
+        inputs: dict[str, Any] = {"torque": 30.0, "press": (corners, [0.0, 0.3, 0.5, 0.9])}
+        return plant.simulate(2.0, starts=STARTS, inputs=inputs, **TIGHT)
+
+    corners = [0.0, 0.2, 0.6, 0.6]
+    found = pt.gradient(run(corners), of, "press.times")
+    assert found["press.times[1]"] > 1.0
+    for k, moved in ((1, (1,)), (2, (2, 3))):
+        up, down = ([t + e * (i in moved) for i, t in enumerate(corners)] for e in (1e-4, -1e-4))
+        slope = (pt.gradient(run(up), of, "torque").value - pt.gradient(run(down), of, "torque").value) / 2e-4
+        assert found[f"press.times[{k}]"] == pytest.approx(slope, rel=2e-6)
 
 
 def test_forward_and_adjoint_agree(decay: pt.Plant[Decay], monkeypatch: pytest.MonkeyPatch) -> None:

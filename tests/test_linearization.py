@@ -431,3 +431,65 @@ class Steep(pt.Component):
 def test_infinite_derivatives_are_refused() -> None:
     with pytest.raises(pt.ModelError, match=r"derivatives of der\(J\.w\) are not finite"):
         linearize(Steep(), ["J.flange_b.tau"])
+
+
+class Tow(pt.Component):
+    """Motor, gear, soft shaft, load; free to turn; the integral of the power beside it."""
+
+    torque: rot.Torque = rot.Torque()
+    command: Input = signal_input("N.m", "Torque")
+    motor: rot.Inertia = rot.Inertia(J=0.1)
+    gear: rot.IdealGear = rot.IdealGear(ratio=4.0)
+    shaft: rot.SpringDamper = rot.SpringDamper(c=300.0, d=1.0)
+    load: rot.Inertia = rot.Inertia(J=5.0)
+    work: Variable = variable("J", "Work", start=0.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.command, self.torque.tau)
+        yield connect(self.torque.flange, self.motor.flange_a)
+        yield connect(self.motor.flange_b, self.gear.flange_a)
+        yield connect(self.gear.flange_b, self.shaft.flange_a)
+        yield connect(self.shaft.flange_b, self.load.flange_a)
+        yield pt.der(self.work) == self.torque.flange.tau * self.motor.w + 1.0
+
+
+def test_rigid_motions_that_no_output_sees_are_reduced() -> None:
+    """The transfer function stays, the angle and the work go; what remains of two angles is the twist."""
+    plant, outputs, at = pt.compile(Tow()), ["load.w", "shaft.tau"], {"load.w": 2.0, "motor.w": 8.0}
+    whole = linearize(plant, ["command"], outputs, at=at)
+    small = linearize(plant, ["command"], outputs, at=at, reduced=True)
+    note = small.linearization
+    assert (len(whole.A), len(small.A)) == (5, 3)
+    assert len(note.unseen) == 2
+    assert "work" in note.unseen
+    np.testing.assert_allclose(response(small), response(whole), rtol=1e-9)
+    assert np.abs(np.linalg.eigvals(small.A)).min() < 1e-9  # the speed, which the output shows, stays
+    (angle,) = (name for name in note.unseen if name != "work")
+    ((other, gains),) = note.relative.items()
+    assert gains == {angle: pytest.approx(1.0)}
+    assert f"{other}-{angle}" in note.states
+    hidden = linearize(plant, ["command"], ["shaft.tau"], at=at, reduced=True)
+    assert len(hidden.A) == 2
+    assert np.abs(np.linalg.eigvals(hidden.A)).min() > 1.0
+    np.testing.assert_allclose(response(hidden)[0], response(whole)[1], rtol=1e-9)
+    shown = linearize(plant, ["command"], ["load.phi"], at=at, reduced=True)
+    assert "work" in shown.linearization.unseen
+    assert len(shown.A) == 4
+    np.testing.assert_allclose(response(shown), response(linearize(plant, ["command"], ["load.phi"], at=at)), rtol=1e-9)
+
+
+def test_a_regulator_of_a_reduced_model_stabilises_the_simulation() -> None:
+    """lqr needs the reduced model; its cost is that of the closed-loop response, x' S x for the start."""
+    outputs = ["load.w", "shaft.tau"]
+    model = linearize(Tow(), ["command"], outputs, reduced=True)
+    weight = model.C.T @ np.diag([10.0, 1e-3]) @ model.C
+    gain, cost, _ = control.lqr(model, weight, [[1e-2]])
+    closed = model.A - model.B @ gain
+    assert np.real(np.linalg.eigvals(closed)).max() < -0.1
+    start = np.linalg.lstsq(model.C, [1.0, 0.0], rcond=None)[0]
+    times = np.linspace(0.0, 30.0, 30001)
+    step, state, total = expm(closed * times[1]), start, []
+    for _ in times:
+        total.append(state @ (weight + gain.T @ (1e-2 * gain)) @ state)
+        state = step @ state
+    assert np.trapezoid(total, times) == pytest.approx(start @ cost @ start, rel=1e-4)

@@ -14,7 +14,7 @@ from powertrain.components.rotational import BearingFriction, Clutch, IdealGear,
 from powertrain.components.transmissions import SplitPathTransmission, UnitRatio, unit_ratio
 from powertrain.components.wheels import WheelBrake
 from powertrain.vehicles.car import Car
-from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION
+from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION, shared_ratio
 
 V_MIN, V_MAX = (unit_ratio(LAYOUT, BASIC_RATIO, r) for r in (0.15, 2.0))
 W_START = 370.0
@@ -80,6 +80,7 @@ class FlywheelHybrid(Car):
         yield connect(self.drive.ratio, self.unit_ratio.r)
         yield connect(self.unit_ratio.V, self.actuator.demand)
         yield connect(self.actuator.ratio, self.transmission.ratio)
+        yield from shared_ratio(self.unit_ratio, self.transmission)
         yield connect(self.before.w, self.drive.w_before)
         yield connect(self.drive.clutch, self.clutch.f_normalized)
         yield connect(self.engine.speed, self.charge.w)

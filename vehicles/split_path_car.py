@@ -30,6 +30,14 @@ SHARE = 0.85
 """Of the full-load torque: a sixth stays in hand for the acceleration of the engine itself."""
 
 
+def shared_ratio(unit: RatioOfUnit, transmission: VariableTransmission) -> Equations:
+    """The control knows the differential that is built in: its basic ratio is no parameter of its own."""
+    if isinstance(unit, UnitRatio) and isinstance(transmission, SplitPathTransmission):
+        built_in = transmission.differential
+        if isinstance(built_in, FundamentalDifferential):
+            yield unit.basic_ratio == built_in.ratio
+
+
 class SplitPathCar(Car):
     """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, final drive, wheels.
 
@@ -81,6 +89,7 @@ class SplitPathCar(Car):
         yield connect(self.control.ratio, self.unit_ratio.r)
         yield connect(self.unit_ratio.V, self.actuator.demand)
         yield connect(self.actuator.ratio, self.transmission.ratio)
+        yield from shared_ratio(self.unit_ratio, self.transmission)
 
     def initial(self) -> Equations:
         """At rest, with the engine idling."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,7 +20,8 @@ class Linearization:
     ``states``, ``inputs`` and ``outputs`` are the names as in the model ('J1.w'), in the order of the matrices; python-control allows no
     dots, and names its signals with '_' instead. ``units`` are theirs. ``modes`` are the modes of all laws; ``removed`` are the states that
     closed contacts and stuck friction take away: they follow from the others. ``shifted``: states that stand for x - g u with the given
-    gains g of each input, because the model contains derivatives of the input.
+    gains g of each input, because the model contains derivatives of the input. ``unseen``: states left out by ``reduced=True``, because
+    nothing depends on them alone; ``relative``: the states that are taken relative to these, x - g x_unseen with the given gains g.
     """
 
     time: float
@@ -32,6 +33,8 @@ class Linearization:
     modes: dict[str, float]
     removed: tuple[str, ...]
     shifted: dict[str, dict[str, float]] = field(default_factory=dict)
+    unseen: tuple[str, ...] = ()
+    relative: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
 class LinearModel(control.StateSpace):  # type: ignore[misc]
@@ -56,7 +59,9 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]
         outputs: Sequence[str],
         name: str,
     ) -> None:
-        super().__init__(a, b, c, d, states=list(states), inputs=list(inputs), outputs=list(outputs), name=name)
+        super().__init__(
+            a, b, c, d, states=_dotless(states), inputs=_dotless(inputs), outputs=_dotless(outputs), name=name
+        )
         self.linearization = linearization
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -73,3 +78,24 @@ def _rebuilt(
     a: Matrix, b: Matrix, c: Matrix, d: Matrix, linearization: Linearization, names: dict[str, Any]
 ) -> LinearModel:
     return LinearModel(a, b, c, d, linearization, **names)
+
+
+def minus(relative: Mapping[str, float]) -> str:
+    """What is subtracted from a state, as part of its name: '-J1.phi', '-0.25*J1.phi'."""
+    return "".join(
+        f"{'-' if gain > 0 else '+'}{abs(gain):.6g}*{name}".replace("-1*", "-").replace("+1*", "+")
+        for name, gain in relative.items()
+    )
+
+
+def _dotless(names: Sequence[str]) -> list[str]:
+    """Names without dots, which python-control does not allow, still all different."""
+    found: list[str] = []
+    for name in names:
+        plain = short = name.replace(".", "_")
+        count = 1
+        while short in found:
+            count += 1
+            short = f"{plain}_{count}"
+        found.append(short)
+    return found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import WeakKeyDictionary
 
@@ -12,25 +11,22 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots
-from powertrain.analysis.reduction import Matrices, free_motion, substitute_inputs
+from powertrain.analysis.operating_point import Array, OperatingPoint, Point, operating_point
+from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, scalars, spots, transfer
+from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ModelError, ParameterError, suggestion
-from powertrain.language.arguments import by_name, listed, number
+from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component
 from powertrain.language.connectors import Output
-from powertrain.language.recorder import reading
-from powertrain.language.symbols import Symbol, column, free_symbols
+from powertrain.language.symbols import Symbol, column
 from powertrain.plant import Plant
-from powertrain.result import Result
-from powertrain.signals import Picked, Samples, signals_of
+from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
     from powertrain.analysis.linear_model import LinearModel
 
-Array = NDArray[np.float64]
 Selector: TypeAlias = "str | Callable[[Any], Any]"
-Point: TypeAlias = "Mapping[str, float] | tuple[Result[Any], float]"
 
 
 def linearize(
@@ -40,6 +36,7 @@ def linearize(
     *,
     at: Point | None = None,
     parameters: Mapping[str, float] | None = None,
+    reduced: bool = False,
 ) -> LinearModel:
     """The linear model at an operating point: a ``control.StateSpace`` with named states, inputs and outputs, and ``linearization``.
 
@@ -50,6 +47,9 @@ def linearize(
     (``lambda m: m.J1.w``).
     ``at``: values as for ``simulate(starts=...)``, which may include inputs of the model and "time" (s); or ``(result, t)``, with
     the right limit at an event. ``parameters``: other values, as for ``simulate``.
+    ``reduced``: leave out rigid-body motions and other integrals that no output sees, such as the angle of a free shaft: the motions V
+    of eigenvalue zero with A V in V and C V = 0. Angles become relative to one of them, the transfer function stays. Regulators
+    (``control.lqr``) and minimal models need this.
 
     Modes are those of the operating point: stuck friction and closed contacts remove states. The change of sources over time is not part of
     the linear model. If derivatives of an input occur, the states are shifted by a multiple of the input (see ``Linearization``).
@@ -59,7 +59,7 @@ def linearize(
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     signals = signals_of(plant.compiled)
-    point = _operating_point(plant, at, parameters)
+    point = operating_point(plant, at, parameters)
     driven = (
         list(plant.compiled.inputs)
         if inputs is None
@@ -71,16 +71,23 @@ def linearize(
             'the model has no inputs; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
             'or inputs=["shaft.flange_a.tau"] (an external torque)'
         )
-    return _linearizer(plant, tuple(driven), shown).at(point)
+    return _linearizer(plant, tuple(driven), shown).at(point, flag("reduced", reduced))
 
 
-def free_response(
-    plant: Plant[Any], outputs: Sequence[Selector], at: Point | None, parameters: Mapping[str, float] | None
-) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[str, ...]]:
-    """A and C of der(x) = A x, y = C x at an operating point, and the names of y; arguments and errors as for ``linearize``."""
-    point, linearizer = _operating_point(plant, at, parameters), _linearizer(plant, (), outputs)
-    reduced = linearizer.reduced(point)[0]
-    return reduced.a, reduced.c, linearizer.outputs
+@dataclass(frozen=True)
+class Linear:
+    """The matrices at an operating point, the places of their states among those of the model, and the names of the outputs."""
+
+    matrices: Matrices
+    kept: NDArray[np.int64]
+    outputs: tuple[str, ...]
+
+
+def linear_at(plant: Plant[Any], inputs: Sequence[str], outputs: Sequence[Selector], point: OperatingPoint) -> Linear:
+    """A linear model as numbers, for analyses at many operating points; arguments and errors as for ``linearize``."""
+    linearizer = _linearizer(plant, tuple(inputs), outputs)
+    matrices, kept, *_ = linearizer.reduced(point)
+    return Linear(matrices, kept, linearizer.outputs)
 
 
 def _linearizer(plant: Plant[Any], inputs: tuple[str, ...], outputs: Sequence[Selector]) -> _Linearizer:
@@ -91,40 +98,6 @@ def _linearizer(plant: Plant[Any], inputs: tuple[str, ...], outputs: Sequence[Se
     if key not in kept:
         kept[key] = _Linearizer(plant, inputs, outputs)
     return kept[key]
-
-
-@dataclass(frozen=True)
-class _Point:
-    t: float
-    x: Array
-    z: Array
-    m: Array
-    p: Array
-
-
-def _operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> _Point:
-    if not isinstance(at, tuple):
-        values = dict(by_name("at", at))
-        t = number("at: time", values.pop("time", 0.0), "s")
-        given = {n: values.pop(n) for n in list(values) if n in plant.compiled.inputs}
-        x, z, m, _ = plant.initialize(t, parameters, values, inputs=given)
-        return _Point(t, x, z, m, plant.parameter_vector(parameters))
-    if len(at) != 2 or not isinstance(at[0], Result):
-        raise ParameterError(f"at = {short(at)}: pass values by name, or (result, t) with a result of this model")
-    result, t = at[0], number("at: t", at[1], "s")
-    if parameters is not None:
-        raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
-    trajectory, p = result.trajectory, result.parameters
-    same = type(result.model) is type(plant.model) and list(p) == list(plant.compiled.parameters)
-    if not same or trajectory.states != len(plant.compiled.states):
-        raise ParameterError(f"at=(result, t): the result belongs to another model ({type(result.model).__name__})")
-    if not trajectory.start <= t <= trajectory.end:
-        raise ParameterError(
-            f"at: t = {t:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
-        )
-    vector = np.array(list(p.values()), float)
-    samples = signals_of(plant.compiled).corrected(Samples(*trajectory.at([t], with_events=False)), vector)
-    return _Point(float(t), samples.x[0], samples.z[0], samples.m[0], vector)
 
 
 def _default_outputs(compiled: Compiled) -> list[str]:
@@ -155,7 +128,7 @@ class _Linearizer:
         self.outputs = tuple(p.label for p in self.picked)
         self._refuse_twice("inputs", inputs)
         self._refuse_twice("outputs", self.outputs)
-        self.transfer = _transfer(original, self.compiled)
+        self.transfer = transfer(original, self.compiled)
         self.values = self._derivatives(perturbed)
 
     def _refuse_unknown(self) -> None:
@@ -179,8 +152,8 @@ class _Linearizer:
         motions = [f.w for f in self.holding] + [e for c in dae.contacts for e in (c.speed, c.gap)]
         p = {name: dae.p[i] for i, name in enumerate(compiled.parameters)}
         coefficients = [c for k in range(ORDER + 1) for c in (row[k] for row in perturbed.coefficients)]
-        rows = column([*_scalars(dae.xdot), *_scalars(dae.residual), *outputs, *motions])
-        columns = column([*_scalars(dae.x), *_scalars(dae.z), *(p[n] for n in self.parameters), *coefficients])
+        rows = column([*scalars(dae.xdot), *scalars(dae.residual), *outputs, *motions])
+        columns = column([*scalars(dae.x), *scalars(dae.z), *(p[n] for n in self.parameters), *coefficients])
         jacobian = ca.jacobian(rows, columns)
         kinematic = ca.jacobian(dae.xdot, dae.x)
         at = ca.vertcat(dae.t, dae.x, dae.z, dae.m, column(coefficients))
@@ -189,11 +162,14 @@ class _Linearizer:
         self.extra = len(coefficients)
         return ca.Function("powertrain_linear", known, [ca.densify(rows), ca.densify(jacobian)])
 
-    def at(self, point: _Point) -> LinearModel:
+    def at(self, point: OperatingPoint, reduced: bool) -> LinearModel:
         """The linear model at an operating point."""
-        return self._state_space(*self.reduced(point), point)
+        matrices, free, gains, x = self.reduced(point)
+        n = len(free)
+        whole = Quotient(matrices, np.arange(n), np.zeros(0, int), np.zeros((n, 0)))
+        return self._state_space(without_unseen(matrices) if reduced else whole, free, gains[free], x, point)
 
-    def reduced(self, point: _Point) -> tuple[Matrices, NDArray[np.int64], NDArray[np.float64], Array]:
+    def reduced(self, point: OperatingPoint) -> tuple[Matrices, NDArray[np.int64], NDArray[np.float64], Array]:
         """Its matrices, which of the states they have, what of the inputs is taken out of these, and the values of all states."""
         x, z = self.transfer(point)
         values, jacobian = self.values(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
@@ -264,16 +240,26 @@ class _Linearizer:
         ]
 
     def _state_space(
-        self, matrices: Matrices, kept: NDArray[np.int64], gains: NDArray[np.float64], x: Array, point: _Point
+        self, found: Quotient, free: NDArray[np.int64], gains: NDArray[np.float64], x: Array, point: OperatingPoint
     ) -> LinearModel:
-        from powertrain.analysis.linear_model import Linearization, LinearModel
+        from powertrain.analysis.linear_model import Linearization, LinearModel, minus
 
-        states = [self.compiled.states[i] for i in kept]
-        compiled = self.compiled
-        units = {n: compiled.signals[n].unit for n in states if n in compiled.signals} | {
-            p.label: p.unit for p in self.picked
+        names = [self.compiled.states[i] for i in free]
+        gone = [names[i] for i in found.gone]
+        relative = {
+            names[i]: {g: float(r) for g, r in zip(gone, row, strict=True) if r}
+            for i, row in zip(found.kept, found.relative, strict=True)
+            if row.any()
         }
-        known = spots(self.original.flat)
+        states = [names[i] + minus(relative.get(names[i], {})) for i in found.kept]
+        shifts = gains[found.kept] - found.relative @ gains[found.gone]
+        compiled, known, matrices = self.compiled, spots(self.original.flat), found.matrices
+        units = {
+            label: compiled.signals[names[i]].unit
+            for label, i in zip(states, found.kept, strict=True)
+            if names[i] in compiled.signals
+        }
+        units |= {p.label: p.unit for p in self.picked}
         units |= {n: known[n].unit if n in known else self.original.parameters[n].unit for n in self.inputs}
         dae = compiled.dae
         laws = [(law.name, law.index) for group in (dae.frictions, dae.contacts, dae.switches) for law in group]
@@ -285,78 +271,20 @@ class _Linearizer:
             units=units,
             values={compiled.states[i]: float(x[i]) for i in range(len(x))},
             modes={name: float(point.m[index]) for name, index in laws},
-            removed=tuple(name for i, name in enumerate(compiled.states) if i not in kept),
+            removed=tuple(name for i, name in enumerate(compiled.states) if i not in free),
+            unseen=tuple(gone),
+            relative=relative,
             shifted={
-                compiled.states[i]: {self.inputs[j]: float(gains[i, j]) for j in np.flatnonzero(gains[i])}
-                for i in kept
-                if gains[i].any()
+                state: {self.inputs[j]: float(row[j]) for j in np.flatnonzero(row)}
+                for state, row in zip(states, shifts, strict=True)
+                if row.any()
             },
         )
         return LinearModel(
             matrices.a, matrices.b[0], matrices.c, matrices.d[0], note,
-            states=_dotless(states), inputs=_dotless(self.inputs), outputs=_dotless(self.outputs), name=type(self.model).__name__,
+            states=states, inputs=self.inputs, outputs=self.outputs, name=type(self.model).__name__,
         )  # fmt: skip
-
-
-def _scalars(expression: Symbol) -> list[Symbol]:
-    return list(ca.vertsplit(expression)) if expression.numel() else []
 
 
 def _constant(row: Symbol, at: Symbol) -> bool:
     return not row.nnz() or not any(ca.which_depends(row.nz[:], at, 1, True))
-
-
-def _dotless(names: Sequence[str]) -> list[str]:
-    """Names without dots, which python-control does not allow, still all different."""
-    found: list[str] = []
-    for name in names:
-        plain = short = name.replace(".", "_")
-        count = 1
-        while short in found:
-            count += 1
-            short = f"{plain}_{count}"
-        found.append(short)
-    return found
-
-
-def _transfer(original: Compiled, perturbed: Compiled) -> Callable[[_Point], tuple[Array, Array]]:
-    """States and algebraic unknowns of the perturbed model from a point of the original one, by their names."""
-    if perturbed is original:
-        return lambda point: (point.x, point.z)
-    if [s.name() for s in _scalars(perturbed.dae.m)] != [s.name() for s in _scalars(original.dae.m)]:
-        raise ModelError("a perturbation of this input changes modes of the model; choose another input")
-    dae = original.dae
-    symbols = {s.name(): s for s in (*_scalars(dae.x), *_scalars(dae.z))}
-    symbols |= dict(zip(original.states, _scalars(dae.x), strict=True))
-
-    def found(name: str) -> Symbol:
-        if name in symbols:
-            return symbols[name]
-        if name in original.signals:
-            expression: Symbol = original.signals[name].expression
-            return expression
-        base, order = name, 0
-        while base.startswith("der(") and base.endswith(")"):
-            base, order = base[4:-1], order + 1
-        if base in original.variables:
-            expression = original.variables[base].symbol
-            with reading(original.flat.recorder) as recorder:
-                for _ in range(order):
-                    expression = recorder.derivative(expression)
-            (expression,) = original.resolve([expression])
-            inside = {s.name() for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in _scalars(group)}
-            if all(s.name() in inside for s in free_symbols(expression)):
-                return expression
-        raise ModelError(
-            f"with a perturbation of this input the model has the state {name}, which the operating point lacks; choose another input"
-        )
-
-    x = column([found(n) for n in perturbed.states])
-    z = column([found(s.name()) for s in _scalars(perturbed.dae.z)])
-    function = ca.Function("powertrain_transfer", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(x), ca.densify(z)])
-
-    def transfer(point: _Point) -> tuple[Array, Array]:
-        x, z = function(point.t, point.x, point.z, point.m, point.p)
-        return np.array(x, float).ravel(), np.array(z, float).ravel()
-
-    return transfer

@@ -6,19 +6,22 @@ derivative of u there. Derivatives of inputs that index reduction brings into th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
+import numpy as np
 
+from powertrain.analysis.operating_point import Array, OperatingPoint
 from powertrain.compiler.assemble import Compiled, compile_flat
 from powertrain.compiler.flatten import Equation, Flat, flatten
+from powertrain.errors import ModelError
 from powertrain.language.component import Component, Variable
 from powertrain.language.connectors import Connector, Output, Signal
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
-from powertrain.language.recorder import Place
-from powertrain.language.symbols import Symbol, column, key, time, total_derivative
+from powertrain.language.recorder import Place, reading
+from powertrain.language.symbols import Symbol, column, free_symbols, key, time, total_derivative
 
 ORDER = 4
 """Highest derivative of a perturbation that is followed."""
@@ -116,3 +119,51 @@ def _with_added(flat: Flat, spot: Spot, polynomial: Symbol) -> Flat:
 
     equations = [Equation(seen(e.residual), e.place) if e.place.path == spot.owner else e for e in flat.equations]
     return replace(flat, equations=equations, laws=[(place, law_seen(place, law)) for place, law in flat.laws])
+
+
+def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoint], tuple[Array, Array]]:
+    """States and algebraic unknowns of the perturbed model from a point of the original one, by their names."""
+    if perturbed is original:
+        return lambda point: (point.x, point.z)
+    if [s.name() for s in scalars(perturbed.dae.m)] != [s.name() for s in scalars(original.dae.m)]:
+        raise ModelError("a perturbation of this input changes modes of the model; choose another input")
+    dae = original.dae
+    symbols = {s.name(): s for s in (*scalars(dae.x), *scalars(dae.z))}
+    symbols |= dict(zip(original.states, scalars(dae.x), strict=True))
+
+    def found(name: str) -> Symbol:
+        if name in symbols:
+            return symbols[name]
+        if name in original.signals:
+            expression: Symbol = original.signals[name].expression
+            return expression
+        base, order = name, 0
+        while base.startswith("der(") and base.endswith(")"):
+            base, order = base[4:-1], order + 1
+        if base in original.variables:
+            expression = original.variables[base].symbol
+            with reading(original.flat.recorder) as recorder:
+                for _ in range(order):
+                    expression = recorder.derivative(expression)
+            (expression,) = original.resolve([expression])
+            inside = {s.name() for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in scalars(group)}
+            if all(s.name() in inside for s in free_symbols(expression)):
+                return expression
+        raise ModelError(
+            f"with a perturbation of this input the model has the state {name}, which the operating point lacks; choose another input"
+        )
+
+    x = column([found(n) for n in perturbed.states])
+    z = column([found(s.name()) for s in scalars(perturbed.dae.z)])
+    function = ca.Function("powertrain_transfer", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(x), ca.densify(z)])
+
+    def at(point: OperatingPoint) -> tuple[Array, Array]:
+        x, z = function(point.t, point.x, point.z, point.m, point.p)
+        return np.array(x, float).ravel(), np.array(z, float).ravel()
+
+    return at
+
+
+def scalars(expression: Symbol) -> list[Symbol]:
+    """The entries of a column."""
+    return list(ca.vertsplit(expression)) if expression.numel() else []

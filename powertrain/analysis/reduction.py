@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Matrix = NDArray[np.float64]
 _SMALL = 1e-9
+ROUNDING = 64 * np.finfo(float).eps
+"""Singular values below this share of the largest one, times the number of states, are zero."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,57 @@ def free_motion(
     expand[gone] = -np.linalg.solve(rows[:, gone], rows[:, kept])
     reduced = Matrices(full.a[kept] @ expand, [full.b[0][kept]], full.c @ expand, full.d, full.w @ expand, full.v)
     return reduced, kept
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """A model in the states x[kept] - relative x[gone]."""
+
+    matrices: Matrices
+    kept: NDArray[np.int64]
+    gone: NDArray[np.int64]
+    relative: Matrix
+
+
+def without_unseen(full: Matrices) -> Quotient:
+    """The model without the motions V of eigenvalue zero that no output sees: a V inside V, c V = 0.
+
+    The other motions are known up to V. Their coordinates x[kept] - V[kept] V[gone]^-1 x[gone] do not change along V, so the rates
+    of the representatives with x[gone] = 0 determine theirs.
+    """
+    n = len(full.a)
+    unseen = _unseen(full.a, full.c)
+    if not unseen.shape[1]:
+        return Quotient(full, np.arange(n), np.zeros(0, int), np.zeros((n, 0)))
+    gone, kept = _split(unseen.T)
+    relative = np.asarray(np.linalg.solve(unseen[gone].T, unseen[kept].T).T, np.float64)
+    relative[np.abs(relative) <= _SMALL * np.abs(relative).max(initial=0.0)] = 0.0
+    turn = np.zeros((len(kept), n))
+    turn[:, kept], turn[:, gone] = np.eye(len(kept)), -relative
+    matrices = Matrices(
+        turn @ full.a[:, kept], [turn @ full.b[0]], full.c[:, kept], full.d, np.zeros((0, len(kept))), []
+    )
+    return Quotient(matrices, kept, gone, relative)
+
+
+def _unseen(a: Matrix, c: Matrix) -> Matrix:
+    """A basis of the largest V with a V inside V on which a is nilpotent and c V = 0: null spaces, one in the quotient by the other."""
+    from scipy.linalg import matrix_balance
+
+    inner, scale = matrix_balance(a, permute=False)
+    size = np.linalg.norm(inner, 2) if len(a) else 0.0
+    shown = c @ scale
+    lengths = np.linalg.norm(shown, axis=1, keepdims=True)
+    shown = np.divide(shown, lengths, out=np.zeros_like(shown), where=lengths > 0.0) * size
+    rest, found = np.eye(len(a)), np.zeros((len(a), 0))
+    while rest.shape[1]:
+        _, sizes, rows = np.linalg.svd(np.vstack([rest.T @ inner @ rest, shown @ rest]))
+        null = rows[int((sizes > ROUNDING * len(a) * size).sum()) :].T
+        if not null.shape[1]:
+            break
+        found = np.hstack([found, rest @ null])
+        rest = rest @ rows[: rest.shape[1] - null.shape[1]].T
+    return np.asarray(scale @ found)
 
 
 def _independent(rows: Matrix) -> Matrix:

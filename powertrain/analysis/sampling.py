@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, count, limits, one_of
@@ -60,16 +61,17 @@ def sample(
         )
     drawn = qmc.LatinHypercube(len(given), rng=seed) if method != "sobol" else qmc.Sobol(len(given), rng=seed)
     points = drawn.random(n)
-    columns = {name: _values(name, d, points[:, k]) for k, (name, d) in enumerate(given.items())}
+    columns = {name: quantiles(name, d, points[:, k]) for k, (name, d) in enumerate(given.items())}
     return [{"parameters": {name: float(values[i]) for name, values in columns.items()}} for i in range(n)]
 
 
-def _values(name: str, distribution: Any, quantiles: np.ndarray) -> np.ndarray:
+def quantiles(name: str, distribution: Any, at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values of a parameter at quantiles of its distribution. ParameterError where they are not finite."""
     if hasattr(distribution, "ppf"):
-        values = np.asarray(distribution.ppf(quantiles), float)
+        values = np.asarray(distribution.ppf(at), float)
     else:
         low, high = limits(f"distributions: {name}", distribution)
-        values = low + (high - low) * quantiles
-    if values.shape != quantiles.shape or not np.isfinite(values).all():
+        values = low + (high - low) * at
+    if values.shape != at.shape or not np.isfinite(values).all():
         raise ParameterError(f"distributions: {name} gives values that are not finite numbers")
     return values

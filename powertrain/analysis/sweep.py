@@ -8,12 +8,14 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from powertrain.analysis.archive import write_zarr
 from powertrain.analysis.cases import ENDED, FAILED, KINDS, Case, Job, Outcome
 from powertrain.analysis.identity import identity
 from powertrain.errors import ParameterError, PowertrainError, SimulationError
@@ -87,6 +89,39 @@ class Sweep(Sequence[T]):
         table = pd.concat([rows, scalars, errors], axis=1)
         table.index.name = "case"
         return table
+
+    def to_zarr(self, store: str | PathLike[str], times: ArrayLike, *signals: str) -> xr.Dataset:
+        """Write all runs to a zarr store as one Dataset over ``case`` and ``time``, and open it lazily.
+
+        Parameters
+        ----------
+        store
+            A folder that is not there yet.
+        times
+            Common to all cases, ascending [s]. Complete runs are read from their dense output, at events their right limits. Runs in files
+            and recorded ones are interpolated linearly between their samples; ``times=`` of the sweep puts samples there.
+        signals
+            Names; by default all that were kept.
+
+        Returns
+        -------
+        xarray.Dataset
+            Signals with units over (``case``, ``time``), nan after the end of a run and where it ``failed``; the numbers of ``table``
+            (parameters, scalars) over ``case``. Nothing is read until it is used; ``xarray.open_zarr`` opens the store again. Blocks of
+            cases are written one after the other, so that memory does not grow with their number.
+
+        Raises
+        ------
+        PowertrainError
+            Without zarr: ``pip install 'powertrain[zarr]'``. ParameterError for a store that exists, and for names that were not kept.
+
+        Examples
+        --------
+        >>> runs = pt.sweep(plant, cases, stop=2.0)  # doctest: +SKIP
+        >>> data = runs.to_zarr("runs.zarr", np.linspace(0.0, 2.0, 201), "car.w", "clutch.tau")  # doctest: +SKIP
+        >>> data["car.w"].sel(time=1.0).mean()  # doctest: +SKIP
+        """
+        return write_zarr(self, self.table, store, times, list(signals))
 
     def _complete(self) -> None:
         """Reads the numbers of cases that were in the folder before."""

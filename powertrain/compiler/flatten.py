@@ -231,8 +231,8 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
             flat.given[key(left)] = place.path
         return
     parameters = {key(c.symbol) for c in flat.parameters}
-    deeper = left.is_symbolic() and right.is_symbolic() and right.name().count(".") > left.name().count(".")
-    if deeper or (right.is_symbolic() and not left.is_symbolic()):
+    own = left.is_symbolic() and left.name().rpartition(".")[0] == place.path  # the whole's own sets that of a part
+    if right.is_symbolic() and (own or not left.is_symbolic()) and right.name().rpartition(".")[0] != place.path:
         left, right = right, left
     if not left.is_symbolic() or key(left) not in parameters:
         raise ModelError(

@@ -41,7 +41,7 @@ def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float
     """(low, high), which may be infinite, and equal where ``closed``."""
     try:
         low, high = (float(v) for v in given)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"{what} = {short(given)}: give (low, high)") from None
     if not (low < high or (closed and low == high)):
         raise ParameterError(f"{what}: the range {low:g} to {high:g} is empty")

@@ -21,7 +21,7 @@ from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant
-from powertrain.steadystate.steady import What, question, steady
+from powertrain.steadystate.steady import Question, What, kept, question, steady
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,14 +49,13 @@ def steady_gradient(
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     q = question(plant, grid, outputs, parameters, inputs, free, guesses)
-    spanned, wanted, asked, common = q.grid, q.wanted, q.asked, q.common
+    spanned, wanted, asked = q.grid, q.wanted, q.asked
     names = texts("wrt", wrt)
     for name in names:
         if name not in asked.axes:
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
     found = steady(plant, grid, outputs=outputs, parameters=parameters, inputs=inputs, free=free, guesses=guesses)
-    problem = formulate(plant.compiled, asked, 0.0, q.guesses, common[: len(plant.compiled.parameters)])
-    slopes = _Slopes(problem, [asked.axes.index(n) for n in names], common)
+    slopes = _slopes(plant, q, names)
     status = found.status.values.ravel()
     points = spanned.at(np.arange(spanned.size))
     shape = (len(wanted), len(names), spanned.size)
@@ -84,12 +83,22 @@ def steady_gradient(
     return found
 
 
+def _slopes(plant: Plant[Any], q: Question, names: list[str]) -> _Slopes:
+    """The derivatives for these names, kept for the next call."""
+    values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "slopes", q, 0.0, tuple(names))
+    found: _Slopes | None = place.get()
+    if found is None or not found.valid(values):
+        problem = formulate(plant.compiled, q.asked, 0.0, q.guesses, values)
+        found = place.put(_Slopes(problem, [q.asked.axes.index(n) for n in names], values))
+    found.set_common(q.common)
+    return found
+
+
 class _Slopes:
     """Values and total derivatives of the outputs of a steady problem."""
 
-    def __init__(self, problem: Equilibrium, places: list[int], common: NDArray[np.float64]) -> None:
-        self.solver, self.problem = Solver(problem), problem
-        self.solver.set_common(common)
+    def __init__(self, problem: Equilibrium, places: list[int], parameters: NDArray[np.float64]) -> None:
+        self.solver, self.problem, self._parameters = Solver(problem), problem, parameters
         self.held = held_rows(problem) if problem.u else []
         axes = column([problem.grid[k] for k in places])
         u = column(problem.u) if problem.u else Symbol(0, 1)
@@ -100,7 +109,15 @@ class _Slopes:
         flat = [e for p in parts for e in ca.vertsplit(ca.vec(ca.densify(p).T)) if p.numel()]
         varying = [*problem.grid, *problem.u, *problem.modes]
         self.tape = Tape("steady_slopes", varying, problem.common, flat, LANES)
-        self.tape.set_common(common)
+
+    def valid(self, parameters: NDArray[np.float64]) -> bool:
+        """Whether the problem is formulated rightly for these parameters too."""
+        return not self.problem.together or np.array_equal(parameters, self._parameters)
+
+    def set_common(self, values: NDArray[np.float64]) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self.solver.set_common(values)
+        self.tape.set_common(values)
 
     def at(self, grid: Rows, side: Rows | None = None) -> tuple[Rows, NDArray[np.float64]]:
         """Outputs, and their derivatives (output, axis, point)."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import threading
 import weakref
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 What: TypeAlias = "str | Callable[[Any], Any]"
+T = TypeVar("T")
 _KEPT = 16
 
 
@@ -232,21 +233,40 @@ def _version() -> str:
 _local = threading.local()
 
 
-def _map(plant: Plant[Any], q: Question, time: float) -> SteadyMap:
-    """The prepared map, kept for the next call with the same names."""
-    kept: weakref.WeakKeyDictionary[Plant[Any], dict[Any, SteadyMap]] = _local.__dict__.setdefault(
-        "maps", weakref.WeakKeyDictionary()
+def kept(plant: Plant[Any], kind: str, q: Question, time: float, more: Hashable = ()) -> Kept:
+    """Where the prepared form of a question is kept for the next call with the same names; functions serve one thread."""
+    plants: weakref.WeakKeyDictionary[Plant[Any], dict[Any, Any]] = _local.__dict__.setdefault(
+        kind, weakref.WeakKeyDictionary()
     )
-    maps = kept.setdefault(plant, {})
     texts = tuple((w.name, w.asked, w.picked.name or str(w.picked.expression)) for w in q.wanted)
     names = (q.asked.axes, q.asked.held, q.asked.free)
-    identity = (*names, texts, time, tuple(q.guesses.items()))
-    values = q.common[: len(plant.compiled.parameters)]
-    if identity not in maps or not maps[identity].valid(values):
-        if len(maps) >= _KEPT:
-            maps.clear()
-        maps[identity] = _prepared(plant, q, time, values)
-    return maps[identity]
+    return Kept(plants.setdefault(plant, {}), (*names, texts, time, tuple(q.guesses.items()), more))
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A place among ``_KEPT`` others."""
+
+    others: dict[Any, Any]
+    identity: Hashable
+
+    def get(self) -> Any:
+        """What is kept there; None for nothing."""
+        return self.others.get(self.identity)
+
+    def put(self, value: T) -> T:
+        """Keeps a value, and gives it."""
+        if len(self.others) >= _KEPT:
+            self.others.clear()
+        self.others[self.identity] = value
+        return value
+
+
+def _map(plant: Plant[Any], q: Question, time: float) -> SteadyMap:
+    """The prepared map, kept for the next call with the same names."""
+    values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "maps", q, time)
+    found: SteadyMap | None = place.get()
+    return found if found is not None and found.valid(values) else place.put(_prepared(plant, q, time, values))
 
 
 def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) -> SteadyMap:
@@ -255,10 +275,10 @@ def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) ->
     for w, lost in zip(wanted, problem.turning, strict=True):
         if lost and w.asked:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
-    kept = [k for k, lost in enumerate(problem.turning) if not lost]
-    problem.outputs = [problem.outputs[k] for k in kept]
+    steady_ones = [k for k, lost in enumerate(problem.turning) if not lost]
+    problem.outputs = [problem.outputs[k] for k in steady_ones]
     quantities = [
-        DataVariable(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in kept)
+        DataVariable(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in steady_ones)
     ]
     quantities += [
         DataVariable(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held

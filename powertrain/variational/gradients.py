@@ -121,7 +121,8 @@ def gradient(
 
     ``of``: a signal (its final value), or ``pt.at``, ``pt.integral``, ``pt.maximum``, ``pt.minimum``, ``pt.squares`` of one, or sums
     of these with factors. ``wrt``: names or patterns of parameters; variables whose initial value is a condition of the run (``starts``,
-    ``initial()``, declared starts); inputs of the model, for the values at their time points. None: all parameters.
+    ``initial()``, declared starts); inputs of the model, for the values at their time points, and "press.times" for the time points of
+    the input press themselves (at a jump one for both sides). None: all parameters.
 
     The variational equations are solved along the accepted steps of the run and carried through its events by saltation, so the
     derivatives are as accurate as the run and account for the motion of events. A forward sweep is used for few unknowns, one adjoint

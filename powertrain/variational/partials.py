@@ -2,8 +2,8 @@
 
     e = e(t, s, z, q),   0 = g(t, s, z, q)   =>   de/dv = e_v - e_z g_z^-1 g_v   for v = t, s, q
 
-``s`` = (x, d): the states and the discrete variables that hold numbers; ``q``: the parameters that matter, and the running segments
-(t0, y0, slope) of the inputs that matter.
+``s`` = (x, d): the states and the discrete variables that hold numbers; ``q``: the parameters that matter, the running segments
+(t0, y0, slope) of the inputs that matter, and the instants at which these segments end.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ Block = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class System:
-    """A model, the places of the parameters and of the held entries of inputs that derivatives are taken for."""
+    """A model; the places of the parameters and held entries of inputs of which derivatives are taken; the number of these inputs."""
 
     dae: HybridDae
     parameters: tuple[int, ...]
     segments: tuple[int, ...]
+    knots: int = 0
 
     @cached_property
     def discretes(self) -> list[int]:
@@ -57,9 +58,9 @@ class System:
 
     @cached_property
     def free(self) -> Symbol:
-        """The symbols of q."""
+        """The symbols of q; the instants of the next knots are in no expression."""
         p, m = self.dae.p, self.dae.m
-        return ca.vertcat(p[list(self.parameters)] if self.parameters else Symbol(0, 1), _chosen(m, self.segments))
+        return ca.vertcat(_chosen(p, self.parameters), _chosen(m, self.segments), Symbol.sym("next", self.knots))
 
     @cached_property
     def moving(self) -> Symbol:

@@ -151,7 +151,9 @@ class Saltation:
         for schedule in self.system.dae.schedules:
             here = slice(schedule.index, schedule.index + 3)
             if (left[here] != right[here]).any():
-                found.append(Shift(schedule.name, schedule.index, np.zeros(self.system.size), np.zeros(nq)))
+                found.append(
+                    Shift(schedule.name, schedule.index, np.zeros(self.system.size), self._knot(schedule.index, nq))
+                )
         hit = {name for name, _ in run.instants.extra[k]}
         laws: list[Law | None] = [None if isinstance(i.law, Guard) else i.law for i in self.indicators]
         changed = [
@@ -177,6 +179,13 @@ class Saltation:
                 h = t - float(run.instants.before.t[k])
                 self._refuse_grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), h)
             found.append(Shift(law.name, law.index, -slopes.s[j] / falls[j], -slopes.q[j] / falls[j]))
+        return found
+
+    def _knot(self, index: int, nq: int) -> Array:
+        """How the instant depends on q if it is a knot of an input: as the end of its segment."""
+        found, first = np.zeros(nq), len(self.system.parameters) + len(self.system.segments)
+        if index in self.system.segments:
+            found[first + self.system.segments.index(index) // 3] = 1.0
         return found
 
     def _sticks(self, law: Law, left: Array, right: Array) -> bool:

@@ -30,7 +30,7 @@ class Model:
 
     def __init__(self, result: Result[Any], wanted: Unknowns, of: Functional) -> None:
         dae = result.compiled.dae
-        self.system = System(dae, wanted.parameters, wanted.segments)
+        self.system = System(dae, wanted.parameters, wanted.segments, len(wanted.inputs))
         self.bare = System(dae, (), ())
         self.of = of
         self.flow = VariationalRates(self.system, of.integrand)

@@ -39,6 +39,23 @@ def test_bound_parameters_follow() -> None:
     assert plant.simulate(1.0, parameters={"k": 4.0})["a.w"][-1] == pytest.approx(1 / 6, rel=1e-6)
 
 
+class Twins(pt.Component):
+    """Two parts that share a parameter; the deeper one keeps it."""
+
+    near: Inertia = Inertia(J=1.0)
+    far: Bound = Bound(k=3.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.near.J == self.far.k  # noqa: SIM300
+
+
+def test_between_parts_the_left_one_follows() -> None:
+    """Whichever lies deeper: what is set is what stands on the left."""
+    plant = pt.compile(Twins())
+    assert list(plant.parameters) == ["far.k"]
+    assert plant.parameters["far.k"] == 3.0
+
+
 @pytest.mark.parametrize(
     "run",
     [

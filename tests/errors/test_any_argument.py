@@ -87,6 +87,30 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "eigenmodes": lambda value: pt.eigenmodes(PLANT, value),
     "eigenmodes at": lambda value: pt.eigenmodes(PLANT, at=value),
     "eigenmodes parameters": lambda value: pt.eigenmodes(PLANT, parameters=value),
+    "linearize reduced": lambda value: pt.linearize(PLANT, ["inertia.J"], reduced=value),
+    "campbell": lambda value: pt.campbell(PLANT, value),
+    "campbell at": lambda value: pt.campbell(PLANT, {"inertia.J": [1.0]}, at=value),
+    "sensitivity_indices": lambda value: pt.sensitivity_indices(PLANT, value, {"inertia.J": (1, 2)}, 1, stop=0.1),
+    "sensitivity_indices distributions": lambda value: pt.sensitivity_indices(
+        PLANT, {"w": "inertia.w"}, value, 1, method="morris", stop=0.1
+    ),
+    "sensitivity_indices number": lambda value: pt.sensitivity_indices(
+        PLANT, {"w": "inertia.w"}, {"inertia.J": (1, 2)}, value, stop=0.1
+    ),
+    "steady_function": lambda value: pt.steady_function(PLANT, value, ["inertia.w"]),
+    "hessian": lambda value: pt.hessian(PLANT, "inertia.w", value, stop=0.1),
+    "hessian step": lambda value: pt.hessian(PLANT, "inertia.w", ["inertia.J"], step=value, stop=0.1),
+    "pareto_front": lambda value: pt.pareto_front(PLANT, value, {"inertia.J": (1, 2)}, stop=0.1),
+    "pareto_front bounds": lambda value: pt.pareto_front(PLANT, {"a": "inertia.w", "b": "inertia.a"}, value, stop=0.1),
+    "to_zarr times": lambda value: pt.sweep(PLANT, [{}], stop=0.1).to_zarr("/nowhere/x", value),
+    "critical_speeds": lambda value: pt.critical_speeds(value, [1.0]),
+    "order_response": lambda value: pt.order_response(PLANT, {"inertia.w": [1.0]}, value, ["inertia.w"]),
+    "order_response outputs": lambda value: pt.order_response(
+        PLANT, {"inertia.w": [1.0]}, {"inertia.flange_a.tau": {1.0: 1.0}}, value
+    ),
+    "order_map": lambda value: pt.order_map(value, "inertia.w", "inertia.w"),
+    "order_map orders": lambda value: pt.order_map(RUN, "inertia.w", "inertia.w", orders=value),
+    "order_map span": lambda value: pt.order_map(RUN, "inertia.w", "inertia.w", span=value),
     "linearize inputs": lambda value: pt.linearize(PLANT, inputs=value),
     "linearize outputs": lambda value: pt.linearize(PLANT, inputs=["inertia.J"], outputs=value),
 }

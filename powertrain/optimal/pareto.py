@@ -1,0 +1,256 @@
+"""Pareto fronts: parameters for which no result can be improved without another one getting worse."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from functools import partial
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.analysis.sweeping import sweep
+from powertrain.errors import ParameterError, PowertrainError
+from powertrain.language.arguments import by_name, count, limits, one_of
+from powertrain.language.component import Component
+from powertrain.plant import Plant
+from powertrain.variational.gradients import gradient, number_of
+from powertrain.variational.objectives import Objective, objective
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+_SAME = 1e-6
+"""Objectives that differ by less than this share of the front are equal."""
+_ACCURACY, _STEPS = 1e-9, 40
+"""Of a minimum relative to the front, about that of a run, and how many steps it may take."""
+
+
+def pareto_front(
+    plant: Plant[Any] | Component,
+    of: Mapping[str, Any],
+    bounds: Mapping[str, tuple[float, float]],
+    *,
+    points: int = 20,
+    method: Literal["gradient", "nsga2"] = "gradient",
+    generations: int = 40,
+    seed: int = 0,
+    executor: Executor | None = None,
+    **options: Any,
+) -> pd.DataFrame:
+    """Parameters between which only a trade-off is left, and the results there.
+
+    Parameters
+    ----------
+    of
+        The results to be minimised, at least two, by name; as for ``pt.gradient``. To maximise one, give its negative:
+        ``-1 * pt.final("car.w")``.
+    bounds
+        (low, high) of each parameter, in its unit.
+    points
+        How many points of the front are looked for; with "nsga2" the size of the population.
+    method
+        "gradient": each point minimises the largest weighted distance from the ideal results (Wierzbicki, Mathematical Modelling
+        3 (1982) 391-405), by SLSQP with exact gradients; local, for smooth results, also on concave fronts. "nsga2": the evolutionary
+        algorithm of Deb et al. (IEEE Trans. Evol. Comput. 6 (2002) 182-197), for results that jump or have many local minima.
+    generations, seed, executor
+        For "nsga2": its length, its random numbers, and an executor as for ``pt.sweep``.
+    options
+        Of ``Plant.simulate``, such as ``stop=2.0``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each point of the front, sorted by the first result: the results, then the parameters. Points that others dominate
+        are left out. ``attrs["runs"]`` is the number of runs.
+
+    Raises
+    ------
+    PowertrainError
+        For "nsga2" without pymoo: ``pip install 'powertrain[uncertainty]'``.
+    ParameterError
+        For unknown names, empty bounds, fewer than two results; SimulationError if a run fails, or has no derivative.
+
+    Examples
+    --------
+    >>> import powertrain as pt
+    >>> class Compromise(pt.Component):
+    ...     p: pt.Parameter = pt.parameter("1", "What is chosen", default=0.0)
+    ...     a: pt.Variable = pt.variable("1", "Integral of p^2", start=0.0)
+    ...     b: pt.Variable = pt.variable("1", "Integral of (p - 1)^2", start=0.0)
+    ...
+    ...     def equations(self):
+    ...         yield pt.der(self.a) == self.p**2
+    ...         yield pt.der(self.b) == (self.p - 1) ** 2
+    >>> pt.pareto_front(Compromise(), {"a": "a", "b": "b"}, {"p": (-2, 2)}, points=3, stop=1.0).round(3).values.tolist()
+    [[0.0, 1.0, 0.0], [0.25, 0.25, 0.5], [1.0, 0.0, 1.0]]
+    """
+    import pandas as pd
+
+    one_of("method", method, ("gradient", "nsga2"))
+    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    results = {name: objective(what) for name, what in by_name("of", of).items()}
+    ranges = {name: limits(f"bounds: {name}", given) for name, given in by_name("bounds", bounds).items()}
+    if len(results) < 2 or not ranges:
+        raise ParameterError("of, bounds: give at least two results and one parameter")
+    problem = _Problem(plant, results, ranges, executor, options)
+    most = count("points", points)
+    if method == "gradient":
+        found = np.array(list(_scalarised(problem, most)))
+    else:
+        found = _evolved(problem, most, count("generations", generations), seed)
+    values = problem.values(found)
+    front = _undominated(values)
+    rows = np.hstack([values[front], problem.parameters(found[front])])
+    table = pd.DataFrame(rows, columns=[*results, *ranges]).sort_values(next(iter(results)), ignore_index=True)
+    table.attrs["runs"] = problem.runs
+    return table
+
+
+class _Problem:
+    """Results as functions of parameters in the unit cube."""
+
+    def __init__(
+        self, plant: Plant[Any], results: Mapping[str, Objective], ranges: Mapping[str, tuple[float, float]],
+        executor: Executor | None, options: Mapping[str, Any],
+    ) -> None:  # fmt: skip
+        self.plant, self.results, self.names = plant, results, list(ranges)
+        self.low, high = np.array(list(ranges.values()), float).T
+        self.width = high - self.low
+        self.executor, self.options, self.runs = executor, dict(options), 0
+        self.fixed = dict(self.options.pop("parameters", None) or {})
+        self._known: dict[bytes, tuple[Array, Array]] = {}
+
+    def parameters(self, u: Array) -> Array:
+        return np.asarray(self.low + self.width * u)
+
+    def _case(self, u: Array) -> dict[str, float]:
+        return {**self.fixed, **dict(zip(self.names, self.parameters(u).tolist(), strict=True))}
+
+    def values(self, points: Array) -> Array:
+        """(point, result)."""
+        cases = [{"parameters": self._case(u)} for u in points]
+        scalars = {name: partial(number_of, of=what) for name, what in self.results.items()}
+        self.runs += len(cases)
+        runs = sweep(self.plant, cases, scalars=scalars, executor=self.executor, **self.options)
+        return np.asarray(runs.table[list(self.results)], float)
+
+    def slopes(self, u: Array) -> tuple[Array, Array]:
+        """The results at one point, and their derivatives (result, parameter)."""
+        key = u.tobytes()
+        if key not in self._known:
+            run = self.plant.simulate(parameters=self._case(u), **self.options)
+            self.runs += 1
+            found = [gradient(run, what, self.names) for what in self.results.values()]
+            values, slopes = np.array([g.value for g in found]), np.array([g.array for g in found])
+            self._known[key] = values, slopes * self.width
+        return self._known[key]
+
+
+def _scalarised(problem: _Problem, points: int) -> Iterator[Array]:
+    """The minima of single results, then those of the largest weighted distance from the ideal between them."""
+    n, k = len(problem.names), len(problem.results)
+    corners = [_least(problem, np.full(n, 0.5), i) for i in range(k)]
+    values = np.array([problem.slopes(u)[0] for u in corners])
+    ideal, width = values.min(axis=0), np.ptp(values, axis=0)
+    yield from corners
+    if not (width > 0.0).all():
+        return
+    for weights in _lattice(k, points):
+        if weights.min() > 0.0:
+            start = (1.0 - weights) / (k - 1) @ np.array(corners)  # a result of large weight may be worse
+            yield _nearest(problem, start, ideal, width * weights)
+
+
+def _lattice(k: int, points: int) -> Iterator[Array]:
+    """Weights that sum to one, evenly spaced; about ``points`` of them, the corners included (Das and Dennis)."""
+    parts = 1
+    while _size(k, parts) < points:
+        parts += 1
+    for bars in combinations(range(parts + k - 1), k - 1):
+        edges = np.array([-1, *bars, parts + k - 1])
+        yield (np.diff(edges) - 1.0) / parts
+
+
+def _size(k: int, parts: int) -> int:
+    found = 1
+    for i in range(1, k):
+        found = found * (parts + i) // i
+    return found
+
+
+def _least(problem: _Problem, start: Array, i: int) -> Array:
+    """The point at which one result is least."""
+    values, slopes = problem.slopes(start)
+    size = max(abs(float(values[i])), float(np.abs(slopes[i]).max()), 1e-300)
+    return _minimum(lambda u: problem.slopes(u)[0][i] / size, lambda u: problem.slopes(u)[1][i] / size, start)
+
+
+def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Array:
+    """The point and s with the least s, where (f_i - ideal_i)/width_i <= s."""
+
+    def room(v: Array) -> Array:
+        return np.asarray(v[-1] - (problem.slopes(v[:-1])[0] - ideal) / width)
+
+    def slope(v: Array) -> Array:
+        return np.column_stack([-problem.slopes(v[:-1])[1] / width[:, None], np.ones(len(width))])
+
+    last = np.append(np.zeros(len(start)), 1.0)
+    first = np.append(start, -room(np.append(start, 0.0)).min())
+    above = {"type": "ineq", "fun": room, "jac": slope}
+    return _minimum(lambda v: v[-1], lambda v: last, first, [(None, None)], constraints=above)[:-1]
+
+
+def _minimum(
+    value: Callable[[Array], float],
+    slope: Callable[[Array], Array],
+    start: Array,
+    free: Sequence[Any] = (),
+    **more: Any,
+) -> Array:
+    """Where a function of a point in the unit cube, and of other unknowns with the bounds ``free``, is least."""
+    from scipy import optimize
+
+    bounds = [(0.0, 1.0)] * (len(start) - len(free)) + list(free)
+    ends: dict[str, Any] = {"ftol": _ACCURACY, "maxiter": _STEPS}
+    solve: Any = optimize.minimize
+    found = solve(value, start, jac=slope, method="SLSQP", bounds=bounds, options=ends, **more).x
+    inside = slice(0, len(start) - len(free))
+    found[inside] = np.clip(found[inside], 0.0, 1.0)
+    return np.asarray(found, float)
+
+
+def _evolved(problem: _Problem, size: int, generations: int, seed: int) -> Array:
+    """The population of NSGA-II."""
+    try:
+        from pymoo.algorithms.moo.nsga2 import NSGA2
+        from pymoo.config import Config
+        from pymoo.core.problem import Problem
+        from pymoo.optimize import minimize
+    except ImportError:
+        raise PowertrainError("NSGA-II needs pymoo: pip install 'powertrain[uncertainty]'") from None
+    Config.warnings["not_compiled"] = False
+
+    class Runs(Problem):  # type: ignore[misc]
+        def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+            out["F"] = problem.values(x)
+
+    cube = Runs(n_var=len(problem.names), n_obj=len(problem.results), xl=0.0, xu=1.0)
+    found = minimize(cube, NSGA2(pop_size=size), ("n_gen", generations), seed=seed)
+    return np.atleast_2d(np.asarray(found.X, float))
+
+
+def _undominated(values: Array) -> list[int]:
+    """The points that no other one dominates, each once."""
+    scale = np.ptp(values, axis=0)
+    near = _SAME * np.where(scale > 0.0, scale, 1.0)
+    kept: list[int] = []
+    for i in np.lexsort(values.T[::-1]):
+        better = (values <= values[i] + near).all(axis=1) & (values < values[i] - near).any(axis=1)
+        same = any((np.abs(values[j] - values[i]) <= near).all() for j in kept)
+        if not better.any() and not same:
+            kept.append(int(i))
+    return kept

@@ -1,0 +1,184 @@
+"""An operating point as a ``casadi.Function`` of what is given there, with its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.hybrid import Friction
+from powertrain.equilibrium.choices import STUCK, choices, held_rows, with_modes
+from powertrain.equilibrium.operating import Solver
+from powertrain.equilibrium.points import OK
+from powertrain.equilibrium.system import Equilibrium, formulate
+from powertrain.errors import ParameterError
+from powertrain.language.arguments import by_name
+from powertrain.language.component import Component
+from powertrain.language.symbols import Symbol, column
+from powertrain.plant import Plant
+from powertrain.steadystate.steady import What, question, steady
+
+Array = NDArray[np.float64]
+_ACCURACY = 1e-10
+"""Of the unknowns, relative to their size at the given point plus one."""
+_INDEPENDENT = 1e-9
+
+
+@dataclass(frozen=True)
+class SteadyFunction:
+    """Operating points in given modes.
+
+    ``function``: a ``casadi.Function`` of (v, p) that gives ``y``, the outputs, and ``margin``, which is not negative where the modes
+    hold. ``inputs``, ``parameters``, ``outputs`` and ``margins`` are the names of the entries of v, p, y and margin, ``units`` those of
+    the units. ``v`` and ``p``: the values of the point for which the function was made. ``modes``: the modes by law.
+    """
+
+    function: ca.Function
+    inputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    outputs: tuple[str, ...]
+    margins: tuple[str, ...]
+    units: dict[str, str]
+    modes: dict[str, float]
+    v: Array
+    p: Array
+
+
+def steady_function(
+    plant: Plant[Any] | Component,
+    at: Mapping[str, float],
+    outputs: str | Iterable[What] | Mapping[str, What],
+    *,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Mapping[str, float] | None = None,
+    free: Sequence[str] | None = None,
+    guesses: Mapping[str, float] | None = None,
+) -> SteadyFunction:
+    """The operating points of a model as a ``casadi.Function``, differentiable to any order.
+
+    The conditions F(u, v, p) = 0 of an operating point in given modes determine its unknowns u. The function solves them by Newton's
+    method and differentiates them by the implicit function theorem, du/dv = -(F_u)^-1 F_v; what can be solved in closed form is.
+
+    Parameters
+    ----------
+    at
+        The operating point, {name: value} as a grid of ``pt.steady`` with one point: inputs, parameters, or prescribed variables, in
+        their units. Its names become the inputs of the function; its modes are those of the function, its unknowns Newton's start.
+    outputs
+        Names or selectors of signals.
+    parameters, inputs, free, guesses
+        As for ``pt.steady``. Parameters are also the argument ``p`` of the function.
+
+    Returns
+    -------
+    SteadyFunction
+        With the function, the names and units of its entries, and its modes.
+
+    Raises
+    ------
+    ParameterError
+        If the point has no unique solution, or its conditions do not determine all unknowns.
+
+    Examples
+    --------
+    >>> import casadi as ca, powertrain as pt
+    >>> from powertrain.components.rotational import Inertia, QuadraticSpeedDependentTorque, Torque
+    >>> class Fan(pt.Component):
+    ...     torque: pt.Input = pt.signal_input("N.m", "Torque")
+    ...     source: Torque = Torque()
+    ...     rotor: Inertia = Inertia(J=1)
+    ...     air: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(
+    ...         tau_nominal=-5, w_nominal=50, TorqueDirection=False
+    ...     )
+    ...
+    ...     def equations(self):
+    ...         yield pt.connect(self.torque, self.source.tau)
+    ...         yield pt.connect(self.source.flange, self.rotor.flange_a)
+    ...         yield pt.connect(self.rotor.flange_b, self.air.flange)
+    >>> found = pt.steady_function(Fan(), {"torque": 5.0}, ["rotor.w"], guesses={"rotor.w": 40.0})
+    >>> v = ca.MX.sym("v")
+    >>> slope = ca.Function("slope", [v], [ca.jacobian(found.function(v, found.p)[0], v)])
+    >>> round(float(slope(5.0)), 6)
+    5.0
+    """
+    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    point = by_name("at", at)
+    if not point or any(np.ndim(value) for value in point.values()):
+        raise ParameterError("at: give the values of one operating point, a number for each name")
+    q = question(plant, point, outputs, parameters, inputs, free, guesses)
+    problem = formulate(plant.compiled, q.asked, 0.0, q.guesses, q.common[: len(plant.compiled.parameters)])
+    for w, lost in zip(q.wanted, problem.turning, strict=True):
+        if lost:
+            raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
+    v = np.array([float(point[name]) for name in q.asked.axes])
+    solver = Solver(problem)
+    solver.set_common(q.common)
+    solved = solver.solve(v[:, None])
+    if solved.status[0] != OK or solved.rest.any():
+        problems = steady(
+            plant, point, outputs=outputs, parameters=parameters, inputs=inputs, free=free, guesses=guesses
+        ).attrs["problems"]
+        raise ParameterError(
+            f"at: the operating point is not unique or does not exist: {problems or 'friction at rest'}"
+        )
+    modes, u = solved.modes[:, 0], solved.u[:, 0]
+    count = len(plant.compiled.parameters)
+    function, margins = _function(problem, modes, u, v, q.common, count)
+    known = plant.compiled
+    units = {n: known.parameters[n].unit for n in known.parameters} | {n: i.unit for n, i in known.inputs.items()}
+    units |= {n: known.signals[n].unit for n in q.asked.axes if n in known.signals and n not in units}
+    return SteadyFunction(
+        function, q.asked.axes, tuple(known.parameters), tuple(w.name for w in q.wanted), margins,
+        units | {w.name: w.picked.unit for w in q.wanted},
+        {law.name: float(mode) for law, mode in zip(problem.laws, modes, strict=True)}, v, q.common[:count],
+    )  # fmt: skip
+
+
+def _function(
+    problem: Equilibrium, modes: Array, u: Array, v: Array, common: Array, count: int
+) -> tuple[ca.Function, tuple[str, ...]]:
+    """The function of (v, p), and the names of the margins."""
+    held = [
+        row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else 1.0)
+    ]
+    margins = {
+        f"{choice.law.name}": choice.margin(mode) for choice, mode in zip(choices(problem), modes.tolist(), strict=True)
+    }
+    given = dict(enumerate(modes.tolist()))
+    written = with_modes([*problem.outputs, *margins.values(), *problem.rows, *held], problem.modes, given)
+    first, second = len(problem.outputs), len(problem.outputs) + len(margins)
+    y, margin, rows = (column(part) for part in (written[:first], written[first:second], written[second:]))
+    grid, unknown = column(problem.grid), column(problem.u) if problem.u else Symbol(0, 1)
+    values = ca.Function("powertrain_steady_values", [unknown, grid, problem.common], [y, margin])
+    V, P = ca.MX.sym("v", len(v)), ca.MX.sym("p", count)
+    whole = ca.vertcat(P, ca.DM(common[count:]))
+    found: Any = ca.DM(0, 1)
+    if problem.u:
+        conditions = ca.Function("powertrain_steady_rows", [unknown, grid, problem.common], [rows])
+        found = _root(conditions, u, v, common)(u, ca.vertcat(V, whole))
+    outputs = values(found, V, whole)
+    return ca.Function("powertrain_steady", [V, P], list(outputs), ["v", "p"], ["y", "margin"]), tuple(margins)
+
+
+def _root(conditions: ca.Function, u: Array, v: Array, common: Array) -> ca.Function:
+    """Newton's method for F(u) = 0 from the solution ``u`` of the given point: (start, (v, common)) -> u.
+
+    Stuck laws make some rows of F follow from others. With the pseudo-inverse of F_u at the given point, F_u^+ F(u) = 0 is square and
+    has the same solutions nearby; its derivative there is 1, so that it is in the units of u.
+    """
+    U, A = ca.MX.sym("u", len(u)), ca.MX.sym("a", len(v) + len(common))
+    rows = conditions(U, A[: len(v)], A[len(v) :])
+    slope = np.array(ca.Function("slope", [U, A], [ca.jacobian(rows, U)])(u, np.concatenate([v, common])), float)
+    sizes = np.linalg.svd(slope, compute_uv=False)
+    if len(sizes) < len(u) or sizes[-1] <= _INDEPENDENT * sizes[0]:
+        raise ParameterError("at: the conditions of the operating point do not determine all of its unknowns")
+    scale = 1.0 + np.abs(u)
+    square = ca.DM(np.linalg.pinv(slope) / scale[:, None]) @ rows
+    root: ca.Function = ca.rootfinder(
+        "powertrain_steady_root", "newton", {"x": U, "p": A, "g": square}, {"abstol": _ACCURACY, "max_iter": 50}
+    )
+    return root

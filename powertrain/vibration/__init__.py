@@ -1,0 +1,1 @@
+"""Vibration: natural modes, Campbell diagrams, forced response at engine orders, order maps of runs."""

@@ -1,0 +1,143 @@
+"""Natural frequencies, damping, shapes and energies of the vibrations of a model at an operating point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.analysis.linearization import Selector, linear_at
+from powertrain.analysis.operating_point import OperatingPoint, Point, operating_point
+from powertrain.errors import ParameterError
+from powertrain.language.arguments import listed
+from powertrain.language.component import Component
+from powertrain.plant import Plant
+from powertrain.vibration.eigenvectors import eigenvectors
+from powertrain.vibration.energies import energies_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Matrix = NDArray[Any]
+_STILL = 1e-9
+"""Amplitudes below this share of the eigenvector are round-off."""
+_CRITICAL = 1e-6
+"""Imaginary parts below this share of their eigenvalue are round-off: two real ones that coincide, at critical damping."""
+MEANINGS = {
+    "frequency": ("Hz", "Undamped natural frequency"),
+    "damped_frequency": ("Hz", "Damped frequency"),
+    "damping": ("1", "Damping ratio"),
+    "shape": ("1", "Mode shape"),
+    "energy": ("1", "Share of the mean energy"),
+}
+"""Units and names of what a mode has."""
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """The vibrations at one operating point, a column each.
+
+    ``values``: eigenvalues with positive imaginary part; ``states`` and ``left``: right and left eigenvectors over all states of the
+    model; ``shapes``: the signals asked for, scaled so that the largest one is 1; ``energies``: shares (vibration, component);
+    ``zeros``: how many eigenvalues are zero; ``size``: the number of states.
+    """
+
+    values: Matrix
+    states: Matrix
+    left: Matrix
+    shapes: Matrix
+    energies: NDArray[np.float64]
+    signals: tuple[str, ...]
+    zeros: int
+    size: int
+
+
+def eigenmodes(
+    plant: Plant[Any] | Component,
+    shapes: Sequence[Selector] | None = None,
+    *,
+    at: Point | None = None,
+    parameters: Mapping[str, float] | None = None,
+) -> xr.Dataset:
+    """The vibration modes of a model, the slowest first: frequency, damping, mode shape and energies.
+
+    Each pair of eigenvalues s = -D w_0 +- i w_0 sqrt(1 - D^2) of the linear model der(x) = A x is one ``mode``, with ``frequency``
+    w_0/(2 pi) [Hz] without damping, ``damped_frequency`` [Hz], ``damping`` ratio D [1] (negative: unstable) and ``shape``: amplitude
+    and sign or phase of the signals ``shapes`` (default: the states) as complex numbers, scaled so that the largest one is 1. The
+    attribute ``zero_eigenvalues`` counts motions without restoring force: two for a rigid body that turns or moves freely, one for an
+    integral such as that of the fuel flow.
+
+    ``energy`` [1] is the share that each ``component`` has in the mean energy of the vibration: kinetic energy in inertias, strain
+    energy in springs, from the quadratic form of the energies that the components declare. Without damping both halves are 0.5. A
+    change of an inertia J or of a stiffness c by a fraction e changes the squared frequency by -2 E_J e and by 2 E_c e (Rayleigh).
+    A part that moves relative to a body that turns (a pendulum) may have a negative share: its energy falls with the deflection.
+
+    Modes of friction are those of the operating point: a stuck clutch joins its two sides. ``at`` and ``parameters`` as for
+    ``pt.linearize``. Raises ParameterError for a model without vibration modes, and the errors of ``pt.linearize``.
+    """
+    import xarray as xr
+
+    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    found = vibrations(plant, shapes_of(plant, shapes), operating_point(plant, at, parameters))
+    if not len(found.values):
+        raise ParameterError(
+            f"{type(plant.model).__name__} has no vibration modes: none of its {found.size} eigenvalues is complex"
+        )
+    dims = {"shape": ("mode", "signal"), "energy": ("mode", "component")}
+    data = {
+        name: (dims.get(name, ("mode",)), values, dict(zip(("units", "long_name"), MEANINGS[name], strict=True)))
+        for name, values in properties(found).items()
+    }
+    coordinates = {
+        "mode": np.arange(1, len(found.values) + 1),
+        "signal": list(found.signals),
+        "component": energies_of(plant).components,
+    }
+    return xr.Dataset(data, coordinates, {"zero_eigenvalues": found.zeros})
+
+
+def shapes_of(plant: Plant[Any], shapes: Sequence[Selector] | None) -> list[Any]:
+    """The signals of mode shapes, by default the states."""
+    wanted = list(plant.compiled.states) if shapes is None else listed("shapes", shapes)
+    if not wanted:
+        raise ParameterError("shapes: name at least one signal")
+    return wanted
+
+
+def vibrations(plant: Plant[Any], wanted: Sequence[Selector], point: OperatingPoint) -> Vibrations:
+    """The vibrations at an operating point, the slowest first; perhaps none. Errors as for ``eigenmodes``."""
+    named = [s for s in wanted if isinstance(s, str)]
+    states = [name for name in plant.compiled.states if name not in named]
+    linear = linear_at(plant, (), [*wanted, *states], point)
+    a, c, labels = linear.matrices.a, linear.matrices.c, linear.outputs
+    found = eigenvectors(a)
+    swings = np.flatnonzero(np.imag(found.values) > _CRITICAL * np.abs(found.values))
+    order = swings[np.argsort(np.abs(found.values[swings]), kind="stable")]
+    moving = c @ found.right[:, order]
+    shape = moving[: len(wanted)].T
+    largest = shape[np.arange(len(order)), np.abs(shape).argmax(axis=1)]
+    if (np.abs(largest) < _STILL).any():
+        raise ParameterError("in some vibration modes none of the signals in shapes moves; name other signals")
+    rows = [labels.index(name) for name in plant.compiled.states]
+    left = np.zeros((len(rows), len(order)), complex)
+    left[linear.kept] = found.left[:, order]
+    energies = energies_of(plant).shares(point, moving[rows])
+    return Vibrations(
+        found.values[order], moving[rows], left, (shape / largest[:, None]).T, energies, labels[: len(wanted)],
+        len(a) - len(found.values), len(a),
+    )  # fmt: skip
+
+
+def properties(found: Vibrations) -> dict[str, Matrix]:
+    """What a mode has, one row per vibration."""
+    size = np.abs(found.values)
+    return {
+        "frequency": size / (2 * np.pi),
+        "damped_frequency": np.imag(found.values) / (2 * np.pi),
+        "damping": -np.real(found.values) / size,
+        "shape": found.shapes.T,
+        "energy": found.energies,
+    }
