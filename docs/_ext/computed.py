@@ -10,6 +10,9 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
+import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,10 +77,10 @@ def library() -> str:
     return whole.hexdigest()
 
 
-def compute(*, recompute: bool = True) -> None:
-    """Compute what is not there, or out of date, in processes of their own. Errors: RuntimeError with what a process said last.
+def compute(*, recompute: bool = True, report: Callable[[str], None] = print) -> None:
+    """Compute what is missing or out of date, each job in its own process, and report how long each took.
 
-    Without ``recompute`` a change of the library does not count.
+    Without ``recompute`` a change of the library does not count. Errors: RuntimeError with the last output of a process that failed.
     """
     state = library()
     wanted = [job for job in jobs() if not _is_there(job, job.fingerprint(state), recompute)]
@@ -88,10 +91,13 @@ def compute(*, recompute: bool = True) -> None:
 
     def run(job: Job) -> None:
         command = [sys.executable, "-W", "error", __file__, job.kind, job.name]
-        ran = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        started = time.perf_counter()
+        with tempfile.TemporaryDirectory() as scratch:  # programs on the pages write files where they stand
+            ran = subprocess.run(command, env=environment, cwd=scratch, capture_output=True, text=True, check=False)
         if ran.returncode:
             raise RuntimeError(f"{job.kind} {job.name} failed:\n{ran.stderr[-3000:]}")
         (job.folder / STAMP).write_text(job.fingerprint(state), encoding="utf-8")
+        report(f"{job.kind} {job.name}: {time.perf_counter() - started:.1f} s")
 
     with ThreadPoolExecutor(max_workers=min(os.cpu_count() or 1, 4)) as pool:
         list(pool.map(run, wanted))

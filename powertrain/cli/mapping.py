@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from powertrain.cli import completion
 from powertrain.cli.options import (
     DATA,
     PICTURE,
@@ -23,6 +24,7 @@ from powertrain.cli.text import columns, number
 
 if TYPE_CHECKING:
     import xarray as xr
+    from click.shell_completion import CompletionItem
     from matplotlib.figure import Figure
 
     import powertrain as pt
@@ -47,6 +49,10 @@ class Mapped(ArgumentType):
         known = [e for e in catalogue.components() if e.kind is SplitPathTransmission]
         with of_the_command_line():
             return catalogue.find(str(value), (*catalogue.vehicles(), *known), "vehicle or transmission")
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The vehicles that begin so, and the transmission."""
+        return [*completion.vehicles(incomplete), *completion.beginning(["SplitPathTransmission"], incomplete)]
 
 
 @click.command(

@@ -13,8 +13,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from powertrain import Component, ModelError, ParameterError, SimulationError
+from powertrain.cli import completion
 
 if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
     from powertrain.components.cycles import DriveCycle
     from powertrain.presets.catalogue import Entry
 
@@ -46,7 +49,7 @@ def write_examples(examples: Sequence[str], formatter: click.HelpFormatter) -> N
 
 @contextmanager
 def of_the_command_line() -> Iterator[None]:
-    """What the library refuses here is wrong on the command line: exit code 2."""
+    """Errors of the library about what was typed are errors in the command line: exit code 2."""
     try:
         yield
     except (ParameterError, ModelError) as error:
@@ -65,6 +68,10 @@ class VehicleName(ArgumentType):
         with of_the_command_line():
             return catalogue.find(str(value), catalogue.vehicles(), "vehicle")
 
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The vehicles that begin so."""
+        return completion.vehicles(incomplete)
+
 
 class CycleName(ArgumentType):
     """A legislated cycle's name, or a CSV file."""
@@ -80,10 +87,16 @@ class CycleName(ArgumentType):
         if text.lower() not in CYCLES and not Path(text).is_file():
             near = suggestion(text.lower(), CYCLES)
             self.fail(
-                f"{text!r} is neither a cycle ({', '.join(CYCLES)}) nor a CSV file that is there{near}", param, ctx
+                f"{text!r} is neither a drive cycle ({', '.join(CYCLES)}) nor an existing CSV file{near}", param, ctx
             )
         with of_the_command_line():
             return DriveCycle.named(text.lower()) if text.lower() in CYCLES else DriveCycle.from_csv(text)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The cycles that begin so, or files."""
+        from powertrain.components.cycles import CYCLES
+
+        return completion.or_file(completion.beginning(CYCLES, incomplete), incomplete)
 
 
 class Span(ArgumentType):

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from powertrain.cli import completion
 from powertrain.cli.options import ArgumentType, Interruption, VehicleName, of_the_command_line
 
 if TYPE_CHECKING:
     import xarray as xr
+    from click.shell_completion import CompletionItem
 
     import powertrain as pt
     from powertrain.components.cycles import DriveCycle
@@ -32,6 +34,10 @@ class Source(ArgumentType):
         if not path.is_file():
             self.fail(f"there is no file {str(value)!r}", param, ctx)
         return path
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The vehicles that begin so, or files."""
+        return completion.or_file(completion.vehicles(incomplete), incomplete)
 
 
 def model_of(source: Path | Entry, params: Path | None, texts: Sequence[str]) -> pt.Component:

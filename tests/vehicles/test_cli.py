@@ -64,6 +64,28 @@ def test_help_of_every_command_has_examples() -> None:
         assert "Examples:" in text
 
 
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [
+        ("run split", ["plain,SplitPathCar"]),
+        ("run ManualCar --cycle wl", ["plain,wltc"]),
+        ("run ManualCar --cycle mine.c", ["file,mine.c"]),
+        ("view ParallelH", ["plain,ParallelHybrid"]),
+        ("compare ManualCar before.n", ["file,before.n"]),
+        ("info circularcam", ["plain,CircularCamDifferential"]),
+        ("map SplitPathT", ["plain,SplitPathTransmission"]),
+        ("reproduce yu", ["plain,yu-beachley"]),
+        ("run Nothing", []),
+    ],
+)
+def test_the_shell_completes_names(typed: str, completed: list[str]) -> None:
+    """What a completion script of Bash asks for and is told (click's protocol)."""
+    words = f"powertrain {typed}".split()
+    asked = {"COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1), "_POWERTRAIN_COMPLETE": "bash_complete"}
+    told = CliRunner().invoke(main, [], prog_name="powertrain", env=asked, complete_var="_POWERTRAIN_COMPLETE")
+    assert told.output.split() == completed
+
+
 def test_version() -> None:
     assert pt.__version__ in done("--version")
 
