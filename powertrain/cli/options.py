@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from powertrain import Component, ModelError, ParameterError, SimulationError
+from powertrain import ModelError, ParameterError, SimulationError
 from powertrain.cli import completion
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
     from powertrain.components.cycles import DriveCycle
-    from powertrain.presets.catalogue import Entry
 
     ArgumentType = click.ParamType[Any]
 else:
@@ -54,23 +53,6 @@ def of_the_command_line() -> Iterator[None]:
         yield
     except (ParameterError, ModelError) as error:
         raise click.UsageError(str(error)) from None
-
-
-class VehicleName(ArgumentType):
-    """The name of a vehicle or a bench."""
-
-    name = "vehicle"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Entry:
-        """By the class's name; case, - and _ do not matter."""
-        from powertrain.presets import catalogue
-
-        with of_the_command_line():
-            return catalogue.find(str(value), catalogue.vehicles(), "vehicle")
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """The vehicles that begin so."""
-        return completion.vehicles(incomplete)
 
 
 class CycleName(ArgumentType):
@@ -169,33 +151,6 @@ def settings(function: F) -> F:
         help="TOML file with parameters and components; --set overrides it.",
     )
     return params(texts(function))
-
-
-def configured(entry: Entry, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
-    """The model with the file's and then the command line's values, and the paths that were set."""
-    with of_the_command_line():
-        return changed(entry.kind(), params, texts)
-
-
-def changed(model: Component, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
-    """A model with the file's and then the command line's values, and the paths that were set."""
-    from powertrain.presets import files
-    from powertrain.presets.settings import assigned, assignments
-
-    paths: list[str] = []
-    if params is not None:
-        model, paths = files.applied(model, files.read(params), params.parent)
-    for path, value in assignments(texts):
-        model = assigned(model, path, value)
-        paths.append(path)
-    return model, [path for path in paths if _is_there(model, path)]
-
-
-def _is_there(model: Component, path: str) -> bool:
-    """A part that was exchanged later took its parameters with it."""
-    from powertrain.presets.settings import places
-
-    return any(found.path == path for found in places(model))
 
 
 def progress() -> bool:

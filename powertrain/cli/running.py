@@ -17,16 +17,15 @@ from powertrain.cli.options import (
     Interruption,
     OutputFile,
     Span,
-    VehicleName,
     of_the_command_line,
     settings,
 )
 from powertrain.cli.text import columns, number, title
+from powertrain.cli.vehicle import Vehicle, VehicleName, configured
 
 if TYPE_CHECKING:
     import powertrain as pt
     from powertrain.components.cycles import DriveCycle
-    from powertrain.presets.catalogue import Entry
     from powertrain.trials import CycleRun
 
 WORTH_A_REPORT = 1.0
@@ -99,7 +98,7 @@ PRINTED_FROM = 50.0
     help="Relative tolerance of the integrator.",
 )
 def command(
-    vehicle: Entry,
+    vehicle: Vehicle,
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
@@ -120,7 +119,6 @@ def command(
     The vehicle starts at rest, so a span of a cycle should also start at rest.
     """
     import powertrain as pt
-    from powertrain.cli.options import configured
     from powertrain.presets import files
     from powertrain.presets.settings import free_or_error
     from powertrain.trials import drive_cycle

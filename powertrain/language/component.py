@@ -24,7 +24,7 @@ import numpy as np
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext
 from powertrain.language.checks import check_conditions, check_kind, check_rows, is_rows
-from powertrain.language.quantities import quantity
+from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
 
@@ -93,7 +93,7 @@ class Parameter(Quantity):
 
     def check(self, value: float | str, where: str) -> float:
         """``value`` as a float; ParameterError if it is not a finite number or outside the range. "100 kW" is converted."""
-        if isinstance(value, str) and " " in value.strip():
+        if isinstance(value, str) and has_unit(value):
             value = quantity(value, self.unit, where)
         try:
             number = float(value)
