@@ -13,8 +13,7 @@ import matplotlib.pyplot as plt
 
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import Comparison, flywheel_management, power_split_management
-from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
-from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+from powertrain.vehicles import FlywheelHybrid, PowerSplitHybrid
 
 
 def main(picture: str | None = None) -> dict[str, Comparison]:

@@ -19,7 +19,8 @@ class WillansEngine(Engine):
     is the load-independent heat loss to the cylinder walls, fully developed from the combustion torque tau_heat on; in overrun it is
     zero. The full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at
     w_tau (below w_low it falls no faster than in proportion to speed), and from there to the largest power P_max at w_P the cubic that
-    has the slope of a largest power there, -P_max/w_P^2 (held at tau_max where it would exceed that); or ``curve``, a map from speed [rad/s] to torque [N.m].
+    has the slope of a largest power there, -P_max/w_P^2 (held at tau_max where it would exceed that); or ``curve``, a map from speed
+    [rad/s] to torque [N.m].
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are invented, for a
     gasoline engine of 1.6 l. Errors: ParameterError for a curve with other axes.

@@ -112,9 +112,9 @@ def _is_there(job: Job, fingerprint: str, recompute: bool) -> bool:
 
 def perform(job: Job) -> float:
     """Do one job, warnings being errors, in an empty folder: programs on the pages write files where they stand. Gives the seconds."""
-    import matplotlib
+    import matplotlib as mpl
 
-    matplotlib.use("Agg")
+    mpl.use("Agg")
     warnings.simplefilter("error")
     job.folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):
