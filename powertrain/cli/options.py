@@ -98,9 +98,9 @@ class Span(ArgumentType):
         if len(numbers) not in ((2, 3) if self.counted else (2,)):
             self.fail(f"{value!r} is not {self.name}, such as {'-4:-0.25:16' if self.counted else '0.5:2'}", param, ctx)
         if not numbers[0] < numbers[1]:
-            self.fail(f"{value!r} does not go upwards", param, ctx)
+            self.fail(f"{value!r}: the first number must be less than the second", param, ctx)
         if len(numbers) == 3 and (numbers[2] < 2 or numbers[2] % 1):
-            self.fail(f"{value!r}: the number of points is a whole number from 2 on", param, ctx)
+            self.fail(f"{value!r}: the number of points must be a whole number, at least 2", param, ctx)
         return tuple(numbers)
 
 
@@ -117,9 +117,9 @@ class OutputFile(click.Path):
         """Its ending is known, it can be written."""
         path = Path(str(super().convert(value, param, ctx)))
         if path.suffix.lower() not in self.suffixes:
-            self.fail(f"{str(path)!r} ends in none of {', '.join(self.suffixes)}", param, ctx)
+            self.fail(f"{str(path)!r} must end in {' or '.join(self.suffixes)}", param, ctx)
         if not path.parent.is_dir():
-            self.fail(f"the folder {str(path.parent)!r} is not there", param, ctx)
+            self.fail(f"there is no folder {str(path.parent)!r}", param, ctx)
         try:
             there = path.exists()
             with path.open("ab"):

@@ -310,8 +310,10 @@ def test_wrong_settings_are_told(setting: str, said: str, short: str) -> None:
 def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "did you mean SplitPathCar" in refused("run", "SplitPathCr")
     assert "did you mean wltc" in refused("run", "SplitPathCar", "--cycle", "wtlc")
-    assert "ends in none of .nc, .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
-    assert "is not there" in refused("run", "SplitPathCar", "--cycle", short, "--out", str(tmp_path / "no" / "run.nc"))
+    assert "must end in .nc or .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
+    assert "there is no folder" in refused(
+        "run", "SplitPathCar", "--cycle", short, "--out", str(tmp_path / "no" / "run.nc")
+    )
     assert "0:30 s" in refused("run", "SplitPathCar", "--cycle", short, "--span", "0:31")
     bad = tmp_path / "bad.csv"
     bad.write_text("time,speed\n0,0\n")
@@ -512,7 +514,7 @@ def test_split_path_with_a_duty(tmp_path: Path) -> None:
     assert "any V" in done("split-path", "--duty", str(duty), *few)
     duty.write_text("r,share\n0.6,1\n")
     assert "columns r (required), weight" in refused("split-path", "--duty", str(duty), *few)
-    assert "does not go upwards" in refused("split-path", "--ratio", "2:0.5")
+    assert "the first number must be less than the second" in refused("split-path", "--ratio", "2:0.5")
     assert "low:high" in refused("split-path", "--ratio", "2")
 
 
@@ -539,7 +541,7 @@ def test_split_path_with_maps_duties_and_pictures(tmp_path: Path) -> None:
         str(picture),
     )
     assert picture.read_bytes()[:4] == PNG
-    assert "is not there" in refused("split-path", "--duty", "nothing.csv:2")
+    assert "there is no file" in refused("split-path", "--duty", "nothing.csv:2")
     assert "no share" in refused("split-path", "--duty", f"{tmp_path / 'road.csv'}:much")
     assert "low:high" in refused("split-path", "--space", "--unit", "3")
 
