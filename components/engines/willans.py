@@ -39,6 +39,13 @@ class WillansEngine(Engine):
     w_low: Parameter = parameter("rad/s", "A low speed, between idling and w_tau", default=100.0, above=0)
     curve: Map | None = None
 
+    def check(self) -> Equations:
+        """The points of the full-load curve in their order."""
+        if self.curve is None:
+            yield self.w_low < self.w_tau
+            yield self.w_tau < self.w_P
+            yield self.tau_low <= self.tau_max
+
     def equations(self) -> Equations:
         """What holds for every engine, with these laws."""
         if self.curve is not None and [a.unit for a in self.curve.axes] != ["rad/s"]:

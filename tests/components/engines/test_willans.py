@@ -213,3 +213,16 @@ def test_a_long_drive_takes_no_events() -> None:
     result = pt.simulate(Driven(engine=ENGINE, rows=rows, d=0.1), 1800, starts={"engine.w": 85.0})
     assert not list(result.events)
     assert result.statistics["steps"] < 15_000
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"w_tau": 90}, "w_tau = 90 rad/s, w_low = 100 rad/s"),
+        ({"w_P": 400}, "w_tau = 420 rad/s, w_P = 400 rad/s"),
+        ({"tau_low": 200}, "tau_max = 150 N.m, tau_low = 200 N.m"),
+    ],
+)
+def test_points_of_the_full_load_out_of_order_are_rejected(given: dict[str, float], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=f"does not hold with {said}"):
+        WillansEngine(**given)
