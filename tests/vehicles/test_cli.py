@@ -64,6 +64,22 @@ def test_help_of_every_command_has_examples() -> None:
         assert "Examples:" in text
 
 
+def test_commands_take_a_parameter_file_in_place_of_a_vehicle(tmp_path: Path, short: str) -> None:
+    """The name in the results is the file's; --set changes what the file has set; a measured car goes by its name."""
+    path = tmp_path / "heavy.toml"
+    path.write_text('class = "ElectricCar"\n[body]\nm = "1.9t"\n')
+    run = done("run", str(path), "--cycle", short)
+    assert run.startswith("heavy over short")
+    same = done("run", "ElectricCar", "--set", "body.m=1900", "--cycle", short)
+    assert run.splitlines()[1:] == same.splitlines()[1:]
+    assert done("run", str(path), "--set", "body.m=1.9t", "--cycle", short) == run
+    assert "there is no file" in refused("run", str(tmp_path / "light.toml"))
+    path.write_text("[body]\nm = 1900\n")
+    assert "does not say which vehicle it is" in refused("run", str(path))
+    measured = "mitsubishi-mirage-manual"
+    assert done("run", measured, "--cycle", short).startswith(f"{measured} over short")
+
+
 @pytest.mark.parametrize(
     ("typed", "completed"),
     [
@@ -75,7 +91,8 @@ def test_help_of_every_command_has_examples() -> None:
         ("info circularcam", ["plain,CircularCamDifferential"]),
         ("map SplitPathT", ["plain,SplitPathTransmission"]),
         ("reproduce yu", ["plain,yu-beachley"]),
-        ("run Nothing", []),
+        ("run my_car.to", ["file,my_car.to"]),
+        ("info Nothing", []),
     ],
 )
 def test_the_shell_completes_names(typed: str, completed: list[str]) -> None:
