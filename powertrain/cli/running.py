@@ -114,8 +114,8 @@ def command(
 ) -> None:
     """Simulate a vehicle over a drive cycle and print its consumption and energy balance.
 
-    VEHICLE is a name that `powertrain list vehicles` lists, or a parameter file (.toml) that names its class. `powertrain info VEHICLE` lists
-    the parameters and slots that can be set.
+    VEHICLE is a name that `powertrain list vehicles` lists, or a parameter file (.toml) that names its class. `powertrain info VEHICLE`
+    lists the parameters and slots that can be set.
 
     The vehicle starts at rest, so a span of a cycle should also start at rest.
     """
