@@ -10,7 +10,7 @@ from typing import Any
 
 if __name__ != "powertrain.components":
     raise ImportError(
-        f"import this package as powertrain.components; as {__name__!r} its classes would exist a second time"
+        f"write  import powertrain.components: as {__name__!r} its classes would exist a second time"
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 if __name__ != "powertrain.vehicles":
     raise ImportError(
-        f"import this package as powertrain.vehicles; as {__name__!r} its classes would exist a second time"
+        f"write  import powertrain.vehicles: as {__name__!r} its classes would exist a second time"
     )
 
 

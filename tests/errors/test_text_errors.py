@@ -130,7 +130,7 @@ def test_wrong_text(model: type[pt.Component], said: list[str]) -> None:
 
 def test_fields_are_given_by_name() -> None:
     with pytest.raises(TypeError, match=r"Inertia takes its fields by name: Inertia\(J=...\)"):
-        rot.Inertia(0.1)  # type: ignore[misc]
+        rot.Inertia(0.1)  # type: ignore[call-arg]
 
 
 def test_a_field_without_annotation_is_rejected_with_the_class() -> None:

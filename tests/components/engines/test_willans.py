@@ -225,4 +225,4 @@ def test_a_long_drive_takes_no_events() -> None:
 )
 def test_points_of_the_full_load_out_of_order_are_rejected(given: dict[str, float], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=f"does not hold with {said}"):
-        WillansEngine(**given)
+        pt.replace(WillansEngine(), given)
