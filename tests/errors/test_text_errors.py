@@ -134,13 +134,13 @@ def test_fields_are_given_by_name() -> None:
 
 
 def test_a_field_without_annotation_is_rejected_with_the_class() -> None:
-    def declared() -> None:
-        class Bar(rot.TwoFlanges):
-            """A torsion bar."""
-
-            c = pt.parameter("N.m/rad", "Stiffness")
-
-    refused(pt.ModelError, "Bar.c has no annotation", "c: Parameter = ...", do=declared)
+    fields = {"c": pt.parameter("N.m/rad", "Stiffness")}
+    refused(
+        pt.ModelError,
+        "Bar.c has no annotation",
+        "c: Parameter = ...",
+        do=lambda: type("Bar", (rot.TwoFlanges,), fields),
+    )
 
 
 def test_flanges_of_both_kinds_say_which_is_which() -> None:
