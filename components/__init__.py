@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 if __name__ != "powertrain.components":
-    raise ImportError(f"import powertrain.components: as {__name__!r} its classes would exist twice")
+    raise ImportError(f"write  import powertrain.components: as {__name__!r} its classes would exist a second time")
 
 
 _BOTH = """

@@ -14,7 +14,7 @@ import numpy as np
 
 from powertrain.trials import backward, drive_cycle, driveline_map, performance
 from powertrain.trials.driveline_figure import plot_driveline_map
-from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles import SplitPathCar
 
 
 def main() -> None:

@@ -25,7 +25,7 @@ from powertrain.components.differentials import BevelDifferential, Differential,
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
 from powertrain.components.gearless.linkage import JointFriction, LinkageDifferential
 from powertrain.components.gearless.spherical_cam import SphericalCamDifferential
-from powertrain.vehicles.rear_drive import RearDriveCar
+from powertrain.vehicles import RearDriveCar
 
 JOINTS = JointFriction(mu_shaft=0.1, mu_pin=0.1, mu_ball=0.1, mu_rod=0.1)
 DIFFERENTIALS: dict[str, Differential] = {

@@ -12,7 +12,7 @@ import sys
 import matplotlib.pyplot as plt
 
 import powertrain as pt
-from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles import SplitPathCar
 
 STOP = 600.0
 MOST = 12

@@ -84,9 +84,9 @@ def main(picture: str | None = None) -> pt.Plan:
         axes[2].plot(run.time, run["press"], style, color="tab:red")
     axes[1].axhline(TORQUE, color="black", linewidth=0.8)
     axes[0].legend(fontsize=8)
-    for ax, label in zip(axes, ("speed in rad/s", "shaft torque in N.m", "clutch command"), strict=True):
+    for ax, label in zip(axes, ("Speed [rad/s]", "Shaft torque [N.m]", "Clutch command [1]"), strict=True):
         ax.set_ylabel(label)
-    axes[2].set_xlabel("time in s")
+    axes[2].set_xlabel("Time [s]")
     fig.tight_layout()
     if picture:
         fig.savefig(picture)

@@ -1,8 +1,8 @@
-"""Energy management of two hybrids over a cycle: their own rules, dynamic programming and ECMS.
+"""Energy management of a flywheel hybrid over a cycle: its own rules, dynamic programming and ECMS.
 
 The plans are made on maps of the vehicle without its driver and control (``pt.bench``), then driven by the complete vehicle, whose store
-need not be where the plan had it: the decisions follow from its real state. The cycle is the first part of the UDDS. With a file name as
-argument the figure is saved.
+need not be where the plan had it: the decisions follow from its actual state. The cycle is the first part of the UDDS. The how-to page
+"Manage the energy of a hybrid" does the same with a power-split hybrid. Pass a file name to save the figure.
 """
 
 from __future__ import annotations
@@ -12,33 +12,26 @@ import sys
 import matplotlib.pyplot as plt
 
 from powertrain.components.cycles import DriveCycle
-from powertrain.trials import Comparison, flywheel_management, power_split_management
-from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
-from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+from powertrain.trials import Comparison, flywheel_management
+from powertrain.vehicles import FlywheelHybrid
 
 
-def main(picture: str | None = None) -> dict[str, Comparison]:
+def main(picture: str | None = None) -> Comparison:
     """Compares, prints and draws."""
     cycle = DriveCycle.named("udds").part(0, 340)
-    found = {
-        "PowerSplitHybrid": power_split_management(PowerSplitHybrid(), cycle).compare(),
-        "FlywheelHybrid": flywheel_management(FlywheelHybrid(), cycle).compare(),
-    }
-    for vehicle, comparison in found.items():
-        print(f"{vehicle} on {cycle.name}\n{comparison}")
+    comparison = flywheel_management(FlywheelHybrid(), cycle).compare()
+    print(f"FlywheelHybrid on {cycle.name}\n{comparison}")
     figure, axes = plt.subplots(2, 1, figsize=(8, 6), sharex=True, layout="constrained")
-    for ax, (vehicle, store) in zip(
-        axes, {"PowerSplitHybrid": "battery.soc", "FlywheelHybrid": "flywheel.w"}.items(), strict=True
-    ):
-        for method, run in found[vehicle].runs.items():
-            ax.plot(run.result.time, run.result[store], label=method)
-        ax.set_title(vehicle)
-        ax.set_ylabel("state of charge" if store.endswith("soc") else "speed of the flywheel in rad/s")
-        ax.legend(fontsize=8)
-    axes[-1].set_xlabel("time in s")
+    for method, run in comparison.runs.items():
+        axes[0].plot(run.result.time, run.result["flywheel.w"], label=method)
+        axes[1].plot(run.result.time, run.result["engine.w"], linewidth=0.9)
+    axes[0].set_ylabel("Speed of the flywheel [rad/s]")
+    axes[0].legend(fontsize=8)
+    axes[1].set_ylabel("Speed of the engine [rad/s]")
+    axes[1].set_xlabel("Time [s]")
     if picture:
         figure.savefig(picture)
-    return found
+    return comparison
 
 
 if __name__ == "__main__":

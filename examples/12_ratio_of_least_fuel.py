@@ -121,10 +121,10 @@ def main(picture: str | None = None) -> pt.Plan:
     for run, name in ((guess, "line of least fuel"), (plan.result, "plan")):
         axes[1].plot(run.time, run["ratio"], label=name)
         axes[2].plot(run.time, run["w"], label=name)
-    for ax, label in zip(axes, ("speed in km/h", "ratio", "engine in rad/s"), strict=True):
+    for ax, label in zip(axes, ("Speed [km/h]", "Ratio [1]", "Engine [rad/s]"), strict=True):
         ax.set_ylabel(label)
     axes[1].legend(fontsize=8)
-    axes[2].set_xlabel("time in s")
+    axes[2].set_xlabel("Time [s]")
     if picture:
         figure.savefig(picture)
     return plan

@@ -92,11 +92,11 @@ def main(picture: str | None = None) -> pt.Plan:
         axes[1].plot(run.time, -run["shaft.tau"], style, color="tab:green")
         axes[2].plot(run.time, run["press_1"], style, color="tab:orange", label=f"first gear, {name}")
         axes[2].plot(run.time, run["press_2"], style, color="tab:red", label=f"second gear, {name}")
-    for ax, label in zip(axes, ("engine in rad/s", "shaft torque in N.m", "clutch commands"), strict=True):
+    for ax, label in zip(axes, ("Engine [rad/s]", "Shaft torque [N.m]", "Clutch commands [1]"), strict=True):
         ax.set_ylabel(label)
     axes[0].legend(fontsize=8)
     axes[2].legend(fontsize=8)
-    axes[2].set_xlabel("time in s")
+    axes[2].set_xlabel("Time [s]")
     if picture:
         figure.savefig(picture)
     return plan

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 if __name__ != "powertrain.vehicles":
-    raise ImportError(f"import powertrain.vehicles: as {__name__!r} its classes would exist twice")
+    raise ImportError(f"write  import powertrain.vehicles: as {__name__!r} its classes would exist a second time")
 
 
 def __getattr__(name: str) -> Any:

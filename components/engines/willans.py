@@ -18,8 +18,9 @@ class WillansEngine(Engine):
     In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. P_heat
     is the load-independent heat loss to the cylinder walls, fully developed from the combustion torque tau_heat on; in overrun it is
     zero. The full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at
-    w_tau, and from there to the largest power P_max at w_P the cubic that has the slope of a largest power there, -P_max/w_P^2 (held at
-    tau_max where it would exceed that); or ``curve``, a map from speed [rad/s] to torque [N.m].
+    w_tau (below w_low it falls no faster than in proportion to speed), and from there to the largest power P_max at w_P the cubic that
+    has the slope of a largest power there, -P_max/w_P^2 (held at tau_max where it would exceed that); or ``curve``, a map from speed
+    [rad/s] to torque [N.m].
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are invented, for a
     gasoline engine of 1.6 l. Errors: ParameterError for a curve with other axes.
@@ -35,8 +36,15 @@ class WillansEngine(Engine):
     P_max: Parameter = parameter("W", "Largest power", default=82e3, above=0)
     w_P: Parameter = parameter("rad/s", "Speed of the largest power", default=600.0, above=0)
     tau_low: Parameter = parameter("N.m", "Full-load torque at w_low", default=105.0, min=0)
-    w_low: Parameter = parameter("rad/s", "A low speed", default=100.0, min=0)
+    w_low: Parameter = parameter("rad/s", "A low speed, between idling and w_tau", default=100.0, above=0)
     curve: Map | None = None
+
+    def check(self) -> Equations:
+        """The points of the full-load curve in their order."""
+        if self.curve is None:
+            yield self.w_low < self.w_tau
+            yield self.w_tau < self.w_P
+            yield self.tau_low <= self.tau_max
 
     def equations(self) -> Equations:
         """What holds for every engine, with these laws."""
@@ -56,6 +64,8 @@ class WillansEngine(Engine):
         slow = ca.fmin(w - self.w_tau, 0) / (self.w_tau - self.w_low)
         fast = ca.fmax(w - self.w_tau, 0) / span
         rise = (self.tau_low - self.tau_max) * slow**2
+        # A parabola through two near points falls steeply below them: an engine with full torque from 1,500 rpm could not move off.
+        rise = ca.fmax(rise, ca.fmin(self.tau_low * ca.fmin(w / self.w_low, 1) - self.tau_max, 0))
         fall = (3 * drop - slope) * fast**2 + (slope - 2 * drop) * fast**3
         return ca.fmax(self.tau_max + rise + ca.fmin(fall, 0), 0)
 

@@ -63,16 +63,19 @@ class MagicFormulaWheel(SlippingWheel):
 
     def equations(self) -> Equations:
         """Creep on the rising branch, sliding on the other."""
-        load = ca.fmax(self.Fz, SMALL * self.Fz0)
+        load = ca.fmax(self.Fz, SMALL * self.Fz0)  # a wheel off the ground still has a formula
         dfz = load / self.Fz0 - 1
         stiffness = ca.fmax(self.pKx1 + self.pKx2 * dfz, SMALL) * ca.exp(self.pKx3 * dfz) * load
         peak = self.mu * ca.fmax(self.pDx1 + self.pDx2 * dfz, SMALL) * load
+        # The rising branch, solved for the slip at the spring's force: B kappa = x.
         part = ca.fmin(ca.fmax(ca.fabs(self.c * self.u) / peak, SMALL), 1 - SMALL)
         x = inverse_shape(ca.tan(ca.asin(part) / self.pCx1), self.pEx1)
         B = stiffness / (self.pCx1 * peak)
+        # The limit of sliding: the formula at kappa_c beyond its peak, which lies at an angle of 90 degrees.
         angle = self.pCx1 * ca.atan(shape(B * self.kappa_c, self.pEx1))
         limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
         yield from self._slip(self.c, x / (B * part * peak), limit / load, load)
+        # The slip of the contact, v_c/|v| at a steady speed.
         sliding = ca.fabs(self.v_creep + self.v_slide)
         rolling = ca.fmax(ca.fabs(self.v), SLOW - sliding)
         yield self.sigma_c * der(self.kappa_c) == sliding - rolling * self.kappa_c

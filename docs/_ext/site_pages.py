@@ -9,11 +9,12 @@ import computed
 from collected_pages import write_examples, write_help, write_papers
 from computed import DOCS
 from executed import inserted
+from sphinx.util import logging
 
 
 def _make_pages(app: Any) -> None:
     """Compute what is out of date, and write the pages that are made from the library."""
-    computed.compute(recompute=bool(app.config.recompute))
+    computed.compute(recompute=bool(app.config.recompute), report=logging.getLogger(__name__).info)
     component_pages.write_pages(DOCS)
     write_papers(DOCS)
     write_examples(DOCS)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 import powertrain as pt
+from powertrain.cli import completion
 from powertrain.cli.options import PICTURE, Command, of_the_command_line
 from powertrain.cli.text import columns, paragraphs, title
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
         "info SplitPathCar --schematic car.png",
     ),
 )
-@click.argument("name")
+@click.argument("name", shell_complete=completion.described)
 @click.option("--text", is_flag=True, help="Print the complete source of the class.")
 @click.option(
     "--schematic", type=PICTURE, help="Draw a schematic of its components and connections (.png, .pdf, .svg)."

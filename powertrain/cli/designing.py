@@ -58,11 +58,11 @@ class Shared(ArgumentType):
         text, colon, share = str(value).rpartition(":")
         path, size = (Path(text), share) if colon and not Path(str(value)).is_file() else (Path(str(value)), "1")
         if not path.is_file():
-            self.fail(f"the file {str(path)!r} is not there", param, ctx)
+            self.fail(f"there is no file {str(path)!r}", param, ctx)
         try:
             return path, float(size)
         except ValueError:
-            self.fail(f"{size!r} is no share of the delivered energy", param, ctx)
+            self.fail(f"the share {size!r} of the delivered energy is not a number", param, ctx)
 
 
 @click.command(

@@ -29,11 +29,13 @@ def command(what: str, family: str | None) -> None:
     """
     from powertrain.components.cycles import CYCLES
     from powertrain.presets import catalogue
+    from powertrain.presets.named import measured
 
     if family is not None:
         what = "components"
     if what in ("all", "vehicles"):
         _section("Vehicles (powertrain run)", list(catalogue.vehicles()))
+        click.echo("Measured cars\n" + columns((name, "") for name in measured()) + "\n")
         _section("Test benches", [e for e in catalogue.assembled() if not catalogue.is_vehicle(e.kind)])
     if what in ("all", "cycles"):
         click.echo("Drive cycles\n" + columns(CYCLES.items()) + "\n")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from powertrain.cli import completion
 from powertrain.cli.options import (
     DATA,
     PICTURE,
@@ -14,22 +15,22 @@ from powertrain.cli.options import (
     Command,
     CycleName,
     Span,
-    configured,
-    of_the_command_line,
     progress,
     settings,
 )
 from powertrain.cli.text import columns, number
+from powertrain.cli.vehicle import Vehicle, VehicleName, configured
 
 if TYPE_CHECKING:
     import xarray as xr
+    from click.shell_completion import CompletionItem
     from matplotlib.figure import Figure
 
     import powertrain as pt
     from powertrain.components.cycles import DriveCycle
     from powertrain.components.transmissions import SplitPathTransmission
-    from powertrain.presets.catalogue import Entry
 
+TRANSMISSION = "SplitPathTransmission"
 UNIT = "transmission.cvu"
 SHAFTS = ("transmission.flange_a", "transmission.flange_b")
 
@@ -39,14 +40,18 @@ class Mapped(ArgumentType):
 
     name = "vehicle|transmission"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Entry:
-        """By the class's name."""
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Vehicle:
+        """The transmission by the name of its class, everything else as for other commands."""
         from powertrain.components.transmissions import SplitPathTransmission
-        from powertrain.presets import catalogue
 
-        known = [e for e in catalogue.components() if e.kind is SplitPathTransmission]
-        with of_the_command_line():
-            return catalogue.find(str(value), (*catalogue.vehicles(), *known), "vehicle or transmission")
+        if str(value).lower() == TRANSMISSION.lower():
+            return Vehicle(TRANSMISSION, SplitPathTransmission())
+        return VehicleName().convert(value, param, ctx)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The vehicles that begin so, and the transmission."""
+        names = [*completion.vehicles(incomplete), *completion.beginning([TRANSMISSION], incomplete)]
+        return completion.or_file(names, incomplete)
 
 
 @click.command(
@@ -103,7 +108,7 @@ class Mapped(ArgumentType):
 @click.option("--out", type=DATA, help="Write the map to a netCDF file (.nc) or to a .csv file.")
 @click.option("--plot", type=PICTURE, help="Plot the map with the cases of the power flow (.png, .pdf, .svg).")
 def command(
-    what: Entry,
+    what: Vehicle,
     of: str | None,
     speed: tuple[float, ...],
     pedals: int,
@@ -126,7 +131,7 @@ def command(
     from powertrain.presets import catalogue
 
     model, _ = configured(what, params, texts)
-    whole = catalogue.is_vehicle(what.kind)
+    whole = catalogue.is_vehicle(type(model))
     if (of or "driveline" if whole else "transmission") == "driveline":
         from powertrain.cli.driveline import mapped
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -11,16 +10,12 @@ from powertrain.cli.options import (
     DATA,
     PICTURE,
     Command,
-    VehicleName,
-    configured,
     of_the_command_line,
     progress,
     settings,
 )
 from powertrain.cli.text import columns, number
-
-if TYPE_CHECKING:
-    from powertrain.presets.catalogue import Entry
+from powertrain.cli.vehicle import Vehicle, VehicleName, configured
 
 DIGITS = 3
 
@@ -43,7 +38,7 @@ DIGITS = 3
     help="Write the signals of the acceleration to a netCDF file (.nc), with units, or to a .csv file.",
 )
 @click.option("--plot", type=PICTURE, help="Plot speed and acceleration over time (.png, .pdf, .svg).")
-def command(vehicle: Entry, texts: tuple[str, ...], params: Path | None, out: Path | None, plot: Path | None) -> None:
+def command(vehicle: Vehicle, texts: tuple[str, ...], params: Path | None, out: Path | None, plot: Path | None) -> None:
     """Accelerate a vehicle with the pedal fully pressed and print acceleration times, top speed and gradeability.
 
     The vehicle starts at rest with the engine idling and the stores at their initial charge. The top speed is the highest speed

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from powertrain import Component, ModelError, ParameterError, SimulationError
+from powertrain import ModelError, ParameterError, SimulationError
+from powertrain.cli import completion
 
 if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
     from powertrain.components.cycles import DriveCycle
-    from powertrain.presets.catalogue import Entry
 
     ArgumentType = click.ParamType[Any]
 else:
@@ -46,24 +48,11 @@ def write_examples(examples: Sequence[str], formatter: click.HelpFormatter) -> N
 
 @contextmanager
 def of_the_command_line() -> Iterator[None]:
-    """What the library refuses here is wrong on the command line: exit code 2."""
+    """Errors of the library about what was typed are errors in the command line: exit code 2."""
     try:
         yield
     except (ParameterError, ModelError) as error:
         raise click.UsageError(str(error)) from None
-
-
-class VehicleName(ArgumentType):
-    """The name of a vehicle or a bench."""
-
-    name = "vehicle"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Entry:
-        """By the class's name; case, - and _ do not matter."""
-        from powertrain.presets import catalogue
-
-        with of_the_command_line():
-            return catalogue.find(str(value), catalogue.vehicles(), "vehicle")
 
 
 class CycleName(ArgumentType):
@@ -80,10 +69,16 @@ class CycleName(ArgumentType):
         if text.lower() not in CYCLES and not Path(text).is_file():
             near = suggestion(text.lower(), CYCLES)
             self.fail(
-                f"{text!r} is neither a cycle ({', '.join(CYCLES)}) nor a CSV file that is there{near}", param, ctx
+                f"{text!r} is neither a drive cycle ({', '.join(CYCLES)}) nor an existing CSV file{near}", param, ctx
             )
         with of_the_command_line():
             return DriveCycle.named(text.lower()) if text.lower() in CYCLES else DriveCycle.from_csv(text)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The cycles that begin so, or files."""
+        from powertrain.components.cycles import CYCLES
+
+        return completion.or_file(completion.beginning(CYCLES, incomplete), incomplete)
 
 
 class Span(ArgumentType):
@@ -103,9 +98,9 @@ class Span(ArgumentType):
         if len(numbers) not in ((2, 3) if self.counted else (2,)):
             self.fail(f"{value!r} is not {self.name}, such as {'-4:-0.25:16' if self.counted else '0.5:2'}", param, ctx)
         if not numbers[0] < numbers[1]:
-            self.fail(f"{value!r} does not go upwards", param, ctx)
+            self.fail(f"{value!r}: the first number must be less than the second", param, ctx)
         if len(numbers) == 3 and (numbers[2] < 2 or numbers[2] % 1):
-            self.fail(f"{value!r}: the number of points is a whole number from 2 on", param, ctx)
+            self.fail(f"{value!r}: the number of points must be a whole number, at least 2", param, ctx)
         return tuple(numbers)
 
 
@@ -122,9 +117,9 @@ class OutputFile(click.Path):
         """Its ending is known, it can be written."""
         path = Path(str(super().convert(value, param, ctx)))
         if path.suffix.lower() not in self.suffixes:
-            self.fail(f"{str(path)!r} ends in none of {', '.join(self.suffixes)}", param, ctx)
+            self.fail(f"{str(path)!r} must end in {' or '.join(self.suffixes)}", param, ctx)
         if not path.parent.is_dir():
-            self.fail(f"the folder {str(path.parent)!r} is not there", param, ctx)
+            self.fail(f"there is no folder {str(path.parent)!r}", param, ctx)
         try:
             there = path.exists()
             with path.open("ab"):
@@ -156,33 +151,6 @@ def settings(function: F) -> F:
         help="TOML file with parameters and components; --set overrides it.",
     )
     return params(texts(function))
-
-
-def configured(entry: Entry, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
-    """The model with the file's and then the command line's values, and the paths that were set."""
-    with of_the_command_line():
-        return changed(entry.kind(), params, texts)
-
-
-def changed(model: Component, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
-    """A model with the file's and then the command line's values, and the paths that were set."""
-    from powertrain.presets import files
-    from powertrain.presets.settings import assigned, assignments
-
-    paths: list[str] = []
-    if params is not None:
-        model, paths = files.applied(model, files.read(params), params.parent)
-    for path, value in assignments(texts):
-        model = assigned(model, path, value)
-        paths.append(path)
-    return model, [path for path in paths if _is_there(model, path)]
-
-
-def _is_there(model: Component, path: str) -> bool:
-    """A part that was exchanged later took its parameters with it."""
-    from powertrain.presets.settings import places
-
-    return any(found.path == path for found in places(model))
 
 
 def progress() -> bool:

@@ -1,4 +1,4 @@
-"""``powertrain reproduce``: the tables and figures of a paper, printed beside computed."""
+"""``powertrain reproduce``: the tables and figures of a paper, printed and computed."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from powertrain.cli import completion
 from powertrain.cli.options import Command, of_the_command_line, progress
 from powertrain.cli.text import columns, title
 
@@ -28,7 +29,7 @@ HEAD = ("quantity", "unit", "source", "printed", "computed", "agreement")
         "reproduce madhavan --out report --no-pictures",
     ),
 )
-@click.argument("paper")
+@click.argument("paper", shell_complete=completion.papers)
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the report. Default: ./reproduction."
 )

@@ -17,16 +17,15 @@ from powertrain.cli.options import (
     Interruption,
     OutputFile,
     Span,
-    VehicleName,
     of_the_command_line,
     settings,
 )
 from powertrain.cli.text import columns, number, title
+from powertrain.cli.vehicle import Vehicle, VehicleName, configured
 
 if TYPE_CHECKING:
     import powertrain as pt
     from powertrain.components.cycles import DriveCycle
-    from powertrain.presets.catalogue import Entry
     from powertrain.trials import CycleRun
 
 WORTH_A_REPORT = 1.0
@@ -50,7 +49,7 @@ PRINTED_FROM = 50.0
         "run SplitPathCar --backward",
         "run SplitPathCar --span 0:200 --set transmission.cvu=HydrostaticUnit --set 'engine=MappedEngine.gasoline()'",
         "run SplitPathCar --write-params car.toml",
-        "run SplitPathCar --params car.toml --cycle my_cycle.csv",
+        "run car.toml --cycle my_cycle.csv",
     ),
 )
 @click.argument("vehicle", type=VehicleName())
@@ -99,7 +98,7 @@ PRINTED_FROM = 50.0
     help="Relative tolerance of the integrator.",
 )
 def command(
-    vehicle: Entry,
+    vehicle: Vehicle,
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
@@ -115,12 +114,12 @@ def command(
 ) -> None:
     """Simulate a vehicle over a drive cycle and print its consumption and energy balance.
 
-    `powertrain list vehicles` lists the vehicles, `powertrain info VEHICLE` the parameters and slots that can be set.
+    VEHICLE is a name that `powertrain list vehicles` lists, or a parameter file (.toml) that names its class. `powertrain info VEHICLE`
+    lists the parameters and slots that can be set.
 
     The vehicle starts at rest, so a span of a cycle should also start at rest.
     """
     import powertrain as pt
-    from powertrain.cli.options import configured
     from powertrain.presets import files
     from powertrain.presets.settings import free_or_error
     from powertrain.trials import drive_cycle
@@ -142,7 +141,7 @@ def command(
     if out is not None:
         run.result.save(out, *chosen)
     if not run.message or run.distance >= WORTH_A_REPORT:
-        click.echo(report(run))
+        click.echo(report(run, vehicle.name))
         if backward:
             click.echo(_beside(run, model))
         if plot is not None:
@@ -210,11 +209,11 @@ def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
     return text
 
 
-def report(run: CycleRun) -> str:
-    """The results in text: the run, its table, the energy audit."""
+def report(run: CycleRun, name: str) -> str:
+    """The results of the vehicle ``name`` in text: the run, its table, the energy audit."""
     from powertrain.trials.charge import charge_corrected, stores_of
 
-    cycle, name = run.cycle, type(run.plant.model).__name__
+    cycle = run.cycle
     about = f"{cycle.duration:.0f} s, {cycle.distance / 1e3:.2f} km, up to {cycle.top_speed * 3.6:.1f} km/h"
     results = [
         (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)

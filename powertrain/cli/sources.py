@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.cli.options import ArgumentType, Interruption, VehicleName, of_the_command_line
+from powertrain.cli.options import ArgumentType, Interruption
+from powertrain.cli.vehicle import Vehicle, VehicleName, configured
 
 if TYPE_CHECKING:
     import xarray as xr
+    from click.shell_completion import CompletionItem
 
     import powertrain as pt
     from powertrain.components.cycles import DriveCycle
-    from powertrain.presets.catalogue import Entry
     from powertrain.trials import CycleRun
 
 
@@ -24,31 +25,27 @@ class Source(ArgumentType):
 
     name = "run"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path | Entry:
-        """Files by their ending, everything else by the class's name."""
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path | Vehicle:
+        """Files by their ending, everything else by the vehicle's name."""
         path = Path(str(value))
-        if path.suffix.lower() not in (".nc", ".toml"):
+        if path.suffix.lower() != ".nc":
             return VehicleName().convert(value, param, ctx)
         if not path.is_file():
             self.fail(f"there is no file {str(value)!r}", param, ctx)
         return path
 
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """As for vehicles: their names, or files."""
+        return VehicleName().shell_complete(ctx, param, incomplete)
 
-def model_of(source: Path | Entry, params: Path | None, texts: Sequence[str]) -> pt.Component:
+
+def model_of(source: Path | Vehicle, params: Path | None, texts: Sequence[str]) -> pt.Component:
     """The vehicle of a source with the values of a file and of the command line. Errors: UsageError for a saved run."""
-    from powertrain.cli.options import configured
-    from powertrain.presets.named import load
-
-    if not isinstance(source, Path):
-        return configured(source, params, texts)[0]
-    if source.suffix.lower() == ".nc":
+    if isinstance(source, Path):
         raise click.UsageError(
             f"{source} is a saved run, which has no model: --set, --params and --cycle need a vehicle"
         )
-    with of_the_command_line():
-        from powertrain.cli.options import changed
-
-        return changed(load(source), params, texts)[0]
+    return configured(source, params, texts)[0]
 
 
 def driven(model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None) -> CycleRun:

@@ -51,7 +51,7 @@ def paragraphs(docstring: str) -> str:
 
 def first_line(kind: type) -> str:
     """What a class is, from its docstring."""
-    return (inspect.getdoc(kind) or "").partition("\n")[0]
+    return (inspect.getdoc(kind) or "").partition("\n")[0].replace("``", "")
 
 
 def number(value: float, digits: int = 4) -> str:

@@ -12,8 +12,8 @@ from powertrain.cli.options import PAGE, Command, CycleName, Span, settings
 from powertrain.cli.sources import Source, driven, model_of, saved
 
 if TYPE_CHECKING:
+    from powertrain.cli.vehicle import Vehicle
     from powertrain.components.cycles import DriveCycle
-    from powertrain.presets.catalogue import Entry
 
 
 @click.command(
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @settings
 @click.option("--out", type=PAGE, help="Write the page to this .html file and do not open the browser.")
 def command(
-    run: Path | Entry,
+    run: Path | Vehicle,
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
@@ -52,7 +52,7 @@ def command(
 
 
 def written(
-    run: Path | Entry,
+    run: Path | Vehicle,
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],

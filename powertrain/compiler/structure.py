@@ -41,7 +41,7 @@ def _check_open_ends(reduced: Reduced) -> None:
         if len(ports) > 1 and flows and not rigid and all(_is_nothing(reduced, k) for k in flows):
             raise ModelError(
                 f"loose end: {end._path} is not connected, so that {part._path} ({type(part).__name__}) transmits nothing; "
-                "connect it, or take the part out"
+                "connect it, or remove the part"
             )
 
 

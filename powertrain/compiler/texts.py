@@ -55,7 +55,9 @@ def _reason(error: Exception) -> str:
     """What an exception in a component's text means."""
     owner = error.obj if isinstance(error, AttributeError) else None
     if isinstance(error, RuntimeError) and "truth value" in str(error):
-        return "a Python if/and/or/not cannot decide on a symbol; use switch(condition, a, b)"
+        return "a Python if/and/or/not, max or min cannot decide on a symbol; use switch(condition, a, b), casadi.fmax or casadi.fmin"
+    if isinstance(error, Frozen):
+        return f"{error.name} cannot be assigned a value; an equation is written  yield a == b"
     if isinstance(owner, Component):
         known = list(owner._fields)
         return (
@@ -68,8 +70,6 @@ def _reason(error: Exception) -> str:
         return f"CasADi cannot compute this: {said[0].rstrip('.')} {had}"
     if isinstance(error, RecursionError):
         return "this calls itself without end"
-    if isinstance(error, Frozen):
-        return f"{error}; an equation is written  yield a == b"
     return f"this raises {type(error).__name__}: {error}"
 
 

@@ -331,9 +331,7 @@ class _Plan:
         )
         if condition.source == "initial()":
             asked = f"cannot hold: the other conditions leave left minus right at {reached:g}"
-        raise InitializationError(
-            f"inconsistent initial conditions: {condition.label}\n  {asked}; take one of them out"
-        )
+        raise InitializationError(f"inconsistent initial conditions: {condition.label}\n  {asked}; remove one of them")
 
 
 class _Choice:

@@ -24,7 +24,7 @@ import numpy as np
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext
 from powertrain.language.checks import check_conditions, check_kind, check_rows, is_rows
-from powertrain.language.quantities import quantity
+from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
 
@@ -64,7 +64,11 @@ class Quantity:
         return component._symbol(self)
 
     def __set__(self, component: Component, value: float) -> None:
-        raise Frozen(f"{type(component).__name__} is frozen: use replace(component, {self.name}={value!r})")
+        raise Frozen(_frozen(component, self.name, value), name=self.name, obj=component)
+
+
+def _frozen(component: Component, name: str, value: Any) -> str:
+    return f"{type(component).__name__} is frozen: use replace(component, {name}={value!r})"
 
 
 class Parameter(Quantity):
@@ -93,7 +97,7 @@ class Parameter(Quantity):
 
     def check(self, value: float | str, where: str) -> float:
         """``value`` as a float; ParameterError if it is not a finite number or outside the range. "100 kW" is converted."""
-        if isinstance(value, str) and " " in value.strip():
+        if isinstance(value, str) and has_unit(value):
             value = quantity(value, self.unit, where)
         try:
             number = float(value)
@@ -272,13 +276,24 @@ class Component(metaclass=_Kind):
                 f"{cls.__name__}.{hidden[0]}: the name of a quantity or port must not begin with an underscore"
             )
         hints = cls.__dict__.get("__annotations__", {})
+        bare = [
+            n for n, spec in cls.__dict__.items() if isinstance(spec, Quantity | Port | Component) and n not in hints
+        ]
+        if bare:
+            kind = type(cls.__dict__[bare[0]]).__name__
+            raise ModelError(
+                f"{cls.__name__}.{bare[0]} has no annotation, so it is no field of the component; write  {bare[0]}: {kind} = ..."
+            )
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
         cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
         cls._slots = None
 
     if not TYPE_CHECKING:
 
-        def __init__(self, **given):
+        def __init__(self, *unnamed, **given):
+            if unnamed:
+                first = next((name for name, spec in self._fields.items() if is_given(spec)), "name")
+                raise TypeError(f"{type(self).__name__} takes its fields by name: {type(self).__name__}({first}=...)")
             unknown = [name for name in given if name not in self._fields or not is_given(self._fields[name])]
             if unknown:
                 known = [name for name, spec in self._fields.items() if is_given(spec)]
@@ -294,7 +309,7 @@ class Component(metaclass=_Kind):
             _check_conditions(self)
 
         def __setattr__(self, name, value):
-            raise Frozen(f"{type(self).__name__} is frozen: use replace(component, {name}={value!r})")
+            raise Frozen(_frozen(self, name, value), name=name, obj=self)
 
     def _value(self, name: str, spec: Any, given: dict[str, Any]) -> Any:
         where = f"{type(self).__name__}.{name}"

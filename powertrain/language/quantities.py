@@ -13,7 +13,8 @@ from powertrain.language.dimensions import measure
 from powertrain.language.units import checked_unit
 
 N = TypeVar("N", float, NDArray[np.float64])
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*$")
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s+|(?=[^\d\s.]))(\S.*?)\s*$")
+"""A number and a unit; a unit that begins with a digit, such as 1/s, needs the space."""
 _COMMON = {
     "Nm": (1.0, "N.m"), "hp": (745.6998715822702, "W"), "PS": (735.49875, "W"), "mph": (0.44704, "m/s"), "kph": (1 / 3.6, "m/s"),
     "mi": (1609.344, "m"), "ft": (0.3048, "m"), "in": (0.0254, "m"), "lb": (0.45359237, "kg"), "lbf": (4.4482216152605, "N"),
@@ -22,6 +23,15 @@ _COMMON = {
 }  # fmt: skip
 """Units of every day beside Modelica's: size in a unit that ``measure`` knows."""
 ZERO_CELSIUS = 273.15
+
+
+def has_unit(text: str) -> bool:
+    """Whether a text is a number followed by something, with or without a space between them: "100 kW", "100kW", but not "1e5"."""
+    try:
+        float(text)
+    except ValueError:
+        return _QUANTITY.match(text) is not None
+    return False
 
 
 def quantity(text: str, unit: str, where: str) -> float:

@@ -67,12 +67,16 @@ class GuardEntry:
 
 
 def place_in(text: Any, path: str) -> Place:
-    """The line at which a generator is."""
+    """The line at which a generator is: in the innermost method, not in a function that several classes share."""
     # CPython 3.11 may crash where it is asked what a running generator yields from.
-    while isinstance(text, GeneratorType) and not text.gi_running and isinstance(text.gi_yieldfrom, GeneratorType):
+    while isinstance(text, GeneratorType) and not text.gi_running and _is_method(text.gi_yieldfrom):
         text = text.gi_yieldfrom
     frame = text.gi_frame if isinstance(text, GeneratorType) else None
     return Place(path, frame.f_code.co_filename, frame.f_lineno) if frame else Place(path)
+
+
+def _is_method(text: Any) -> bool:
+    return isinstance(text, GeneratorType) and text.gi_code.co_varnames[:1] == ("self",)
 
 
 def lines(text: Any, path: str) -> Iterator[tuple[Place, Any]]:

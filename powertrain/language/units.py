@@ -40,7 +40,8 @@ def checked_unit(unit: str) -> str:
     for part in unit.replace("(", "").replace(")", "").replace("/", ".").split("."):
         match = _FACTOR.match(part)
         if match is None or match.group(1) not in BASE:
-            raise ModelError(f"{unit!r} is not a unit: {part!r} is unknown (write kg.m2, N.m/rad, rad/s, 1)")
+            whole = "" if part == unit else f" in {unit!r}"
+            raise ModelError(f"unknown unit {part!r}{whole} (units are written as kg.m2, N.m/rad, rad/s, 1)")
     return unit
 
 

@@ -142,7 +142,7 @@ def _checked(plant: _Source, inputs: str | Sequence[str]) -> list[str]:
         if name not in known:
             raise ParameterError(f"inputs: the model has no input or parameter {name}{suggestion(str(name), known)}")
         if driven.count(name) > 1:
-            raise ParameterError(f"inputs: {name} stands there twice")
+            raise ParameterError(f"inputs: {name} appears twice")
     return driven
 
 

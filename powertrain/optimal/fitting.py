@@ -167,7 +167,7 @@ def fit(
         raise ParameterError("data: give one pt.Experiment or several")
     asked = _unknowns(plant, experiments, wrt, by_name("first", first), by_name("bounds", bounds))
     if not asked:
-        raise ParameterError("wrt: nothing is to be found; name parameters or variables")
+        raise ParameterError("wrt is empty; name parameters or variables")
     tolerances = {"rtol": positive("rtol", rtol), "atol": positive("atol", atol)}
     problem = _LeastSquares(plant, experiments, asked, {**tolerances, "points": 1})
     scale = np.array([u.scale for u in asked])

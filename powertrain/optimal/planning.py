@@ -129,9 +129,7 @@ class _Programme:
                     raise ParameterError(f"{what}: the model has no {name}{suggestion(name, known)}")
         for term in cost.terms:
             if term.kind not in ("at", "integral") or term.times:
-                raise ParameterError(
-                    f"minimize: pt.integral and pt.final are possible, not {term.kind} of {term.signal}"
-                )
+                raise ParameterError(f"minimize takes pt.integral and pt.final, not {term.kind} of {term.signal}")
         if not self.ranges and not self.free:
             raise ParameterError("nothing to optimise: give inputs or parameters with their ranges")
         self.intervals = intervals

@@ -89,7 +89,7 @@ def find(name: str, among: Iterable[Entry], what: str) -> Entry:
     if found:
         raise pt.ParameterError(f"{name} is ambiguous: {', '.join(e.full_name for e in found)}")
     near = suggestion(name, [e.name for e in entries])
-    few = "" if len(entries) > 25 else f" ({what}: {', '.join(e.name for e in entries)})"
+    few = "" if len(entries) > 25 else f"; choose from {', '.join(e.name for e in entries)}"
     raise pt.ParameterError(f"unknown {what} {name!r}{near}{few}")
 
 

@@ -80,7 +80,7 @@ def _check_no_row(model: pt.Component, path: str) -> None:
         whole = path.rpartition(".")[0]
         kind = type(place(model, whole).value) if whole else type(model)
         raise pt.ParameterError(
-            f"{path} is a row of {type(row.value).__name__}: write a table [[{path}]] for each of them"
+            f"{path} has several components ({type(row.value).__name__}): write a table [[{path}]] for each of them"
             + "".join(f', or in [{whole}]  class = "{kind.__name__}.{maker}(...)"' for maker in variants(kind))
         )
 

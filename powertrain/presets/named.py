@@ -13,7 +13,7 @@ def names() -> tuple[str, ...]:
     """The names that ``load`` takes: measured cars such as "toyota-rav4-automatic", and the library's vehicles."""
     from powertrain.presets.catalogue import vehicles
 
-    return (*_measured(), *(entry.name for entry in vehicles()))
+    return (*measured(), *(entry.name for entry in vehicles()))
 
 
 def load(name: str | Path) -> Any:
@@ -23,8 +23,8 @@ def load(name: str | Path) -> Any:
     the class; names of CSV files in it are relative to it. Errors: ParameterError for an unknown name, and those of the file.
     """
     if str(name).endswith(".toml"):
-        return _of_file(Path(name))
-    if str(name) in (cars := _measured()):
+        return of_file(Path(name))[0]
+    if str(name) in (cars := measured()):
         from powertrain.measured.building import build
         from powertrain.measured.technology import Technology
 
@@ -45,7 +45,8 @@ def save(vehicle: pt.Component, path: str | Path) -> None:
     Path(path).write_text(written(vehicle, pt.compile(vehicle).parameters), encoding="utf-8")
 
 
-def _of_file(path: Path) -> Any:
+def of_file(path: Path) -> tuple[Any, list[str]]:
+    """The vehicle of a parameter file, and the paths that the file sets."""
     from powertrain.presets.catalogue import assembled, find
     from powertrain.presets.files import CLASS, applied, read
 
@@ -53,10 +54,11 @@ def _of_file(path: Path) -> Any:
     if CLASS not in tables:
         raise pt.ParameterError(f'{path} does not say which vehicle it is: begin it with  class = "ManualCar"')
     kind = find(str(tables[CLASS]), assembled(), "vehicle").kind
-    return applied(kind(), tables, path.parent)[0]
+    return applied(kind(), tables, path.parent)
 
 
-def _measured() -> dict[str, Any]:
+def measured() -> dict[str, Any]:
+    """The records of the measured cars by name."""
     from powertrain.measured.record import TestCar
 
     return {f"{car.name} {car.transmission}".lower().replace(" ", "-"): car for car in TestCar.shipped()}

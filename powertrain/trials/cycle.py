@@ -306,16 +306,26 @@ def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
         backwards = np.flatnonzero(w < -STALLED)
         if backwards.size:
             return (
-                f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {w.min():.4g} rad/s. Look at "
+                f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {w.min():.4g} rad/s. Check "
                 "what loads the crank: an accessory takes its torque while it turns, as BearingFriction does, and does not turn it"
             )
         runs = np.flatnonzero((result[f"{engine}.w"] > STALLED) | (result[f"{engine}.on"] < ON))
         last = float(result.time[runs[-1] if runs.size else 0])
         if result.time[-1] - last > LASTING:
             return (
-                f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Look at what loads the crank (clutch, "
-                f"accessories), at {engine}.tau_starter, which has to overcome that at rest, and at the idle controller"
+                f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Check what loads the crank (clutch, "
+                f"accessories), {engine}.tau_starter, which has to overcome that load at rest, and the idle controller"
             )
     if distance < STANDS < ASKED * cycle.distance:
-        return f"{driven}: it stands. Look at what its wheels are given and what holds them"
+        return (
+            f"{driven}: it does not move. {'; '.join(_most(result, path) for path in parts.prime_movers)}. Check the torque at low "
+            "speed, what closes the clutch and selects the gear, and what holds the brakes"
+        )
     return ""
+
+
+def _most(result: pt.Result[Any], path: str) -> str:
+    """The largest torque that an engine or a machine delivered."""
+    tau, w = result[f"{path}.tau"], result[f"{path}.w"]
+    most = int(np.argmax(tau))
+    return f"{path} delivers at most {tau[most]:.4g} N.m, at {w[most]:.4g} rad/s"

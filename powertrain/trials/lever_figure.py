@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 GAP = 1.6
 """Distance of the levers."""
-ENGAGED, SHAFT = "C3", "0.3"
+SHAFT = "0.3"
 
 
 def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axes:
     """The levers of a gearset in one gear: every lever is a line over the places of its members, at the height of their speeds.
 
     A member stands at a place such that the speeds of the three lie on a line: the carrier at 0, b at 1/(1 - R_o) of the lever's length
-    from it, a at R_o times as far. The heights are speeds over that of the input. Engaged clutches are drawn between the members that
-    they join; held members are at height 0, marked with the name of the brake.
+    from it, a at R_o times as far. The heights are speeds over that of the input; dotted lines mark input and output. The legend tells
+    which members the engaged elements join or hold.
     """
     import matplotlib.pyplot as plt
 
@@ -39,7 +39,7 @@ def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axe
         ax.plot([x[low], x[high]], [speeds[low], speeds[high]], color="0.55", linewidth=3, solid_capstyle="round")
         for name, place in x.items():
             ax.plot(place, speeds[name], "o", color=SHAFT, markersize=5)
-            ax.annotate(name, (place, speeds[name]), textcoords="offset points", xytext=(3, 5), fontsize=7)
+            ax.annotate(name, (place, speeds[name]), textcoords="offset points", xytext=(1, 5), fontsize=7, rotation=50)
         left += GAP
     for name in scheme.gear(gear).engaged:
         element = next(each for each in scheme.elements if each.name == name)
@@ -54,7 +54,7 @@ def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axe
         [GAP * k + 0.5 for k in range(len(scheme.levers))], [lever.name for lever in scheme.levers], fontsize=8
     )
     ax.legend(fontsize=7, handlelength=0, loc="best", framealpha=0.6)
-    ax.margins(0.08, 0.2)
+    ax.margins(0.12, 0.3)
     return ax
 
 

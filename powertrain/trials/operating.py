@@ -53,7 +53,7 @@ def _refuse_memory(vehicle: pt.Component, part: pt.Component, path: str) -> None
     held = [name for name, kind in part._fields.items() if isinstance(kind, pt.Discrete)]
     if held:
         raise pt.ParameterError(
-            f"{type(vehicle).__name__} has no map of operating points: {path} ({type(part).__name__}) goes by what was before "
+            f"{type(vehicle).__name__} has no map of operating points: {path} ({type(part).__name__}) depends on its history "
             f"({', '.join(held)}), so speed and accelerator alone do not determine its operation"
         )
     for name, inner in children(part):

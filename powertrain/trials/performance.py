@@ -46,7 +46,8 @@ def _check_moving(result: pt.Result[Any]) -> None:
     if abs(path[-1] - path[0]) < MOVES:
         raise pt.SimulationError(
             f"{parts.vehicle} does not move: with the accelerator fully pressed it covers {abs(path[-1] - path[0]):.2g} m in "
-            f"{result.time[-1]:.0f} s. Look at what its wheels are given and what holds them",
+            f"{result.time[-1]:.0f} s. Check the torque at low speed, what closes the clutch and selects the gear, and what "
+            "holds the brakes",
             result,
         )
 

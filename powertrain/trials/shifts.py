@@ -78,4 +78,4 @@ def _field(model: pt.Component, kind: type[pt.Component], said: str) -> str:
     for name, part in children(model):
         if isinstance(part, kind):
             return name
-    raise pt.ParameterError(f"{type(model).__name__} has not {said}")
+    raise pt.ParameterError(f"{type(model).__name__} does not have {said}")

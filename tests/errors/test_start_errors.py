@@ -36,7 +36,7 @@ def test_starts_that_contradict_each_other() -> None:
     refused(
         pt.InitializationError,
         "inconsistent initial conditions: the model: yield self.J2.w == self.second (test_start_errors.py:",
-        "take one of them out",
+        "remove one of them",
         do=lambda: pt.simulate(Fixtures(second=5.0), 0.1),
     )
 

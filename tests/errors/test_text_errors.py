@@ -101,7 +101,14 @@ class Partial(pt.Component):
         (Same, ["yield self.J1.w == self.J1.w (test_text_errors.py:", "both sides are the same"]),
         (Numbers, ["yield 1.0 == 2.0", "plain value False"]),
         (NoEquation, ["yield self.J1.w (test_text_errors.py:", "is no equation", "a == b"]),
-        (PythonIf, ["if self.J1.w > 0:", "Python if/and/or/not cannot decide on a symbol", "switch(condition, a, b)"]),
+        (
+            PythonIf,
+            [
+                "if self.J1.w > 0:",
+                "Python if/and/or/not, max or min cannot decide on a symbol",
+                "switch(condition, a, b)",
+            ],
+        ),
         (
             MixedPorts,
             [
@@ -119,6 +126,21 @@ class Partial(pt.Component):
 )
 def test_wrong_text(model: type[pt.Component], said: list[str]) -> None:
     refused(pt.ModelError, *said, do=lambda: pt.compile(model()))
+
+
+def test_fields_are_given_by_name() -> None:
+    with pytest.raises(TypeError, match=r"Inertia takes its fields by name: Inertia\(J=...\)"):
+        rot.Inertia(0.1)  # type: ignore[call-arg]
+
+
+def test_a_field_without_annotation_is_rejected_with_the_class() -> None:
+    fields = {"c": pt.parameter("N.m/rad", "Stiffness")}
+    refused(
+        pt.ModelError,
+        "Bar.c has no annotation",
+        "c: Parameter = ...",
+        do=lambda: type("Bar", (rot.TwoFlanges,), fields),
+    )
 
 
 def test_flanges_of_both_kinds_say_which_is_which() -> None:

@@ -51,7 +51,7 @@ TEXTS: dict[str, tuple[Callable[[Any], Any], list[str]]] = {
     "key": (gain, ['table["gain"]', "this raises KeyError: 'gain'"]),
     "division": (lambda m: m.J.w * (1 / 0), ["ZeroDivisionError"]),
     "type": (lambda m: "a" + m.J.w, ["this raises TypeError"]),
-    "assignment": (assigned, ["m.J.w = 3", "Inertia is frozen", "an equation is written  yield a == b"]),
+    "assignment": (assigned, ["m.J.w = 3", "w cannot be assigned a value", "an equation is written  yield a == b"]),
     "recursion": (lambda m: m.law(m), ["this calls itself without end"]),
     "column": (lambda m: ca.vertcat(m.J.w, 1), ["between single expressions, this one has 2 x 1"]),
     "array": (lambda m: np.array([1.0, 2.0]), ["single expressions"]),

@@ -64,6 +64,45 @@ def test_help_of_every_command_has_examples() -> None:
         assert "Examples:" in text
 
 
+def test_commands_take_a_parameter_file_in_place_of_a_vehicle(tmp_path: Path, short: str) -> None:
+    """The name in the results is the file's; --set changes what the file has set; a measured car goes by its name."""
+    path = tmp_path / "heavy.toml"
+    path.write_text('class = "ElectricCar"\n[body]\nm = "1.9t"\n')
+    run = done("run", str(path), "--cycle", short)
+    assert run.startswith("heavy over short")
+    same = done("run", "ElectricCar", "--set", "body.m=1900", "--cycle", short)
+    assert run.splitlines()[1:] == same.splitlines()[1:]
+    assert done("run", str(path), "--set", "body.m=1.9t", "--cycle", short) == run
+    assert "there is no file" in refused("run", str(tmp_path / "light.toml"))
+    path.write_text("[body]\nm = 1900\n")
+    assert "does not say which vehicle it is" in refused("run", str(path))
+    measured = "mitsubishi-mirage-manual"
+    assert done("run", measured, "--cycle", short).startswith(f"{measured} over short")
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [
+        ("run split", ["plain,SplitPathCar"]),
+        ("run ManualCar --cycle wl", ["plain,wltc"]),
+        ("run ManualCar --cycle mine.c", ["file,mine.c"]),
+        ("view ParallelH", ["plain,ParallelHybrid"]),
+        ("compare ManualCar before.n", ["file,before.n"]),
+        ("info circularcam", ["plain,CircularCamDifferential"]),
+        ("map SplitPathT", ["plain,SplitPathTransmission"]),
+        ("reproduce yu", ["plain,yu-beachley"]),
+        ("run my_car.to", ["file,my_car.to"]),
+        ("info Nothing", []),
+    ],
+)
+def test_the_shell_completes_names(typed: str, completed: list[str]) -> None:
+    """What a completion script of Bash asks for and is told (click's protocol)."""
+    words = f"powertrain {typed}".split()
+    asked = {"COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1), "_POWERTRAIN_COMPLETE": "bash_complete"}
+    told = CliRunner().invoke(main, [], prog_name="powertrain", env=asked, complete_var="_POWERTRAIN_COMPLETE")
+    assert told.output.split() == completed
+
+
 def test_version() -> None:
     assert pt.__version__ in done("--version")
 
@@ -288,8 +327,10 @@ def test_wrong_settings_are_told(setting: str, said: str, short: str) -> None:
 def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "did you mean SplitPathCar" in refused("run", "SplitPathCr")
     assert "did you mean wltc" in refused("run", "SplitPathCar", "--cycle", "wtlc")
-    assert "ends in none of .nc, .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
-    assert "is not there" in refused("run", "SplitPathCar", "--cycle", short, "--out", str(tmp_path / "no" / "run.nc"))
+    assert "must end in .nc or .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
+    assert "there is no folder" in refused(
+        "run", "SplitPathCar", "--cycle", short, "--out", str(tmp_path / "no" / "run.nc")
+    )
     assert "0:30 s" in refused("run", "SplitPathCar", "--cycle", short, "--span", "0:31")
     bad = tmp_path / "bad.csv"
     bad.write_text("time,speed\n0,0\n")
@@ -490,7 +531,7 @@ def test_split_path_with_a_duty(tmp_path: Path) -> None:
     assert "any V" in done("split-path", "--duty", str(duty), *few)
     duty.write_text("r,share\n0.6,1\n")
     assert "columns r (required), weight" in refused("split-path", "--duty", str(duty), *few)
-    assert "does not go upwards" in refused("split-path", "--ratio", "2:0.5")
+    assert "the first number must be less than the second" in refused("split-path", "--ratio", "2:0.5")
     assert "low:high" in refused("split-path", "--ratio", "2")
 
 
@@ -517,7 +558,7 @@ def test_split_path_with_maps_duties_and_pictures(tmp_path: Path) -> None:
         str(picture),
     )
     assert picture.read_bytes()[:4] == PNG
-    assert "is not there" in refused("split-path", "--duty", "nothing.csv:2")
+    assert "there is no file" in refused("split-path", "--duty", "nothing.csv:2")
     assert "no share" in refused("split-path", "--duty", f"{tmp_path / 'road.csv'}:much")
     assert "low:high" in refused("split-path", "--space", "--unit", "3")
 

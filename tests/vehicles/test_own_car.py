@@ -41,7 +41,9 @@ def test_file_and_python_give_one_car(k: int, tmp_path: Path) -> None:
 
 def test_a_row_of_parts_is_explained(tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text('class = "ManualCar"\n[gearbox]\ngears = [3.4, 2.0]\n', encoding="utf-8")
-    with pytest.raises(pt.ParameterError, match=r"gearbox.gears is a row of IdealGear.*ManualGearbox.of_ratios"):
+    with pytest.raises(
+        pt.ParameterError, match=r"gearbox.gears has several components .IdealGear.: .*ManualGearbox.of_ratios"
+    ):
         pt.vehicles.load(tmp_path / "car.toml")
 
 

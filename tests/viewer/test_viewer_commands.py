@@ -95,7 +95,7 @@ def test_a_saved_run_is_converted(saved: Path, tmp_path: Path) -> None:
         "convert", str(saved), str(tmp_path / "b.csv"), "--signals", "body.w", code=2
     )
     assert not (tmp_path / "b.csv").exists()
-    assert "ends in none of .csv, .mat, .nc, .html" in called("convert", str(saved), str(tmp_path / "b.xyz"), code=2)
+    assert "must end in .csv or .mat or .nc or .html" in called("convert", str(saved), str(tmp_path / "b.xyz"), code=2)
 
 
 def test_a_vehicle_that_stands_has_no_performance() -> None:

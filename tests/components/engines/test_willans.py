@@ -18,6 +18,16 @@ ENGINE = WillansEngine()
 J, TAU_0, TAU_2, E, LHV = 0.15, 18.0, 4e-5, 0.38, 43e6
 
 
+def test_an_engine_with_its_largest_torque_at_low_speed_has_torque_at_idle() -> None:
+    """The parabola from (100 rad/s, 105 N.m) to (157 rad/s, 250 N.m) would be below zero at idle."""
+    turbo = WillansEngine(tau_max=250, w_tau=157, P_max=110e3, w_P=523)
+    assert turbo.full_load([50.0, 85.0, 100.0, 157.0, 300.0])[:4] == pytest.approx([52.5, 89.25, 105.0, 250.0])
+    w = np.linspace(1, 157, 500)
+    assert (np.diff(turbo.full_load(w)) > 0).all()
+    parabola = 150 - 45 * ((420 - w) / 320) ** 2
+    assert ENGINE.full_load(w) == pytest.approx(parabola), "the default is far above the line"
+
+
 def motoring(w: float) -> float:
     return TAU_0 + TAU_2 * w * w
 
@@ -203,3 +213,16 @@ def test_a_long_drive_takes_no_events() -> None:
     result = pt.simulate(Driven(engine=ENGINE, rows=rows, d=0.1), 1800, starts={"engine.w": 85.0})
     assert not list(result.events)
     assert result.statistics["steps"] < 15_000
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"w_tau": 90}, "w_tau = 90 rad/s, w_low = 100 rad/s"),
+        ({"w_P": 400}, "w_tau = 420 rad/s, w_P = 400 rad/s"),
+        ({"tau_low": 200}, "tau_max = 150 N.m, tau_low = 200 N.m"),
+    ],
+)
+def test_points_of_the_full_load_out_of_order_are_rejected(given: dict[str, float], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=f"does not hold with {said}"):
+        pt.replace(WillansEngine(), given)

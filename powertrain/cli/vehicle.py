@@ -1,0 +1,69 @@
+"""The vehicle that a command is about: one of the library, a measured car, or one from a parameter file, with what is set in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from powertrain import Component
+from powertrain.cli import completion
+from powertrain.cli.options import ArgumentType, of_the_command_line
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A model by the name that was typed; ``paths`` are those that its parameter file has set."""
+
+    name: str
+    model: Component
+    paths: tuple[str, ...] = ()
+
+
+class VehicleName(ArgumentType):
+    """The name of a vehicle, or a parameter file that names its class."""
+
+    name = "vehicle"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Vehicle:
+        """A file by its ending, a vehicle by its class or name; case, - and _ do not matter."""
+        from powertrain.presets import catalogue, named
+
+        text = str(value)
+        if text.lower().endswith(".toml") and not Path(text).is_file():
+            self.fail(f"there is no file {text!r}", param, ctx)
+        with of_the_command_line():
+            if text.lower().endswith(".toml"):
+                model, paths = named.of_file(Path(text))
+                return Vehicle(Path(text).stem, model, tuple(paths))
+            if text.lower() in named.measured():
+                return Vehicle(text.lower(), named.load(text.lower()))
+            entry = catalogue.find(text, catalogue.vehicles(), "vehicle")
+            return Vehicle(entry.name, entry.kind())
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The vehicles that begin so, or files."""
+        return completion.or_file(completion.vehicles(incomplete), incomplete)
+
+
+def configured(vehicle: Vehicle, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
+    """The model with the values of a file and then of the command line, and the paths that were set."""
+    from powertrain.presets import files
+    from powertrain.presets.settings import assigned, assignments, places
+
+    model, paths = vehicle.model, [*vehicle.paths]
+    with of_the_command_line():
+        if params is not None:
+            model, more = files.applied(model, files.read(params), params.parent)
+            paths += more
+        for path, value in assignments(texts):
+            model = assigned(model, path, value)
+            paths.append(path)
+        there = {found.path for found in places(model)}  # a part that was exchanged took its parameters with it
+        return model, [path for path in paths if path in there]
