@@ -43,6 +43,7 @@ class Common:
     rates: Callable[[ca.SX, ca.SX], ca.SX]
     guards: Callable[[ca.SX, ca.SX], ca.SX]
     watch: Callable[[ca.SX, ca.SX], ca.SX]
+    located: Callable[[ca.SX, ca.SX], ca.SX]
     partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
     rows: Sequence[int] | None
     indicators: int
@@ -61,6 +62,7 @@ def common(
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
+    scaled = ca.densify(ca.vertcat(*[indicator.scaled for indicator in indicators(dae)]))
     counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
     found, counted = ca.densify(found), ca.densify(counted)
     if held is not None:
@@ -90,6 +92,7 @@ def common(
         rates=lambda t, u: call("rates", lambda: [rates], t, u)[0],
         guards=lambda t, u: call("guards", lambda: [counted], t, u)[0],
         watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
+        located=lambda t, u: call("located", lambda: [scaled], t, u)[0],
         partials=lambda t, u: call("partials", partials, t, u),
         rows=rows,
         indicators=found.numel(),
@@ -206,7 +209,7 @@ def locate(model: Common) -> ca.Function:
     if dae.z.numel():
         for _ in range(2):
             y = _corrected(model, t, y, n)
-    g = model.watch(t, y)
+    g = model.located(t, y)
     smallest = ca.SX(1e300)
     for i in range(model.indicators):
         smallest = ca.fmin(smallest, ca.if_else(above[i] > 0, 1e300, g[i]))

@@ -12,22 +12,30 @@ from powertrain.modes.tolerances import EPS, INTEGRATED
 
 @dataclass(frozen=True)
 class Indicator:
-    """An expression that falls through zero where law ``law`` has to change its mode."""
+    """An expression that falls through zero where law ``law`` has to change its mode; ``known`` is how well it is known."""
 
     law: Friction | Switch | Contact | When | Guard
     value: ca.SX
+    known: ca.SX | float = EPS
+
+    @property
+    def scaled(self) -> ca.SX:
+        """The value as a speed or a gap that is known to EPS: torques cannot be located to less than their own rounding."""
+        return self.value * (EPS / self.known)
 
 
 def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
     """All indicators that are located as state events; relations with a known instant are left to the time events."""
     found: list[Indicator] = []
     for friction in dae.frictions:
-        found.append(Indicator(friction, friction_motion(dae, friction)))
+        mode, slow = dae.m[friction.index], speed_tolerance(dae, friction)
+        known = slow if friction.prescribed else ca.if_else(mode == 0, friction.hysteresis, slow)
+        found.append(Indicator(friction, friction_motion(dae, friction), known))
         if friction.may_free and ca.depends_on(friction.upper - friction.lower, ca.vertcat(dae.t, dae.x, dae.z)):
             found.append(Indicator(friction, friction_free(dae, friction)))
     for switch in dae.switches:
         if switch.time is None and ca.depends_on(switch.g, ca.vertcat(dae.t, dae.x, dae.z)):
-            found.append(Indicator(switch, switch_margin(dae, switch)))
+            found.append(Indicator(switch, switch_margin(dae, switch), switch.known))
     for contact in dae.contacts:
         found.append(Indicator(contact, contact_change(dae, contact)))
     for when in dae.whens:

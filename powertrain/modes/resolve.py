@@ -56,14 +56,12 @@ class ModeResolver:
         self.uniqueness = Uniqueness(dae, memory)
         self._pieces = set(self.uniqueness.pieces)
         self._rests = [f.rests for f in dae.frictions if f.rests is not None]
-        self._last_shared: Array | None = None
         self._flags = view(memory.flags)
 
     def resolve(self, side: int) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
         memory = self.memory
         self.extra, self._unsolved = [], None
-        memory.m[self._rests] = 0.0
         for _ in range(_ROUNDS):
             if self._found(side):
                 return self._note_rest(side)
@@ -74,7 +72,9 @@ class ModeResolver:
 
     def _note_rest(self, side: int) -> None:
         """Mark the laws at a limit that others hold."""
-        if self._flags[4] > 0.0 and self._problem is not None:
+        rested = self.memory.m[self._rests].any()
+        self.memory.m[self._rests] = 0.0
+        if (rested or self._flags[4] > 0.0) and self._problem is not None:
             for k in resting(self.dae, self._problem, self._point(side)):
                 self.memory.m[self.dae.frictions[k].rests] = 1.0
 
@@ -112,15 +112,13 @@ class ModeResolver:
         return None
 
     def _shared(self, side: int) -> bool:
-        """Some laws are at a limit while others hold them: of all that is consistent take what their compliance says."""
+        """Laws have come to rest at a limit, held by others: of all that is consistent take what their compliance says."""
         modes = self.memory.m.copy()
-        if self._last_shared is not None and np.array_equal(modes, self._last_shared):
-            return True
+        self.memory.m[self._rests] = 0.0
         found = self._linearized(side, held=False)[0]
         if found is None:
             self.memory.m[:] = modes
             self._solvable(side)
-        self._last_shared = self.memory.m.copy()
         return found is not False
 
     @cached_property
@@ -131,6 +129,7 @@ class ModeResolver:
         """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
         if self._problem is None:
             return self._jam(side, set(), 1)
+        self.memory.m[self._rests] = 0.0
         start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
         found, laws = self._linearized(side, held=False)
         if found is not None:
@@ -228,7 +227,6 @@ class ModeResolver:
     def forget(self) -> None:
         """Drop what the last run left."""
         self.notes.clear()
-        self._last_shared = None
 
     def _solvable(self, side: int) -> bool:
         """Solve the algebraic equations for the present modes; whether they have a solution."""

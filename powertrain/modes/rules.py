@@ -24,7 +24,7 @@ class Pass:
     """The next held values, and what they ask for.
 
     ``flags``: entries that change, whens with a rising edge, contacts that close, sum of all torques, laws at a limit that others hold at
-    rest.
+    rest and that did not rest there before.
     """
 
     held: ca.SX
@@ -44,7 +44,8 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     """The mode rules.
 
     ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found; a law at rest may
-    count as sliding while its acceleration is above ``-slack`` (0 except for modes from the complementarity problem or a single trial).
+    count as sliding while its acceleration is above ``-slack`` (0 except for modes from the complementarity problem or a single trial, and
+    for laws that rest at a limit already).
     A closed contact opens where its force would pull, and where a reset has moved one of its sides away.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
@@ -86,10 +87,16 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
 
 
 def idles(dae: HybridDae, friction: Friction) -> ca.SX:
-    """Whether a law at a limit of its torque is at rest all the same, held by others: how they share the torque is open then."""
+    """Whether a law at a limit of its torque has come to rest, held by others: how they share the torque is open then."""
     mode, width = dae.m[friction.index], friction.upper - friction.lower
+    known = _rests(dae, friction)
     still = ca.logic_and(ca.fabs(friction.w) <= ZONE, ca.fabs(friction.rate) <= friction.reach * friction.hysteresis)
-    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), width > friction.hysteresis)
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), ca.logic_and(width > friction.hysteresis, known == 0))
+
+
+def _rests(dae: HybridDae, friction: Friction) -> ca.SX:
+    """1 where a law at a limit of its torque was found to be at rest, held by others."""
+    return ca.SX(0) if friction.rests is None else dae.m[friction.rests]
 
 
 def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
@@ -103,7 +110,8 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
-        least = slack * friction.reach * friction.hysteresis + (EPS if friction.algebraic else 0)
+        allowed = ca.fmax(slack, _rests(dae, friction))  # what others hold goes neither way
+        least = allowed * friction.reach * friction.hysteresis + (EPS if friction.algebraic else 0)
         nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.hysteresis)
         forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
         loose = ca.if_else(
