@@ -96,6 +96,7 @@ def test_a_line_of_formulas_is_one_of_statements(made_with: Any) -> None:
     assert shown.count('<span class="statement">') == 2
 
 
+@pytest.mark.slow
 def test_every_component_gets_a_page(made_with: Any, tmp_path: Path) -> None:
     made_with("component_pages").write_pages(tmp_path)
     clutch = (tmp_path / "components" / "rotational" / "Clutch.md").read_text(encoding="utf-8")

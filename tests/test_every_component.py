@@ -164,6 +164,7 @@ def test_energy_closes_and_no_loss_is_negative(kind: type[pt.Component]) -> None
 SYMMETRIC = [kind for kind in MECHANICAL if kind.__name__ not in ONE_SIDED and not kind.boundary]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SYMMETRIC, ids=[kind.__qualname__ for kind in SYMMETRIC])
 def test_mirrored_drive_gives_mirrored_motion(kind: type[pt.Component]) -> None:
     """Opposite torques and forces give opposite speeds: no direction is preferred."""

@@ -46,6 +46,7 @@ def same(plant: pt.Plant[Any], runs: int, **options: Any) -> pt.Result[Any]:
     return first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eta", [1.0, 0.98])
 def test_shifts_of_an_eight_speed(eta: float) -> None:
     """Five runs, shorter ones and ones with another torque in between."""
@@ -58,6 +59,7 @@ def test_shifts_of_an_eight_speed(eta: float) -> None:
     assert abs(audit.residual) < 1e-6 * audit.turnover
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gear", EIGHT)
 def test_published_ratios_of_the_eight_speed(gear: str) -> None:
     held = {f"p{element}": float(element in EIGHT[gear]) for element in "ABCDE"}

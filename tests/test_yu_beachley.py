@@ -201,6 +201,7 @@ class Switching(pt.Component):
         yield pt.connect(self.shift, self.transmission.shift)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMBINATIONS)
 def test_combinations_with_real_clutches_are_their_two_types(name: str) -> None:
     """Both layouts of a switched transmission, as its clutches hold them, have the efficiency of the plain ones."""

@@ -40,6 +40,7 @@ class Geared(Shiftable):
         yield pt.connect(self.gear.flange_b, self.flange_b)
 
 
+@pytest.mark.slow
 def test_two_lossy_gears_in_a_row_stand_still_without_torque() -> None:
     """With the clutch open nothing is left of the bounds of gearbox and crown gear: no fraction of them can be told."""
     lossy = rot.Gear(ratio=3.5, efficiency=0.97)
@@ -49,6 +50,7 @@ def test_two_lossy_gears_in_a_row_stand_still_without_torque() -> None:
     assert pt.simulate(on(HILL, lossy), 1.0)["body.v"][-1] < -0.8
 
 
+@pytest.mark.slow
 def test_two_gears_without_loss_in_a_row_roll_back() -> None:
     crown = CrownGear(ratio=3.9)
     ways = [
@@ -59,6 +61,7 @@ def test_two_gears_without_loss_in_a_row_roll_back() -> None:
     assert ways[0] < -0.8
 
 
+@pytest.mark.slow
 def test_crown_gear_without_loss_and_wheels_with_slip_in_the_split_path_car() -> None:
     """Both cars start at 11 s; the loss of the crown gear and the slip change little of their speed."""
     lossless = pt.simulate(pt.replace(SplitPathCar(), {"front.final_drive": CrownGear(ratio=4.5)}), 16.0)

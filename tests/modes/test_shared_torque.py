@@ -68,6 +68,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [10.0, -10.0])
 @pytest.mark.parametrize(("limits", "ratios"), CASES)
 def test_the_weaker_at_its_limit_and_the_others_take_the_rest(

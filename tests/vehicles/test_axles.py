@@ -64,6 +64,7 @@ def follows(run: CycleRun) -> None:
     assert np.abs(run.speed[standing]).max() < 2e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("differential", ["bevel", "cam"])
 @pytest.mark.parametrize("name", CARS)
 def test_starts_and_halts(name: str, differential: str) -> None:
@@ -85,6 +86,7 @@ DRIVES: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("driven", DRIVES)
 def test_which_axle_is_driven(driven: str) -> None:
     run = drive_cycle(ManualCar(**DRIVES[driven]), HALT)
@@ -98,6 +100,7 @@ def test_which_axle_is_driven(driven: str) -> None:
             assert end not in pinions
 
 
+@pytest.mark.slow
 def test_lumped_and_whole_axle_agree_on_a_straight_road() -> None:
     """The same motion but for the slip of the tyres and the inertia of the cage."""
     car = ManualCar()
@@ -106,6 +109,7 @@ def test_lumped_and_whole_axle_agree_on_a_straight_road() -> None:
     assert lumped.fuel == pytest.approx(whole.fuel, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_in_a_bend_the_centre_differential_works() -> None:
     """The front axle's circle is larger than the rear axle's: root(1 + (k l)^2)."""
     plant = pt.compile(pt.replace(ManualCar(**DRIVES["all"]), {"cycle.cycle": HALT}))
@@ -132,6 +136,7 @@ def test_wheels_that_cannot_turn_apart_need_a_centre_differential() -> None:
         pt.compile(ManualCar(front=LumpedAxle(), rear=LumpedAxle()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CARS)
 def test_open_pedals(name: str) -> None:
     """Off with the accelerator, then the brake: every car moves, stops, and closes its energy."""

@@ -121,6 +121,7 @@ print(*(name for name in {heavy!r} if name in sys.modules), file=sys.stderr)
     assert ran.stderr.split() == []
 
 
+@pytest.mark.slow
 def test_real_process_exit_codes() -> None:
     command = [sys.executable, "-W", "error", "-m", "powertrain.cli"]
     ran = subprocess.run([*command, "info", "Inertia"], capture_output=True, text=True, check=False)
@@ -171,6 +172,7 @@ def test_info_of_a_vehicle_lists_what_can_be_set() -> None:
     assert "WillansEngine MappedEngine, WillansEngine" in " ".join(text.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [entry.full_name for entry in (*assembled(), *components())])
 def test_info_of_everything(name: str) -> None:
     assert name.rpartition(".")[2] in done("info", name)
@@ -455,6 +457,7 @@ def test_run_of_what_stands_or_drives_without_the_engine(tmp_path: Path) -> None
     assert re.search(r"mean efficiency of the engine +-  1", text)
 
 
+@pytest.mark.slow
 def test_run_calculates_backward(short: str) -> None:
     text = done("run", "SplitPathCar", "--cycle", short, "--backward")
     said = text.partition("Backward, from steady operating points")[2].split()
@@ -471,6 +474,7 @@ def test_run_calculates_backward(short: str) -> None:
     assert "has no map of operating points: control" in refused("map", "PowerSplitHybrid", code=1)
 
 
+@pytest.mark.slow
 def test_performance_is_that_of_the_signals(tmp_path: Path) -> None:
     out, plot = tmp_path / "acceleration.csv", tmp_path / "acceleration.png"
     text = done("performance", "SplitPathCar", "--set", "body.m=1500", "--out", str(out), "--plot", str(plot))

@@ -63,6 +63,7 @@ def test_creeping_with_a_slipping_clutch() -> None:
     assert result["body.force"][-1] == pytest.approx(float(point["force"]), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "pedal"), [(5.0, 0.2), (20.0, 0.4), (35.0, 0.6), (10.0, 0.2)])
 def test_points_are_where_a_simulation_settles(found: xr.Dataset, speed: float, pedal: float) -> None:
     """Slowest is the engine's speed against the ratio's control, settled to 1e-5 after half a minute."""
@@ -83,6 +84,7 @@ def test_powers_of_the_point_balance(found: xr.Dataset) -> None:
     assert float(point["efficiency"]) == pytest.approx(float(point["force"]) * 20 / (float(point["fuel_rate"]) * 43e6))
 
 
+@pytest.mark.slow
 def test_backward_agrees_with_the_simulation() -> None:
     """The quasi-static calculation leaves out transients and the engine's inertia: 2 % on a cycle's part with its accelerations."""
     part = DriveCycle.named("wltc").part(590, 1022)
@@ -92,6 +94,7 @@ def test_backward_agrees_with_the_simulation() -> None:
     assert not back.missing.any()
 
 
+@pytest.mark.slow
 def test_backward_stands_against_the_drag_of_a_converter() -> None:
     """Half of the first hill of the WLTC is idling: the converter takes more than twice what the engine alone would."""
     hill = DriveCycle.named("wltc").part(0, 140)
@@ -99,6 +102,7 @@ def test_backward_stands_against_the_drag_of_a_converter() -> None:
     assert back.fuel == pytest.approx(run.fuel, rel=0.03)
 
 
+@pytest.mark.slow
 def test_backward_climbs() -> None:
     """Twelve metres a second up a slope of 5 %: the simulation burns as much, less what it burns on the way to that speed."""
     cycle = DriveCycle("uphill", ((0.0, 0.0), (12.0, 12.0), (200.0, 12.0)))
@@ -110,6 +114,7 @@ def test_backward_climbs() -> None:
     assert back.fuel == pytest.approx(run.fuel, rel=0.02)
 
 
+@pytest.mark.slow
 def test_backward_over_a_crest() -> None:
     """Up 5 % for 500 m and down again: the map is that of a level road, the weight is in the force."""
     cycle = DriveCycle("crest", ((0.0, 20.0), (25.0, 20.0), (50.0, 20.0)))
@@ -138,6 +143,7 @@ class CoastDownBody(Body):
         yield self.rear_load.value == self.m * self.g * (1 - self.front_share)
 
 
+@pytest.mark.slow
 def test_backward_asks_the_body_for_its_resistance() -> None:
     """At 20 m/s another body takes 4 v + 0.4 v^2 = 240 N, whatever Cd and A the car's own had."""
     cycle = DriveCycle("cruise", ((0.0, 20.0), (10.0, 20.0), (20.0, 21.0)))
@@ -171,6 +177,7 @@ def test_a_geared_car_is_mapped_in_the_gears_that_its_schedule_keeps() -> None:
     np.testing.assert_allclose(found["power"], found["fuel_rate"] * 43e6)
 
 
+@pytest.mark.slow
 def test_an_automatic_is_mapped_with_its_converter_locked() -> None:
     found = driveline_map(AutomaticCar(), [15.0], [0.5]).isel(speed=0, accelerator=0)
     ratio = AutomaticCar().gearbox.ratios[int(found["gear"]) - 1]  # type: ignore[attr-defined]
@@ -198,6 +205,7 @@ def test_axles_are_lumped_on_a_rolling_road() -> None:
         on_rolling_road(uneven)
 
 
+@pytest.mark.slow
 def test_backward_of_a_geared_car() -> None:
     """Over the first hill of the WLTC it takes the gears of the simulation and its fuel, but for shifts and transients."""
     cycle = DriveCycle.named("wltc").part(0, 140)
@@ -209,6 +217,7 @@ def test_backward_of_a_geared_car() -> None:
     assert {1, 2, 3} <= set(back.gears.tolist())
 
 
+@pytest.mark.slow
 def test_backward_finds_the_gear_of_a_cruise() -> None:
     """At 20 m/s, in rows of a minute and more: fifth gear from 16.5 m/s (1 + accelerator) on, and the fuel of the simulation."""
     cycle = DriveCycle("cruise", ((0.0, 0.0), (20.0, 20.0), (120.0, 20.0)))
@@ -217,6 +226,7 @@ def test_backward_finds_the_gear_of_a_cruise() -> None:
     assert back.fuel_rate[-1] == pytest.approx(run.result["engine.fuel_rate"][-1], rel=0.01)
 
 
+@pytest.mark.slow
 def test_backward_says_what_the_vehicle_lacks() -> None:
     sprint = DriveCycle("sprint", ((0.0, 0.0), (10.0, 40.0)))
     assert backward(SplitPathCar(), sprint).missing.max() > 1000

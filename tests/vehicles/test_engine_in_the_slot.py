@@ -50,6 +50,7 @@ def driven(name: str, number: int) -> CycleRun:
     return drive_cycle(pt.replace(NAMED[name](), engine=ENGINES[number]), TOWN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda v: v.__name__)
 @pytest.mark.parametrize("number", range(len(ENGINES)), ids=lambda n: type(ENGINES[n]).__name__)
 def test_engine_runs_on_its_own_line(vehicle: type[pt.Component], number: int) -> None:

@@ -30,6 +30,7 @@ def _balanced(run: CycleRun) -> None:
     assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recovery", [1.0, 0.0])
 def test_town(recovery: float) -> None:
     run = town(recovery)

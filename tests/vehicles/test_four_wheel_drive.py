@@ -32,6 +32,7 @@ def drive(name: str, stop: float = 3.0, v: float = 3.0, **options: Any) -> Any:
     return plant(name).simulate(stop, starts={"body.v": v, "engine.w": v / 0.3 * 3.5 * 3.9}, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CENTRES)
 def test_ice_under_the_front(name: str) -> None:
     """An open centre differential lets the front spin; one that locks drives with the rear."""
@@ -50,6 +51,7 @@ def test_ice_under_the_front(name: str) -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CENTRES)
 def test_one_wheel_on_ice_goes_round_with_open_differentials(name: str) -> None:
     result = drive(name, inputs={"driver.accelerator_pedal": 0.4}, rtol=1e-8, atol=1e-10)
@@ -75,6 +77,7 @@ def test_bend() -> None:
         assert shift == pytest.approx(2 * load / 9.80665 * 0.1 * result["body.v"][-1] ** 2 * 0.55 / 1.5, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CENTRES)
 def test_comes_to_rest_on_a_slope(name: str) -> None:
     hill = RoadProfile(profile=pt.Map.constant(0.1, x="s", x_unit="m", name="grade"))

@@ -39,6 +39,7 @@ def town(request: pytest.FixtureRequest) -> tuple[str, CycleRun]:
     return request.param, drive_cycle(HYBRIDS[request.param], TOWN, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_town(town: tuple[str, CycleRun]) -> None:
     """The tolerance is held, energy closes, the battery stays within its limits, and it recovers what the brakes would take."""
     name, run = town
@@ -53,6 +54,7 @@ def test_town(town: tuple[str, CycleRun]) -> None:
     assert tau.min() < -5  # it generates
 
 
+@pytest.mark.slow
 def test_who_drives(town: tuple[str, CycleRun]) -> None:
     """Machines behind the clutch and in series drive alone with the engine stopped; those at the crank cannot."""
     name, run = town
@@ -67,6 +69,7 @@ def test_who_drives(town: tuple[str, CycleRun]) -> None:
         assert np.std(run.result["engine.w"][drives] - run.result["genset.w_best"][drives]) < 25
 
 
+@pytest.mark.slow
 def test_powers_add_up() -> None:
     """P2: what the driver asks for is what engine and machine give together, while the engine runs and the clutch is closed."""
     run = drive_cycle(HYBRIDS["P2"], TOWN)
@@ -83,6 +86,7 @@ def test_powers_add_up() -> None:
     np.testing.assert_allclose(given[rows], signals["control.asked"][rows], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_positions_that_cannot_be() -> None:
     with pytest.raises(pt.ParameterError, match="unknown position 'P5'"):
         ParallelHybrid.at("P5")  # type: ignore[arg-type]
@@ -94,6 +98,7 @@ def test_positions_that_cannot_be() -> None:
         pt.compile(pt.replace(TWO, transfer=CentreDifferential()))
 
 
+@pytest.mark.slow
 def test_two_machines_share() -> None:
     run = drive_cycle(TWO, TOWN, rtol=1e-6)
     assert run.time_outside == 0
@@ -109,6 +114,7 @@ def sustaining() -> ChargeSustaining:
     return charge_sustaining(HYBRIDS["P2"], DriveCycle.named("wltc").part(0, 300), spread=(-0.03, 0.0, 0.03))
 
 
+@pytest.mark.slow
 def test_charge_sustaining_correction(sustaining: ChargeSustaining) -> None:
     """The slope is that of the least squares by the regulation's sums; it agrees with the correction by marginal efficiency."""
     tests = sustaining.tests
@@ -130,6 +136,7 @@ def depleting() -> pd.DataFrame:
     return charge_depleting(small, DriveCycle.named("wltc").part(0, 300))
 
 
+@pytest.mark.slow
 def test_charge_depleting(depleting: pd.DataFrame) -> None:
     """First on the battery alone, then less and less, at last with the charge sustained."""
     assert depleting["consumption"].iloc[0] == 0
@@ -140,6 +147,7 @@ def test_charge_depleting(depleting: pd.DataFrame) -> None:
     assert depleting["distance"].iloc[-1] == pytest.approx(len(depleting) * depleting["distance"].iloc[0], rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", [ElectricCar(), ManualCar()])
 def test_tests_of_hybrids_need_hybrids(vehicle: pt.Component) -> None:
     for trial in (charge_sustaining, charge_depleting):
@@ -149,6 +157,7 @@ def test_tests_of_hybrids_need_hybrids(vehicle: pt.Component) -> None:
         charge_sustaining(HYBRIDS["P2"], spread=(0.0,))
 
 
+@pytest.mark.slow
 def test_the_table_tells_miles_per_gallon() -> None:
     """40 CFR 600: a litre per 100 km is 235.2 mpg."""
     run = drive_cycle(ManualCar(), DriveCycle.named("wltc").part(0, 60))

@@ -43,6 +43,7 @@ def test_town(engine: Engine) -> None:
     assert np.all(run.result["engine.throttle"] <= run.result["driver.accelerator"] + 1e-9)
 
 
+@pytest.mark.slow
 def test_start_stop_saves_what_idling_burns() -> None:
     always, stopped = (drive_cycle(car, TOWN) for car in (ManualCar(), pt.replace(ManualCar(), start_stop=StartStop())))
     t, off = stopped.result.time, np.where(stopped.result["engine.on"] < 0.5, 1.0, 0.0)
@@ -93,6 +94,7 @@ def test_an_engine_that_is_turned_backwards_is_told() -> None:
     assert message.startswith("its engine is turned backwards from t = 5 s on, down to -120 rad/s")
 
 
+@pytest.mark.slow
 def test_idling_begins_at_idle_speed() -> None:
     """The idle controller has found its throttle before the drive begins."""
     for engine in (WillansEngine(), WillansEngine(tau_0=50), MappedEngine.gasoline()):

@@ -100,6 +100,7 @@ def test_published_errors() -> None:
     np.testing.assert_allclose(found.error, 100 * (found.predicted / found.measured - 1), atol=0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Toyota Rav4 automatic", "Tesla Model 3 Long Range Awd electric"])
 def test_what_is_published_is_what_is_simulated(name: str) -> None:
     compare(CARS[name], "hwfet")
@@ -122,6 +123,7 @@ def compare(car: TestCar, cycle: str) -> None:
     assert one.measured == pytest.approx(row.measured, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_car_is_driven_by_its_data() -> None:
     """Half the road load and a tenth more mass change consumption as they should, so that nothing of a car is ignored."""
     A, B, C = MIRAGE.road_load

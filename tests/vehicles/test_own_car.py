@@ -27,6 +27,7 @@ def by_python() -> dict[str, Any]:
     return known
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", range(3), ids=NAMES)
 def test_file_and_python_give_one_car(k: int, tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text(FILES[k], encoding="utf-8")

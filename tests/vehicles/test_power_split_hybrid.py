@@ -29,6 +29,7 @@ def _balanced(run: CycleRun) -> None:
     assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
 
 
+@pytest.mark.slow
 def test_town() -> None:
     run = town()
     _balanced(run)
@@ -114,6 +115,7 @@ def test_recovers_what_the_battery_takes() -> None:
     assert _last(control(accelerator=0.15, discharge_power=5000.0), "tau_2") == pytest.approx([40])
 
 
+@pytest.mark.slow
 def test_consumption_corrected_for_the_charge_hardly_depends_on_where_it_began() -> None:
     """A kilogram of fuel more leaves what the marginal efficiency of 0.4 and the way through machine and battery make of it."""
     plant = pt.compile(pt.replace(PowerSplitHybrid(), {"cycle.cycle": DriveCycle.named("wltc").part(0, 589)}))

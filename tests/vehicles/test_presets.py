@@ -28,6 +28,7 @@ def read_again(car: Any) -> Any:
     return applied(type(car)(), tomllib.loads(written(car)))[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_every_vehicle_goes_through_a_file(name: str) -> None:
     assert read_again(load(name)) == load(name)
@@ -47,6 +48,7 @@ def test_what_is_not_plain_goes_through_a_file(car: Any) -> None:
     assert read_again(car) == car
 
 
+@pytest.mark.slow
 def test_same_consumption_after_saving_and_loading(tmp_path: Path) -> None:
     from powertrain.trials import drive_cycle
 

@@ -53,6 +53,7 @@ def torques(result: Any) -> tuple[Any, Any]:
     return -result["rear.differential.left.tau"], -result["rear.differential.right.tau"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bevel", "locking cam"])
 def test_wheel_speeds_in_a_bend(name: str) -> None:
     """Cage 88 rad/s, radius 7 m, track 1.4 m (Madhavan, App. A): 96.8 rad/s outside, 79.2 rad/s inside."""
@@ -83,6 +84,7 @@ def test_open_differential_spins_and_locking_cam_does_not() -> None:
     assert set(np.unique(locked["rear.differential.mode"][locked.time > 0.5])) == {0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_the_wheel_that_grips_gets_what_the_law_says(name: str) -> None:
     """While the left wheel spins: T_right - T_left is the friction between the sides, of the torque of the crown."""
@@ -104,6 +106,7 @@ def test_the_wheel_that_grips_gets_what_the_law_says(name: str) -> None:
     assert total[-1] > 150
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("road", ["ice", "bend"])
 def test_energy_closes_and_mirrors(name: str, road: str) -> None:
@@ -133,6 +136,7 @@ def test_in_a_bend_the_inner_wheel_gets_more(name: str) -> None:
     assert pt.energy_audit(result).components.lost["rear.differential"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("grade", [0.1, -0.1])
 def test_comes_to_rest_and_stands_on_a_slope(name: str, grade: float) -> None:
@@ -153,6 +157,7 @@ def test_starts_from_rest_with_its_clutch() -> None:
     assert result["engine.w"][-1] == pytest.approx(result["body.v"][-1] / 0.3 * RATIO, rel=0.02)
 
 
+@pytest.mark.slow
 def test_any_wheels_fit() -> None:
     """Rigid wheels on both sides and tyres with linear slip: the same car at small slip."""
     ends = []
@@ -185,6 +190,7 @@ def test_comparison(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyt
     assert all(name in printed for name in names["DIFFERENTIALS"])
 
 
+@pytest.mark.slow
 def test_a_bend_takes_of_the_grip() -> None:
     """On a road of mu = 0.5, 20 m/s round 100 m: 4 of 4.9 m/s2 go into the bend, and braking has what is left."""
     car = pt.replace(RearDriveCar.in_one_gear(), {"rear.left.mu": 0.5, "rear.right.mu": 0.5})

@@ -20,6 +20,7 @@ CONTENTS = {"yu-beachley": (32, 2), "provatidis": (49, 3), "chaudhary": (72, 2),
 """Rows that agree with the print, and with its correction."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "compute"), TABLES, ids=[f"{name}-{compute.__name__}" for name, compute in TABLES])
 def test_rows_agree(name: str, compute: Callable[[], Table]) -> None:
     """Within the printed digits; the computed column is a number wherever a number is printed."""

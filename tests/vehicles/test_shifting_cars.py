@@ -33,6 +33,7 @@ def run(request: pytest.FixtureRequest) -> CycleRun:
     return drive_cycle(CARS[request.param], WLTC.part(0, 50), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_part_of_the_wltc(run: CycleRun) -> None:
     assert not run.message
     assert run.time_outside == 0
@@ -40,6 +41,7 @@ def test_part_of_the_wltc(run: CycleRun) -> None:
     assert run.audit.violations.empty
 
 
+@pytest.mark.slow
 def test_shift_quality(run: CycleRun) -> None:
     """Slip energy is what the elements lose; the jerk of a second difference is that of the body's acceleration, averaged."""
     quality = shift_quality(run.result)
@@ -55,6 +57,7 @@ def test_shift_quality(run: CycleRun) -> None:
     assert 0.1 < quality["slip time"][1] < 0.8
 
 
+@pytest.mark.slow
 def test_figures(run: CycleRun) -> None:
     axes = plot_shift(run.result, 1)
     assert axes[0].get_title() == "Shift from gear 1 to gear 2"
@@ -66,6 +69,7 @@ def test_figures(run: CycleRun) -> None:
     plt.close("all")
 
 
+@pytest.mark.slow
 def test_what_has_no_such_shifts() -> None:
     result = drive_cycle(ManualCar(), WLTC.part(0, 20)).result
     assert len(shifts(result)) == 1
@@ -75,11 +79,13 @@ def test_what_has_no_such_shifts() -> None:
         plot_shift(result, 2)
 
 
+@pytest.mark.slow
 def test_more_shift_speeds_than_gears() -> None:
     with pytest.raises(pt.ModelError, match=r"7 rows of shift speeds, for 8 gears, but gearbox \(Automatic\) has 3"):
         pt.compile(AutomaticCar(gearbox=Automatic.simpson_three_speed()))
 
 
+@pytest.mark.slow
 def test_a_gearbox_without_a_clutch_of_its_own() -> None:
     with pytest.raises(pt.ModelError, match="ManualGearbox, which has no clutch that starts the car"):
         pt.compile(DualClutchCar(gearbox=ManualGearbox()))

@@ -197,6 +197,7 @@ KINDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("differential", KINDS, ids=lambda kind: type(kind).__name__)
 @pytest.mark.parametrize(("side", "outer", "inner"), [(1, "right", "left"), (-1, "left", "right")])
 def test_wheel_speeds_in_a_bend(differential: Differential, side: int, outer: str, inner: str) -> None:

@@ -51,6 +51,7 @@ def test_line_as_a_map_for_a_control() -> None:
     assert speeds(1e6) == pytest.approx(line.speed[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "engine", [*ENGINES, MappedEngine.gasoline(method="linear")], ids=lambda e: f"{type(e).__name__}"
 )

@@ -162,6 +162,7 @@ EXPERIMENTS: dict[str, tuple[Any, Callable[[float], float]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 @pytest.mark.parametrize("torque", [1.0, 1e4, -40.0])
 @pytest.mark.parametrize(("sharing", "theta"), [("averaged", 0.0), ("elastic", 0.0), ("elastic", 0.4), ("rigid", 0.4)])

@@ -134,6 +134,7 @@ def test_energy_closes(differential: Any) -> None:
     )  # the speed at which it sticks is known to round-off
 
 
+@pytest.mark.slow
 @quick
 @given(st.sampled_from(["circular", "spherical", "linkage"]), st.data())
 def test_without_friction_it_is_the_bevel(kind: str, data: st.DataObject) -> None:

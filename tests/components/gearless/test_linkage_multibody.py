@@ -207,6 +207,7 @@ def test_closed_form_closes_the_loop(linkage: Linkage, alpha: float) -> None:
     np.testing.assert_allclose(turns[2], rotation(X, -alpha), atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("masses", [TABLE_5_1, HEAVY], ids=["table", "heavy"])
 @pytest.mark.parametrize("linkage", LINKAGES, ids=str)
 @pytest.mark.parametrize("state", STATES, ids=str)

@@ -97,6 +97,7 @@ def spun(masses: CamMasses | None) -> Any:
     return run(joined(*parts, joints=SPUN), 1.0)
 
 
+@pytest.mark.slow
 def test_cams_have_to_be_spun_up() -> None:
     """w_cam = (N/M) w_rel/2 makes them an inertia of J (N/M)^2/4 between the sides."""
     result = spun(CamMasses(J_cam=0.04))

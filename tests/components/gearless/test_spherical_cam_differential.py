@@ -48,6 +48,7 @@ def spun(differential: Differential, left: float, right: float, torque: float, *
     return run(joined(differential, *parts, joints=SPUN), 2.0, **options)
 
 
+@pytest.mark.slow
 @each
 @pytest.mark.parametrize("torque", [100.0, -40.0])
 @pytest.mark.parametrize(("left", "right"), [(5.0, 4.0), (-9.0, -8.2)])
@@ -89,6 +90,7 @@ def test_energy_closes_in_motion(differential: SphericalCamDifferential) -> None
     assert np.asarray(audit.loss["parts[0]"]).min() >= 0
 
 
+@pytest.mark.slow
 @each
 def test_mirrored_torques_give_mirrored_motion(differential: SphericalCamDifferential) -> None:
     """And exchanged sides exchanged motion: left ahead at psi is right ahead at -psi."""
@@ -104,6 +106,7 @@ def test_mirrored_torques_give_mirrored_motion(differential: SphericalCamDiffere
         assert crossed[f"parts[{i}].w"][-1] == pytest.approx(one[f"parts[{j}].w"][-1], rel=1e-7, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sharing", SHARINGS)
 @pytest.mark.parametrize("torques", [(300.0, -60.0, -110.0), (-300.0, 60.0, 110.0), (50.0, 20.0, -70.0)])
 def test_without_friction_it_is_the_bevel_differential(sharing: Sharing, torques: tuple[float, float, float]) -> None:
@@ -127,6 +130,7 @@ def test_between_the_bevel_differentials_of_its_extreme_efficiencies() -> None:
     assert w[0] < w[1] < w[2]
 
 
+@pytest.mark.slow
 def test_halves_hold_together_up_to_kappa() -> None:
     """At rest against each other: torques may differ by kappa T_C, no more; eta_0 ripples with the angle where it breaks loose."""
     differential = SphericalCamDifferential()
@@ -145,6 +149,7 @@ def test_halves_hold_together_up_to_kappa() -> None:
             assert (result["parts[0].mode"][-1] == 0) == stuck
 
 
+@pytest.mark.slow
 def test_rough_rollers_lock() -> None:
     """kappa > 1: with one side held no torque turns the cage; with the paper's friction it turns."""
     for friction, locks in ((ROUGH, True), (CamFriction(), False)):

@@ -123,6 +123,7 @@ def spun(differential: SphericalCamDifferential, seconds: float = 1.0) -> Any:
     return run(joined(differential, *parts, joints=SPUN), seconds, times=np.linspace(0, seconds, 401))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sharing", get_args(Sharing))
 @pytest.mark.parametrize("lobes", [(3, 6), (3, 4), (4, 5)])
 def test_a_rough_cam_loses_power(lobes: tuple[int, int], sharing: Sharing) -> None:

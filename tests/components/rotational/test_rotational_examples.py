@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 import powertrain as pt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "stop"),
     [

@@ -123,6 +123,7 @@ TABLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "torque"), TABLES)
 def test_table_of_a_gearset(name: str, torque: float) -> None:
     """Ratio, efficiency and element torques of all gears that find an operating point, without drag."""
@@ -262,6 +263,7 @@ def shifted(name: str, torque: float, *, up: bool, **options: Any) -> tuple[pt.R
     return pt.simulate(bench, 3.0, points=3001, starts=starts, **options), old, new
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOXES)
 @pytest.mark.parametrize("torque", [100.0, -60.0])
 @pytest.mark.parametrize("up", [True, False])

@@ -68,6 +68,7 @@ def driven(parts: Any, times: list[float], wanted: list[float]) -> pt.Result[Ben
     return pt.simulate(model, times[-1], starts=starts, inputs={"wanted": (times, wanted)}, rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("structure", "m", "R_o", "shifts"), CASES)
 def test_ranges_shift_up_and_down(structure: Structure, m: Any, R_o: Any, shifts: list[float]) -> None:
     """The ratio follows through all ranges and back; where it rests the torques are those of the network."""

@@ -58,6 +58,7 @@ def shifted(first: Any, second: Any, coupling: Any = "input", unit: Any = UNIT) 
     return pt.simulate(model, 5.0, starts=starts, inputs=inputs, rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMBINATIONS)
 def test_members_change_places_while_driving(name: str) -> None:
     first, second = (TYPES[k] for k in COMBINATIONS[name])

@@ -63,6 +63,7 @@ def test_linear_tyre_relaxes_over_its_length() -> None:
     np.testing.assert_allclose(result["wheel.f"], f, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tyre", TYRES, ids=["plain", "sharp", "flat", "snow"])
 @pytest.mark.parametrize("kappa", [0.004, -0.04, 0.09, 0.2, -0.6, 2.0])
 def test_magic_formula_at_steady_slip(tyre: dict[str, Any], kappa: float) -> None:
