@@ -58,10 +58,7 @@ def test_a_cycle_too_fast_is_driven_as_far_as_it_goes() -> None:
 
 
 def test_a_run_that_ends_early_is_kept() -> None:
-    car = SplitPathCar()
-    weak = pt.replace(
-        car, transmission=pt.replace(car.transmission, cvu=pt.replace(car.transmission.cvu, ratio_max=1.2))
-    )
+    weak = pt.replace(SplitPathCar(), {"transmission.cvu.ratio_max": 1.2})
     run = drive_cycle(weak, WLTC.part(0, 60))
     assert "speed ratio of the variable unit" in run.message
     assert run.result.time[-1] < 60
