@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from powertrain.analysis.sampling import sample
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
+    from powertrain.environment import Environment
     from powertrain.export import load
     from powertrain.figures.schematic import schematic
     from powertrain.optimal.experiment import Experiment, read_experiment
@@ -74,6 +75,7 @@ __all__ = [
     "Connector",
     "Discrete",
     "EnergyAudit",
+    "Environment",
     "Equations",
     "Experiment",
     "Fit",
@@ -196,6 +198,7 @@ _ANALYSES = {
     "ecms": "powertrain.optimal.scheduling",
     "Floquet": "powertrain.variational.floquet",
     "floquet": "powertrain.variational.floquet",
+    "Environment": "powertrain.environment",
     "Running": "powertrain.running",
     "fit": "powertrain.optimal.fitting",
     "read_experiment": "powertrain.optimal.experiment",
