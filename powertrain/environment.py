@@ -109,10 +109,10 @@ class Environment(gymnasium.Env[Array, Array]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """A new episode; ``options`` are further arguments of ``plant.start``."""
         super().reset(seed=seed)
-        given: dict[str, Any] = {"record": False} | (options or {})
+        given: dict[str, Any] = {"record": False}
         if self._begin is not None:
-            given = dict(self._begin(self.np_random)) | given
-        self._run = self.plant.start(**given)
+            given |= self._begin(self.np_random)
+        self._run = self.plant.start(**given | (options or {}))
         self._end = self._run.time + self.duration
         return self._observe(self._run), {}
 
