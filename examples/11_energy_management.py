@@ -12,11 +12,11 @@ import sys
 import matplotlib.pyplot as plt
 
 from powertrain.components.cycles import DriveCycle
-from powertrain.trials import Comparison, flywheel_management
+from powertrain.trials import MethodComparison, flywheel_management
 from powertrain.vehicles import FlywheelHybrid
 
 
-def main(picture: str | None = None) -> Comparison:
+def main(picture: str | None = None) -> MethodComparison:
     """Compares, prints and draws."""
     cycle = DriveCycle.named("udds").part(0, 340)
     comparison = flywheel_management(FlywheelHybrid(), cycle).compare()

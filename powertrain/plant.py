@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
-from powertrain.compiler.hybrid import Schedule
+from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
 from powertrain.engine.prepared import Method
 from powertrain.engine.schedules import Schedules
@@ -320,7 +320,7 @@ class Plant(Generic[M]):
             engine.schedules.enter(held, t)
         return held
 
-    def _schedules(self, inputs: Mapping[str, InputValue]) -> list[Schedule]:
+    def _schedules(self, inputs: Mapping[str, InputValue]) -> list[TimeSignal]:
         """The signals of time of a run with these inputs."""
         for name in inputs:
             if name not in self.compiled.inputs:
@@ -397,7 +397,7 @@ def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Ar
     return grid
 
 
-def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule:
+def _scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:
     if schedule.name not in inputs:
         return schedule
     value, what = inputs[schedule.name], f"input {schedule.name}"
@@ -414,7 +414,7 @@ def _scheduled(schedule: Schedule, inputs: Mapping[str, InputValue]) -> Schedule
         raise ParameterError(f"{error}; {wanted}") from None
     if times.size != values.size or not times.size or (np.diff(times) < 0).any():
         raise ParameterError(f"{what}: {wanted}")
-    return Schedule(schedule.name, schedule.index, times, values)
+    return TimeSignal(schedule.name, schedule.index, times, values)
 
 
 def _progress(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:

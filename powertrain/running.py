@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Schedule
+from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
@@ -55,7 +55,7 @@ class Running(Generic[M]):
         p: Array,
         report: Any,
         options: Mapping[str, Any],
-        free: Sequence[Schedule],
+        free: Sequence[TimeSignal],
     ) -> None:
         self._compiled, self._engine, self._p, self._report, self._options = compiled, engine, p, report, options
         self._signals = signals_of(compiled)

@@ -6,7 +6,7 @@ from powertrain.components.transmissions.automatic import Automatic
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualClutchGearbox, StartingGearbox
 from powertrain.components.transmissions.electric_transmission import ElectricTransmission
-from powertrain.components.transmissions.gear_scheme import Gear, GearScheme, ShiftElement, planetary, ravigneaux
+from powertrain.components.transmissions.gear_scheme import GearScheme, SchemeGear, ShiftElement, planetary, ravigneaux
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
@@ -64,7 +64,6 @@ __all__ = [
     "ElectricTransmission",
     "Flow",
     "FluidCoupling",
-    "Gear",
     "GearScheme",
     "Joint",
     "Layout",
@@ -78,6 +77,7 @@ __all__ = [
     "PowerShiftGearbox",
     "RangeTransmission",
     "RatioOfUnit",
+    "SchemeGear",
     "ShiftElement",
     "Shiftable",
     "SingleGear",

@@ -13,7 +13,7 @@ from powertrain.components.transmissions.network import HOUSING, Joint, Lever, N
 
 
 @dataclass(frozen=True)
-class Gear:
+class SchemeGear:
     """A gear: its name and the shift elements that are engaged in it."""
 
     name: str
@@ -81,7 +81,7 @@ class GearScheme:
 
     levers: tuple[Lever, ...]
     elements: tuple[ShiftElement, ...]
-    gears: tuple[Gear, ...]
+    gears: tuple[SchemeGear, ...]
     input: str = "in"
     output: str = "out"
     joints: tuple[Joint, ...] = ()
@@ -112,7 +112,9 @@ class GearScheme:
         """Elements as "shaft-shaft" or "shaft-housing", and for each gear the names of those that are engaged in it."""
         pairs = joints(*elements.values())
         made = tuple(ShiftElement(name, *pair) for name, pair in zip(elements, pairs, strict=True))
-        return cls(levers, made, tuple(Gear(name, tuple(text.split())) for name, text in gears.items()), input, output)
+        return cls(
+            levers, made, tuple(SchemeGear(name, tuple(text.split())) for name, text in gears.items()), input, output
+        )
 
     @cached_property
     def shafts(self) -> tuple[str, ...]:
@@ -125,16 +127,16 @@ class GearScheme:
         return self._joined(())
 
     @cached_property
-    def forward(self) -> tuple[Gear, ...]:
+    def forward(self) -> tuple[SchemeGear, ...]:
         """The gears that turn the output forward, in the order of the table."""
         return tuple(gear for gear in self.gears if self.ratio(gear.name) > 0)
 
     @cached_property
-    def reverse(self) -> tuple[Gear, ...]:
+    def reverse(self) -> tuple[SchemeGear, ...]:
         """The gears that turn it backward."""
         return tuple(gear for gear in self.gears if self.ratio(gear.name) < 0)
 
-    def gear(self, name: str) -> Gear:
+    def gear(self, name: str) -> SchemeGear:
         """The gear of a name. Errors: ParameterError where there is none."""
         for gear in self.gears:
             if gear.name == name:
@@ -176,14 +178,14 @@ class GearScheme:
     def in_gear(self, name: str) -> GearScheme:
         """The scheme with one gear only: its elements are rigid joints, and the open ones are left out."""
         held = tuple(joint for joint in self.network(name).joints if joint[0] != joint[1])
-        return replace(self, elements=(), gears=(Gear(name, ()),), joints=held)
+        return replace(self, elements=(), gears=(SchemeGear(name, ()),), joints=held)
 
     def _joined(self, joints: Iterable[Joint]) -> Network:
         ends = self.input, self.output
         alone = tuple((shaft, shaft) for element in self.elements for shaft in element.joint)  # no lever need be there
         return Network(self.levers, ends, (*alone, *self.joints, *joints), *ends)
 
-    def _check_step(self, one: Gear, other: Gear) -> None:
+    def _check_step(self, one: SchemeGear, other: SchemeGear) -> None:
         if self.ratio(one.name) <= self.ratio(other.name):
             raise ParameterError(
                 f"gear {one.name} has the ratio {self.ratio(one.name):.4g}, gear {other.name} {self.ratio(other.name):.4g}; list the "

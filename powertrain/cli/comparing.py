@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     import powertrain as pt
-    from powertrain.cli.vehicle import Vehicle
+    from powertrain.cli.vehicle import VehicleArgument
     from powertrain.components.cycles import DriveCycle
 
 MOST = 25
@@ -42,7 +42,7 @@ MOST = 25
 @click.option("--plot", type=PICTURE, help="Plot the signals of both runs (.png, .pdf, .svg).")
 @click.option("--report", type=PAGE, help="Write the interactive page of both runs to this .html file.")
 def command(
-    runs: tuple[Path | Vehicle, ...],
+    runs: tuple[Path | VehicleArgument, ...],
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
@@ -74,7 +74,7 @@ def command(
 
 
 def _runs(
-    runs: tuple[Path | Vehicle, ...],
+    runs: tuple[Path | VehicleArgument, ...],
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
@@ -96,7 +96,7 @@ def _runs(
     return {name: _run(run, cycle, span) for name, run in zip(names, runs, strict=True)}
 
 
-def _run(run: Path | Vehicle, cycle: DriveCycle | None, span: tuple[float, float] | None) -> Any:
+def _run(run: Path | VehicleArgument, cycle: DriveCycle | None, span: tuple[float, float] | None) -> Any:
     if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span):
         return saved(run)
     return driven(model_of(run, None, ()), cycle, span)

@@ -19,7 +19,7 @@ from powertrain.cli.options import (
     settings,
 )
 from powertrain.cli.text import columns, number
-from powertrain.cli.vehicle import Vehicle, VehicleName, configured
+from powertrain.cli.vehicle import VehicleArgument, VehicleName, configured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,12 +40,12 @@ class Mapped(ArgumentType):
 
     name = "vehicle|transmission"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Vehicle:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> VehicleArgument:
         """The transmission by the name of its class, everything else as for other commands."""
         from powertrain.components.transmissions import SplitPathTransmission
 
         if str(value).lower() == TRANSMISSION.lower():
-            return Vehicle(TRANSMISSION, SplitPathTransmission())
+            return VehicleArgument(TRANSMISSION, SplitPathTransmission())
         return VehicleName().convert(value, param, ctx)
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -108,7 +108,7 @@ class Mapped(ArgumentType):
 @click.option("--out", type=DATA, help="Write the map to a netCDF file (.nc) or to a .csv file.")
 @click.option("--plot", type=PICTURE, help="Plot the map with the cases of the power flow (.png, .pdf, .svg).")
 def command(
-    what: Vehicle,
+    what: VehicleArgument,
     of: str | None,
     speed: tuple[float, ...],
     pedals: int,

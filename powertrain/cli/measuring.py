@@ -15,7 +15,7 @@ from powertrain.cli.options import (
     settings,
 )
 from powertrain.cli.text import columns, number
-from powertrain.cli.vehicle import Vehicle, VehicleName, configured
+from powertrain.cli.vehicle import VehicleArgument, VehicleName, configured
 
 DIGITS = 3
 
@@ -38,7 +38,9 @@ DIGITS = 3
     help="Write the signals of the acceleration to a netCDF file (.nc), with units, or to a .csv file.",
 )
 @click.option("--plot", type=PICTURE, help="Plot speed and acceleration over time (.png, .pdf, .svg).")
-def command(vehicle: Vehicle, texts: tuple[str, ...], params: Path | None, out: Path | None, plot: Path | None) -> None:
+def command(
+    vehicle: VehicleArgument, texts: tuple[str, ...], params: Path | None, out: Path | None, plot: Path | None
+) -> None:
     """Accelerate a vehicle with the pedal fully pressed and print acceleration times, top speed and gradeability.
 
     The vehicle starts at rest with the engine idling and the stores at their initial charge. The top speed is the highest speed

@@ -21,7 +21,7 @@ from powertrain.cli.options import (
     settings,
 )
 from powertrain.cli.text import columns, number, title
-from powertrain.cli.vehicle import Vehicle, VehicleName, configured
+from powertrain.cli.vehicle import VehicleArgument, VehicleName, configured
 
 if TYPE_CHECKING:
     import powertrain as pt
@@ -98,7 +98,7 @@ PRINTED_FROM = 50.0
     help="Relative tolerance of the integrator.",
 )
 def command(
-    vehicle: Vehicle,
+    vehicle: VehicleArgument,
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],

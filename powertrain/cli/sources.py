@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from powertrain.cli.options import ArgumentType, Interruption
-from powertrain.cli.vehicle import Vehicle, VehicleName, configured
+from powertrain.cli.vehicle import VehicleArgument, VehicleName, configured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +25,7 @@ class Source(ArgumentType):
 
     name = "run"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path | Vehicle:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path | VehicleArgument:
         """Files by their ending, everything else by the vehicle's name."""
         path = Path(str(value))
         if path.suffix.lower() != ".nc":
@@ -39,7 +39,7 @@ class Source(ArgumentType):
         return VehicleName().shell_complete(ctx, param, incomplete)
 
 
-def model_of(source: Path | Vehicle, params: Path | None, texts: Sequence[str]) -> pt.Component:
+def model_of(source: Path | VehicleArgument, params: Path | None, texts: Sequence[str]) -> pt.Component:
     """The vehicle of a source with the values of a file and of the command line. Errors: UsageError for a saved run."""
     if isinstance(source, Path):
         raise click.UsageError(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Vehicle:
+class VehicleArgument:
     """A model by the name that was typed; ``paths`` are those that its parameter file has set."""
 
     name: str
@@ -31,7 +31,7 @@ class VehicleName(ArgumentType):
 
     name = "vehicle"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Vehicle:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> VehicleArgument:
         """A file by its ending, a vehicle by its class or name; case, - and _ do not matter."""
         from powertrain.presets import catalogue, named
 
@@ -41,18 +41,18 @@ class VehicleName(ArgumentType):
         with of_the_command_line():
             if text.lower().endswith(".toml"):
                 model, paths = named.of_file(Path(text))
-                return Vehicle(Path(text).stem, model, tuple(paths))
+                return VehicleArgument(Path(text).stem, model, tuple(paths))
             if text.lower() in named.measured():
-                return Vehicle(text.lower(), named.load(text.lower()))
+                return VehicleArgument(text.lower(), named.load(text.lower()))
             entry = catalogue.find(text, catalogue.vehicles(), "vehicle")
-            return Vehicle(entry.name, entry.kind())
+            return VehicleArgument(entry.name, entry.kind())
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """The vehicles that begin so, or files."""
         return completion.or_file(completion.vehicles(incomplete), incomplete)
 
 
-def configured(vehicle: Vehicle, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
+def configured(vehicle: VehicleArgument, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
     """The model with the values of a file and then of the command line, and the paths that were set."""
     from powertrain.presets import files
     from powertrain.presets.settings import assigned, assignments, places

@@ -12,7 +12,7 @@ from powertrain.cli.options import PAGE, Command, CycleName, Span, settings
 from powertrain.cli.sources import Source, driven, model_of, saved
 
 if TYPE_CHECKING:
-    from powertrain.cli.vehicle import Vehicle
+    from powertrain.cli.vehicle import VehicleArgument
     from powertrain.components.cycles import DriveCycle
 
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @settings
 @click.option("--out", type=PAGE, help="Write the page to this .html file and do not open the browser.")
 def command(
-    run: Path | Vehicle,
+    run: Path | VehicleArgument,
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
@@ -52,7 +52,7 @@ def command(
 
 
 def written(
-    run: Path | Vehicle,
+    run: Path | VehicleArgument,
     cycle: DriveCycle | None,
     span: tuple[float, float] | None,
     texts: tuple[str, ...],

@@ -12,7 +12,7 @@ from powertrain.compiler.binding import bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
-from powertrain.compiler.hybrid import HybridDae, Schedule
+from powertrain.compiler.hybrid import HybridDae, TimeSignal
 from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.records import (
@@ -154,7 +154,7 @@ def _assemble(
             for (place, law), flag in zip(others, held.flags, strict=True)
         ),
         schedules=tuple(
-            Schedule(e.place.path or "input", held.place(e.held[0]), e.times, e.values) for e in recorder.schedules
+            TimeSignal(e.place.path or "input", held.place(e.held[0]), e.times, e.values) for e in recorder.schedules
         ),
         guards=tuple(guard_record(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),

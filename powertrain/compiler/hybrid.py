@@ -108,7 +108,7 @@ class When:
 
 
 @dataclass(frozen=True)
-class Schedule:
+class TimeSignal:
     """A piecewise linear signal of time; m[index:index+3] = (t0, y0, slope) of the running segment."""
 
     name: str
@@ -184,7 +184,7 @@ class HybridDae:
     switches: tuple[Switch, ...] = ()
     contacts: tuple[Contact, ...] = ()
     whens: tuple[When, ...] = ()
-    schedules: tuple[Schedule, ...] = ()
+    schedules: tuple[TimeSignal, ...] = ()
     guards: tuple[Guard, ...] = ()
     opened: Opened | None = None
     residual_places: tuple[str, ...] = ()

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from powertrain.compiler.hybrid import Schedule
+from powertrain.compiler.hybrid import TimeSignal
 from powertrain.numerics.buffers import Array
 
 
 class Schedules:
     """All schedules of a model; breakpoints in time order. A repeated abscissa is a jump, its right limit holds at the instant."""
 
-    def __init__(self, schedules: Sequence[Schedule]) -> None:
+    def __init__(self, schedules: Sequence[TimeSignal]) -> None:
         self._schedules = schedules
         self._segments = [_segments(schedule) for schedule in schedules]
         points = sorted({(float(time), k) for k, schedule in enumerate(schedules) for time in schedule.times})
@@ -60,7 +60,7 @@ class Schedules:
         m[index : index + 3] = rows[bisect_right(starts, t)]
 
 
-def _segments(schedule: Schedule) -> tuple[list[float], list[Array]]:
+def _segments(schedule: TimeSignal) -> tuple[list[float], list[Array]]:
     """Start times, and one row (t0, y0, slope) more than starts: the first holds before the first time."""
     times, values = [float(v) for v in schedule.times], [float(v) for v in schedule.values]
     starts: list[float] = []
@@ -74,6 +74,6 @@ def _segments(schedule: Schedule) -> tuple[list[float], list[Array]]:
     return starts, list(np.array(rows))
 
 
-def _jumps(schedule: Schedule) -> list[float]:
+def _jumps(schedule: TimeSignal) -> list[float]:
     times, values = schedule.times, schedule.values
     return [float(times[i]) for i in range(1, len(times)) if times[i] == times[i - 1] and values[i] != values[i - 1]]

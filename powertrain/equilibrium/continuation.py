@@ -22,7 +22,7 @@ from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected
 from powertrain.equilibrium.laws import FORWARD, NO_WIDTH, REST, STUCK, Iterates, SteadyLaws
-from powertrain.modes.complementarity import Answer, Complementarity, Linear, Mask, Point
+from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
 from powertrain.numerics.buffers import Array
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
@@ -46,7 +46,7 @@ class _Trial(Point):
 
 
 @dataclass(frozen=True)
-class _Step(Linear):
+class _Step(LinearLaws):
     """The laws after a step, and the step itself: y' = y + move + along (tau' - tau)."""
 
     move: Array
@@ -56,7 +56,7 @@ class _Step(Linear):
 
 
 @dataclass(frozen=True)
-class OperatingPoint:
+class SteadyPoint:
     """An operating point, and what it tells its neighbours."""
 
     y: Array
@@ -97,7 +97,7 @@ class _StepLaws:
         peak = np.ones(laws.count)  # where a law breaks loose is no operating point
         return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, zone)
 
-    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+    def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
         """The laws whose direction is to be found."""
         assert isinstance(point, _Trial)
         assert isinstance(near, _Step)
@@ -114,7 +114,7 @@ class Continuation:
         self.laws, self._steps = laws, _StepLaws(laws)
         self.problem = Complementarity(laws.balance.dae, self._steps)
 
-    def solve(self, grid: Array, start: Array, side: Array) -> OperatingPoint | None:
+    def solve(self, grid: Array, start: Array, side: Array) -> SteadyPoint | None:
         """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``."""
         laws, every = self.laws, np.ones(self.laws.count, bool)
         modes = np.zeros(laws.balance.modes.numel())
@@ -132,7 +132,7 @@ class Continuation:
         found = beginnings(self.laws, grid[None]).near
         return Near(found.given[0], found.yields[0])
 
-    def _held(self, point: _Trial, tau: Array, side: Array) -> OperatingPoint | None:
+    def _held(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
         """The solution that semismooth Newton's method finds with all laws held at first."""
         near = self._near(point.p)
         here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
@@ -141,15 +141,15 @@ class Continuation:
         modes[self.laws.tied_modes] = FORWARD
         return self._corrected(replace(point, m=modes), tau, side)
 
-    def _corrected(self, point: _Trial, tau: Array, side: Array) -> OperatingPoint | None:
+    def _corrected(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
         """The solution to which semismooth Newton's method leads from the modes of ``point``."""
         near = self._near(point.p)
         here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
         some = Near(near.given[None], near.yields[None])
         end, fine = corrected(self.laws, here, some, side[None], point.lossless, CHANGES, True)
-        return OperatingPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
+        return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
 
-    def _settled(self, point: _Trial, tau: Array, side: Array) -> OperatingPoint | None:
+    def _settled(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
         """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
         laws, near = self.laws, self._near(point.p)
         for _ in range(ROUNDS):
@@ -165,7 +165,7 @@ class Continuation:
             here = Iterates(point.p[None], y[None], m[None], answer.tau[None])
             end, fine = corrected(laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless)
             if fine[0]:
-                return OperatingPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
+                return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
             value = laws.values(here, point.lossless)
             m[laws.switch_modes] = value.g[0] > 0.0
             turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Contact, Friction, Schedule, Switch
+from powertrain.compiler.hybrid import Contact, Friction, Switch, TimeSignal
 from powertrain.language.symbols import Symbol, column, key
 from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
@@ -118,5 +118,5 @@ def state_of(compiled: Compiled, name: str) -> int:
     return places.get(key(expression), -1) if expression.is_symbolic() else -1
 
 
-def _at(schedule: Schedule, time: float) -> float:
+def _at(schedule: TimeSignal, time: float) -> float:
     return float(np.interp(time, schedule.times, schedule.values))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from powertrain.equilibrium.beginnings import beginnings
-from powertrain.equilibrium.continuation import Continuation, OperatingPoint
+from powertrain.equilibrium.continuation import Continuation, SteadyPoint
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.equilibrium.laws import BACKWARD, NO_WIDTH, STUCK, Iterates, Mask, SteadyLaws
 from powertrain.equilibrium.relaxation import relaxed
@@ -46,7 +46,7 @@ class SolvedPoints:
         for name in ("done", "y", "modes", "tau", "given", "yields"):
             getattr(self, name)[which] = getattr(other, name)[which]
 
-    def put(self, p: int, found: OperatingPoint) -> None:
+    def put(self, p: int, found: SteadyPoint) -> None:
         """Takes over one solution."""
         self.done[p] = True
         for name in ("y", "modes", "tau", "given", "yields"):

@@ -44,7 +44,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearLaws:
     """Laws at one point for torques near ``tau``: value + slope (tau' - tau) for every quantity, the implicit unknowns moved along."""
 
     speed: Array
@@ -79,11 +79,11 @@ class TorqueLaws(Protocol):
     switches: list[int]
     may_free: Mask
 
-    def at(self, point: Point, tau: Array) -> Linear:
+    def at(self, point: Point, tau: Array) -> LinearLaws:
         """The laws near ``tau`` (``-force`` for contacts)."""
         ...
 
-    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+    def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
         """The laws whose motion is to be found; of the others the speed says it."""
         ...
 
@@ -112,7 +112,7 @@ class Laws:
         outputs = [*map(ca.densify, values), *slopes, *map(ca.densify, single)]
         self._values = Evaluated(ca.Function("powertrain_laws_opened", inputs, outputs))
 
-    def at(self, point: Point, tau: Array) -> Linear:
+    def at(self, point: Point, tau: Array) -> LinearLaws:
         """The laws near ``tau`` (``-force`` for contacts); nan where an equation has no value there."""
         z = point.z[: self._model_unknowns]
         sign = np.where(np.arange(self.count) < self.frictions, 1.0, -1.0)
@@ -132,9 +132,9 @@ class Laws:
             value += slope[:, :n] @ step
             slopes.append(slope[:, n:] * sign + slope[:, :n] @ moved)
         reach, yields, peak = found[12].ravel(), COMPLIANCE * found[13].ravel(), found[14].ravel()
-        return Linear(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
+        return LinearLaws(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
 
-    def at_rest(self, point: Point, near: Linear, zone: float) -> Mask:
+    def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
         """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
         rest: Mask = (np.abs(near.speed) <= zone) | self.algebraic
         for k, contact in enumerate(self.dae.contacts, self.frictions):
@@ -189,12 +189,12 @@ class Complementarity:
             self.switches
         )
 
-    def bending(self, near: Linear) -> list[int]:
+    def bending(self, near: LinearLaws) -> list[int]:
         """The continuous conditions that depend on torques, by their places among the switches."""
         moving = np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0)
         return [int(k) for k in moving if self.continuous[k]]
 
-    def _bends(self, point: Point, tau: Array, base: Linear, places: list[int]) -> _Bends:
+    def _bends(self, point: Point, tau: Array, base: LinearLaws, places: list[int]) -> _Bends:
         """Where a bound bends, its slopes on both sides differ by a multiple of the slope of the condition."""
         found = [np.zeros((self.laws.count, len(places))) for _ in range(3)]
         for j, k in enumerate(places):
@@ -212,7 +212,7 @@ class Complementarity:
         return _Bends(places, *found)
 
 
-def _widened(near: Linear, bend: _Bends, factor: Array, added: Array) -> tuple[Linear, _Bends]:
+def _widened(near: LinearLaws, bend: _Bends, factor: Array, added: Array) -> tuple[LinearLaws, _Bends]:
     """The same with all bounds multiplied by ``factor``, and farther apart by ``added`` on both sides."""
     rows = factor[:, None]
     wide = replace(
@@ -228,7 +228,7 @@ def _widened(near: Linear, bend: _Bends, factor: Array, added: Array) -> tuple[L
 class _Problem:
     """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
 
-    def __init__(self, laws: TorqueLaws, near: Linear, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
+    def __init__(self, laws: TorqueLaws, near: LinearLaws, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
         size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
         bend = replace(bend, rate=bend.rate * size, lower=bend.lower * size, upper=bend.upper * size)
         self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone

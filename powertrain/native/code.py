@@ -8,7 +8,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Guard, HybridDae, Schedule
+from powertrain.compiler.hybrid import Guard, HybridDae, TimeSignal
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
@@ -40,7 +40,7 @@ def write(
     engine: Prepared,
     method: str,
     start: tuple[float, Array, Array, Array, Array],
-    schedules: Sequence[Schedule],
+    schedules: Sequence[TimeSignal],
     inputs: Sequence[str],
     parameters: Sequence[str],
 ) -> None:
@@ -61,7 +61,7 @@ def write(
 
 
 def _header(
-    engine: Prepared, functions: dict[str, ca.Function], schedules: Sequence[Schedule], inputs: Sequence[str]
+    engine: Prepared, functions: dict[str, ca.Function], schedules: Sequence[TimeSignal], inputs: Sequence[str]
 ) -> str:
     dae, (n, nz, nm, np_) = engine.dae, engine.sizes
     called, resets = functions.values(), sum(len(w.resets) for w in dae.whens)
@@ -103,7 +103,7 @@ def _header(
 def _tables(
     engine: Prepared,
     start: tuple[float, Array, Array, Array, Array],
-    schedules: Sequence[Schedule],
+    schedules: Sequence[TimeSignal],
     inputs: Sequence[str],
     parameters: Sequence[str],
 ) -> str:
@@ -137,7 +137,7 @@ def _tables(
     return "\n".join(lines)
 
 
-def signal_tables(schedules: Sequence[Schedule]) -> dict[str, np.ndarray]:
+def signal_tables(schedules: Sequence[TimeSignal]) -> dict[str, np.ndarray]:
     """Breakpoints and segments of all signals of time, in the order that ``pt_signals`` has."""
     found = Schedules(schedules)
     starts, points = [list(s) for s, _ in found.segments], found.breakpoints

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Schedule
+from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import PowertrainError, SimulationError
@@ -43,7 +43,7 @@ class Begun(NamedTuple):
     m: Array
     p: Array
     report: Any
-    schedules: Sequence[Schedule]
+    schedules: Sequence[TimeSignal]
 
 
 class CModel(Generic[M]):

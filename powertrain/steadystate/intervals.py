@@ -55,12 +55,12 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
         return low, high, solved
     for some in np.array_split(where, len(where) // BLOCK + 1):
         for i, k in combinations(range(len(ends)), 2):
-            least, most = Line(solver, grid[:, some], ends[i], ends[k], some).extremes()
+            least, most = StuckLine(solver, grid[:, some], ends[i], ends[k], some).extremes()
             low[:, some], high[:, some] = np.fmin(low[:, some], least), np.fmax(high[:, some], most)
     return low, high, solved
 
 
-class Line:
+class StuckLine:
     """Points with torques between those of two ends, by the part of the way from the first to the second."""
 
     def __init__(self, solver: Solver, grid: Rows, first: Points, last: Points, where: Index) -> None:

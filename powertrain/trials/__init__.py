@@ -13,7 +13,7 @@ from powertrain.trials.charge import (
 from powertrain.trials.cycle import CycleRun, drive_cycle
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.gear_table import gear_table
-from powertrain.trials.management import Comparison, Management
+from powertrain.trials.management import Management, MethodComparison
 from powertrain.trials.management_flywheel import flywheel_management
 from powertrain.trials.management_power_split import power_split_management
 from powertrain.trials.operating import on_rolling_road
@@ -23,9 +23,9 @@ from powertrain.trials.shifts import shift_quality, shifts
 __all__ = [
     "BackwardRun",
     "ChargeSustaining",
-    "Comparison",
     "CycleRun",
     "Management",
+    "MethodComparison",
     "backward",
     "charge_corrected",
     "charge_depleting",

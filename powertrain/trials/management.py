@@ -65,7 +65,7 @@ class Management:
         points = round(self.cycle.duration * RATE) + 1
         return CycleRun(self.cycle, plant, run.result(np.linspace(times[0], times[-1], points)), {})
 
-    def compare(self) -> Comparison:
+    def compare(self) -> MethodComparison:
         """The rules against dynamic programming and ECMS, like for like."""
         rules = drive_cycle(self.vehicle, self.cycle)
         runs, schedules, rows = {"rules": rules}, {}, {"rules": _row(rules, rules, math.nan)}
@@ -73,7 +73,7 @@ class Management:
             schedules[method] = self.plan(method)
             runs[method] = self.replay(schedules[method])
             rows[method] = _row(runs[method], rules, self._planned_consumption(schedules[method], runs[method]))
-        return Comparison(runs, schedules, pd.DataFrame.from_dict(rows, orient="index"))
+        return MethodComparison(runs, schedules, pd.DataFrame.from_dict(rows, orient="index"))
 
     def _planned_consumption(self, schedule: pt.Schedule, run: CycleRun) -> float:
         """Consumption [l/100 km] of a schedule, corrected as that of its replay."""
@@ -87,7 +87,7 @@ class Management:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MethodComparison:
     """The rules and both plans of one management, all simulated with the complete vehicle.
 
     ``runs`` and ``schedules`` by "rules", "dynamic programming" and "ECMS". ``table``: one row for each, with the consumption corrected to

@@ -15,7 +15,7 @@ from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.result import Result
 from powertrain.signals import fits_pattern
-from powertrain.viewer.recording import Run, a_run
+from powertrain.viewer.recording import RunLike, a_run
 from powertrain.viewer.saved import Array, Saved
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ SAMPLES = 2001
 
 
 def compare(
-    a: Result[Any] | Run | xr.Dataset,
-    b: Result[Any] | Run | xr.Dataset,
+    a: Result[Any] | RunLike | xr.Dataset,
+    b: Result[Any] | RunLike | xr.Dataset,
     *signals: str,
     names: tuple[str, str] = ("a", "b"),
 ) -> Comparison:
@@ -95,7 +95,7 @@ class Comparison:
     ``table`` has the main results if the runs have some, else the signals.
     """
 
-    runs: tuple[Result[Any] | Run | Saved, Result[Any] | Run | Saved]
+    runs: tuple[Result[Any] | RunLike | Saved, Result[Any] | RunLike | Saved]
     names: tuple[str, str]
     compared: tuple[str, ...]
     time: Array

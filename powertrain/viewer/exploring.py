@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from powertrain.result import Result
 from powertrain.viewer.document import write
-from powertrain.viewer.recording import Run, a_run, recorded
+from powertrain.viewer.recording import RunLike, a_run, recorded
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def explore(
-    run: Result[Any] | Run | xr.Dataset, file: str | PathLike[str] | None = None, *signals: str, name: str = ""
+    run: Result[Any] | RunLike | xr.Dataset, file: str | PathLike[str] | None = None, *signals: str, name: str = ""
 ) -> Path:
     """An interactive page of a run: one HTML file that any browser opens, without a server or a network.
 

@@ -32,7 +32,7 @@ ROUNDING = 1e-9
 INTO, LOST = "Power into the component", "Dissipated power"
 
 
-class Run(Protocol):
+class RunLike(Protocol):
     """A run with a table of its main results, such as that of a vehicle over a cycle."""
 
     @property
@@ -84,7 +84,7 @@ class Recording:
     states: Sequence[str] = ()
 
 
-def a_run(run: Any, what: str) -> Result[Any] | Run | Saved:
+def a_run(run: Any, what: str) -> Result[Any] | RunLike | Saved:
     """The run that a user passes to ``what``: a dataset is a saved run. Errors: ParameterError for anything else."""
     if hasattr(run, "data_vars"):
         return Saved(run)
@@ -92,11 +92,11 @@ def a_run(run: Any, what: str) -> Result[Any] | Run | Saved:
         raise ParameterError(
             f"{what} takes results of simulate, runs over cycles and datasets of load, not a {type(run).__name__}"
         )
-    found: Result[Any] | Run = run
+    found: Result[Any] | RunLike = run
     return found
 
 
-def recorded(run: Result[Any] | Run | Saved, name: str = "") -> Recording:
+def recorded(run: Result[Any] | RunLike | Saved, name: str = "") -> Recording:
     """A run with its powers, losses and energies, as far as they are known: a saved run has signals, events and parameters.
 
     Errors: ParameterError for a result that kept only samples; ModelError where a loss or an energy cannot be computed.

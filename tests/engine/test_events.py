@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 
-from powertrain.compiler.hybrid import Contact, Guard, HybridDae, Reset, Schedule, Switch, When
+from powertrain.compiler.hybrid import Contact, Guard, HybridDae, Reset, Switch, TimeSignal, When
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import PowertrainError, SimulationError
 
@@ -100,7 +100,7 @@ def test_continuous_switch_leaves_no_event() -> None:
 
 def test_schedule_with_kinks_and_jumps() -> None:
     t, x, m, p = symbols(1, 3)
-    schedule = Schedule("torque", 0, np.array([0.5, 1.0, 1.0, 2.0]), np.array([0.0, 1.0, 3.0, 3.5]))
+    schedule = TimeSignal("torque", 0, np.array([0.5, 1.0, 1.0, 2.0]), np.array([0.0, 1.0, 3.0, 3.5]))
     model = dae(t, x, m, p, m[1] + m[2] * (t - m[0]), ["a"], schedules=(schedule,))
     trajectory = Simulator(model).run([0.0], [], stop=3.0)
     assert trajectory.final[0] == pytest.approx(0.25 + 3.25 + 3.5, abs=1e-12)

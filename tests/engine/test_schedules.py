@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powertrain.compiler.hybrid import Schedule
+from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.schedules import Schedules
 
 Matrix = np.ndarray[Any, Any]
@@ -18,13 +18,13 @@ def value(m: Matrix, index: int, t: float) -> float:
     return float(y + slope * (t - start))
 
 
-def random_schedules(rng: np.random.Generator) -> list[Schedule]:
+def random_schedules(rng: np.random.Generator) -> list[TimeSignal]:
     """Three signals on shared and on own times."""
     shared = np.sort(rng.integers(0, 20, 4)) / 2.0
     found = []
     for k in range(3):
         times = np.unique(np.concatenate([shared, rng.uniform(0, 10, 3 + k)]))
-        found.append(Schedule(f"s{k}", 3 * k, times, rng.normal(size=times.size)))
+        found.append(TimeSignal(f"s{k}", 3 * k, times, rng.normal(size=times.size)))
     return found
 
 
@@ -51,8 +51,8 @@ def test_continuous_signals_are_interpolated(seed: int) -> None:
 
 def test_following_breakpoints() -> None:
     given = [
-        Schedule("a", 0, np.array([1.0, 3.0]), np.zeros(2)),
-        Schedule("b", 3, np.array([2.0, 3.0, 3.0]), np.zeros(3)),
+        TimeSignal("a", 0, np.array([1.0, 3.0]), np.zeros(2)),
+        TimeSignal("b", 3, np.array([2.0, 3.0, 3.0]), np.zeros(3)),
     ]
     schedules = Schedules(given)
     assert [schedules.following(t) for t in (-5.0, 0.999, 1.0, 1.5, 2.0, 2.9, 3.0)] == [1, 1, 2, 2, 3, 3, np.inf]
@@ -65,7 +65,7 @@ def test_the_right_limit_holds_at_a_jump() -> None:
     for middle in ([], [99.0]):
         times = np.array([0.0, 1.0, *[1.0 for _ in middle], 1.0, 2.0])
         values = np.array([0.0, 2.0, *middle, 5.0, 4.0])
-        schedules, m = Schedules([Schedule("a", 0, times, values)]), np.zeros(3)
+        schedules, m = Schedules([TimeSignal("a", 0, times, values)]), np.zeros(3)
         schedules.enter(m, 0.5)
         assert value(m, 0, 0.5) == pytest.approx(1.0)
         assert value(m, 0, 1.0) == pytest.approx(2.0)
@@ -80,13 +80,13 @@ def test_the_right_limit_holds_at_a_jump() -> None:
 
 
 def test_a_time_that_stands_twice_with_one_value_is_no_jump() -> None:
-    schedules, m = Schedules([Schedule("a", 0, np.array([0.0, 1, 1, 2]), np.array([0.0, 2, 2, 4]))]), np.zeros(3)
+    schedules, m = Schedules([TimeSignal("a", 0, np.array([0.0, 1, 1, 2]), np.array([0.0, 2, 2, 4]))]), np.zeros(3)
     assert not schedules.cross(m, 0.0, 1.5)
     assert value(m, 0, 1.5) == pytest.approx(3.0)
 
 
 def test_constant_outside_and_jumps_at_the_ends() -> None:
-    schedules, m = Schedules([Schedule("a", 0, np.array([0.0, 0, 1, 1]), np.array([-3.0, 1, 2, 8]))]), np.zeros(3)
+    schedules, m = Schedules([TimeSignal("a", 0, np.array([0.0, 0, 1, 1]), np.array([-3.0, 1, 2, 8]))]), np.zeros(3)
     for t, expected in ((-1.0, -3.0), (0.0, 1.0), (0.5, 1.5), (1.0, 8.0), (9.0, 8.0)):
         schedules.enter(m, t)
         assert value(m, 0, t) == pytest.approx(expected)

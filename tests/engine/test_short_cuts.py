@@ -12,7 +12,7 @@ import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
-from powertrain.compiler.hybrid import Friction, HybridDae, Schedule
+from powertrain.compiler.hybrid import Friction, HybridDae, TimeSignal
 from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
 from powertrain.modes.resolve import ModeResolver
@@ -62,7 +62,7 @@ def on_a_moving_ground() -> HybridDae:
     rate = -force - slope
     friction = Friction("shoe", "hand", 0, x, force, ca.SX(-1), ca.SX(1), ca.SX(1), rate, may_free=False)
     speeds = np.array([0.0, 0.25, 0.375, 2.375, 2.375, 3.125])
-    ground = Schedule("ground", 1, np.array([0.0, 0.5, 1.0, 2.0, 3.5, 5.0]), speeds)
+    ground = TimeSignal("ground", 1, np.array([0.0, 0.5, 1.0, 2.0, 3.5, 5.0]), speeds)
     return dae(t, x, m, p, rate, ["w"], frictions=(friction,), schedules=(ground,))
 
 
