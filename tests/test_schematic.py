@@ -62,7 +62,7 @@ def test_a_chain_is_a_straight_line_from_the_engine() -> None:
         len({round(places[name][1], 6) for name in chain[1:]}) == 1
     )  # the engine stands between clutch and accessories
     below = {name for name in places if name not in chain} - {"accessories"}
-    assert below == {"cycle", "driver", "schedule", "start_stop", "road", "curvature"}
+    assert below == {"cycle", "driver", "schedule", "start_stop", "road", "curvature", "cooling"}
     assert all(places[name][1] < places["engine"][1] for name in below)
 
 

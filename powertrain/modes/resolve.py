@@ -63,20 +63,21 @@ class ModeResolver:
         memory = self.memory
         self.extra, self._unsolved = [], None
         for _ in range(_ROUNDS):
-            if self._found(side):
-                return self._note_rest(side)
+            if self._found(side) and self._note_rest(side):
+                return
         names = sorted({name for name, _ in self.extra})
         raise SimulationError(
             f"at t = {memory.time[0]:.9g} s resets follow one another without end: {', '.join(names)}"
         )
 
-    def _note_rest(self, side: int) -> None:
-        """Mark the laws at a limit that others hold."""
-        rested = self.memory.m[self._rests].any()
+    def _note_rest(self, side: int) -> bool:
+        """Mark the laws at a limit that others hold; False where one that was marked is held no longer, so that its rate decides anew."""
+        before = self.memory.m[self._rests]
         self.memory.m[self._rests] = 0.0
-        if (rested or self._flags[4] > 0.0) and self._problem is not None:
+        if (before.any() or self._flags[4] > 0.0) and self._problem is not None:
             for k in resting(self.dae, self._problem, self._point(side)):
                 self.memory.m[self.dae.frictions[k].rests] = 1.0
+        return not (before > self.memory.m[self._rests]).any()
 
     def _found(self, side: int) -> bool:
         """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
