@@ -563,7 +563,9 @@ def test_split_path_with_maps_duties_and_pictures(tmp_path: Path) -> None:
     )
     assert picture.read_bytes()[:4] == PNG
     assert "there is no file" in refused("split-path", "--duty", "nothing.csv:2")
-    assert "no share" in refused("split-path", "--duty", f"{tmp_path / 'road.csv'}:much")
+    assert "the share 'much' of the delivered energy is not a number" in refused(
+        "split-path", "--duty", f"{tmp_path / 'road.csv'}:much"
+    )
     assert "low:high" in refused("split-path", "--space", "--unit", "3")
 
 
