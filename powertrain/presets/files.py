@@ -124,7 +124,10 @@ def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path
 
 
 def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Path) -> pt.Component:
-    """A part of a class with the values of the table that it has no default for; the others are set afterwards."""
+    """A part of a class with the values of the table that it has no default for; the others are set afterwards.
+
+    A part within it that is there by default stays: its table leaves out the parameters that are bound to others.
+    """
     kinds, given = cls._slot_types(), dict[str, Any]()
     for name, spec in cls._fields.items():
         if name not in table:
@@ -134,7 +137,7 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
             given[name] = value
         elif takes_data(here):
             given[name] = decoded(value, here, folder)
-        elif isinstance(value, dict) and CLASS in value:
+        elif isinstance(value, dict) and CLASS in value and type(spec).__name__ != value[CLASS]:
             given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
         elif isinstance(value, (bool, int, float, str, list)) and not (
             isinstance(value, list) and any(isinstance(i, dict) for i in value)
