@@ -225,7 +225,7 @@ def report(run: CycleRun, name: str) -> Iterator[str]:
     results = [
         (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)
     ]
-    if stores := stores_of(run):
+    if run.anatomy.engines and (stores := stores_of(run)):
         results.append(
             (
                 f"consumption, corrected to equal charge ({' and '.join(stores)})",
