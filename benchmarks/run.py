@@ -26,6 +26,7 @@ from benchmarks import (
     driven_axle,
     gradient,
     implicit_map,
+    shipped_cars,
     steady_map,
     sweep,
     sweep_on_dask,
@@ -46,6 +47,7 @@ FULL: dict[str, Runner] = {
     "driveline_map": driveline_map.run,
     "drive_cycle": drive_cycle.run,
     "driven_axle": driven_axle.run,
+    "shipped_cars": shipped_cars.run,
     "gradient": gradient.run,
     "design_space": design_space.run,
 }
@@ -58,6 +60,7 @@ QUICK: dict[str, Runner] = {
     "implicit_map": partial(implicit_map.run, rounds=2, n=30),
     "driveline_map": partial(driveline_map.run, rounds=2, n=30),
     "drive_cycle": partial(drive_cycle.run, rounds=3, settled=2, tolerances=(1e-4,)),
+    "shipped_cars": partial(shipped_cars.run, rounds=2, names=("ElectricCar", "SplitPathCar")),
     "gradient": partial(gradient.run, rounds=2, cycle=200.0),
     "design_space": partial(design_space.run, candidates=64),
 }
