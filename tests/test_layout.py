@@ -54,7 +54,7 @@ ORDER = [
     "steadystate: axes intervals neighbours rowwise results",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient function",
-    "variational: record unknowns objectives partials",
+    "variational: record unknowns objectives many partials",
     "variational: functional transitions mapping saltation begin sweeps gradients floquet indices hessian",
     "optimal: dynamics experiment fitting phases planning scheduling pareto",
     "vibration: eigenvectors energies operating_line order_map order_response",

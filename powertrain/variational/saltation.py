@@ -27,6 +27,7 @@ from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples, signals_of
+from powertrain.variational.many import Many
 from powertrain.variational.mapping import Mapping
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record
@@ -86,7 +87,8 @@ class Saltation:
         self.timed = [law for law in laws if law.time is not None]
         self.sticking = [law for law in dae.frictions if not law.algebraic and not law.prescribed]
         times = [law.time for law in self.timed if law.time is not None]
-        self.before = Partials(system, column([*(i.value for i in self.indicators), *times]))
+        asked = column([*(i.value for i in self.indicators), *times])
+        self.before, self.values = Partials(system, asked), Many(system.inputs, asked)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.contacts else None
 
@@ -102,7 +104,7 @@ class Saltation:
         before = early.along(self.flow.rates(events.early, run.p)[:, : self.system.size])
         bends = (falls >= 0.0) & (before < 0.0)
         falls, slopes = np.where(bends, before, falls), chosen(bends, early, slopes)
-        seen, earlier = (self.before(samples, run.p).value for samples in (events.seen, events.before))
+        seen, earlier = (self.values(samples, run.p) for samples in (events.seen, events.before))
         return [
             self._jump(run, k, f_left[k], f_right[k], replace(_one(slopes, k), value=seen[k]), falls[k], earlier[k])
             for k in range(len(events.times))

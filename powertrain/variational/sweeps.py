@@ -19,7 +19,7 @@ from powertrain.variational.objectives import Reading
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import STAGES, Record, record
 from powertrain.variational.saltation import NotDifferentiable, Saltation, SaltationMap, row_of
-from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRates, batches, effects, transitions
+from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRates, batches, transitions
 from powertrain.variational.unknowns import Unknowns
 
 _APART = 1e-6
@@ -212,9 +212,9 @@ def _linear_steps(model: Model, way: Passage) -> tuple[Block, list[_Batch]]:
     steps, size = way.run.steps, model.flow.size
     phi, kept = np.empty((len(steps.times), size, size)), []
     for here, samples in batches(steps):
-        _, a, _, slopes = model.bare_flow(samples, way.run.p)
-        found = effects(steps.durations[here], a)
-        phi[here] = np.eye(size) + found @ a.reshape(len(found), STAGES * size, size)
+        slopes = model.bare_flow.partials(samples, way.run.p)
+        found = model.bare_flow.effects(steps.durations[here], slopes.s)
+        phi[here] = model.bare_flow.advance(found, slopes)
         kept.append(_Batch(here, found, slopes, samples))
     return phi, kept
 
@@ -225,8 +225,9 @@ def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: 
     if not model.system.free.numel():
         return found
     for batch in kept:
-        w = (ends[batch.here, None] @ batch.effects).reshape(-1, model.flow.size)
-        q = model.reverse(batch.samples, run.p, w[:, model.flow.places], batch.slopes)
+        places = model.flow.places
+        w = (ends[batch.here][:, None, places] @ batch.effects).reshape(-1, len(places))
+        q = model.reverse(batch.samples, run.p, w, batch.slopes)
         q = q.reshape(len(batch.effects), STAGES, -1).sum(axis=1)
         times = run.steps.times[batch.here] + 0.5 * run.steps.durations[batch.here]
         found += (
