@@ -55,7 +55,7 @@ ORDER = [
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient function",
     "variational: record unknowns objectives many partials",
-    "variational: functional transitions mapping saltation begin sweeps gradients floquet indices hessian",
+    "variational: functional transitions mapping instants simultaneous saltation begin sweeps gradients floquet indices hessian",
     "optimal: dynamics experiment fitting phases planning scheduling pareto",
     "vibration: eigenvectors energies operating_line order_map order_response",
     "vibration: eigenmodes tracking campbell",

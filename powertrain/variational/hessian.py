@@ -14,8 +14,8 @@ from powertrain.language.component import Component
 from powertrain.plant import Plant
 from powertrain.result import Result
 from powertrain.variational.gradients import Gradient, gradient, quotient
+from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.objectives import objective
-from powertrain.variational.saltation import NotDifferentiable
 from powertrain.variational.unknowns import TIMES
 
 if TYPE_CHECKING:
