@@ -138,8 +138,8 @@ class Saltation:
                 for shift in (shifts[i] for i in laws):
                     width = 3 if any(shift.index == s.index for s in self.system.dae.schedules) else 1
                     row[shift.index : shift.index + width] = right.m[k, shift.index : shift.index + width]
-            here = [v[k : k + 1].repeat(len(m), 0) for v in (left.t, left.x, left.z)]
-            return self.flow.rates(self.corrected(Samples(*here, m), run.p), run.p)
+            t, x, z = (v[k : k + 1].repeat(len(m), 0) for v in (left.t, left.x, left.z))
+            return self.flow.rates(self.corrected(Samples(t, x, z, m), run.p), run.p)
 
         if len(shifts) <= LARGEST:
             mean, apart = over_orders([shift.s for shift in shifts], f_left, f_left - change, between)
