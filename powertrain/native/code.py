@@ -12,13 +12,14 @@ from powertrain.compiler.hybrid import Guard, HybridDae, TimeSignal
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.numerics.buffers import Array
+from powertrain.modes.rules import idles
+from powertrain.numerics.buffers import PREFIX, Array
 
 SOURCES = Path(__file__).parent
 FIXED = ("powertrain_run.h", "powertrain_run.c", "main.c")
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
 """The tables of ``pt_signals``, in this order."""
-_ABSENT = ("newton", "instants", "corner", "resets")
+_ABSENT = ("newton", "instants", "corner", "resets", "idle")
 """Functions that only some models need."""
 
 
@@ -45,7 +46,7 @@ def write(
     parameters: Sequence[str],
 ) -> None:
     """The files of a model in a folder. ``start``: time, states, algebraic unknowns, held values, parameters."""
-    functions = engine.functions(method)
+    functions = engine.functions(method) | _idle(engine.dae)
     folder.mkdir(parents=True, exist_ok=True)
     generator = ca.CodeGenerator("functions.c")
     for function in functions.values():
@@ -60,6 +61,21 @@ def write(
         (folder / name).write_text(text, encoding="utf-8")
 
 
+def _choices(dae: HybridDae) -> dict[int, int]:
+    """The places of the modes of laws, and how many modes they have."""
+    return {f.index: 3 for f in dae.frictions if not f.prescribed} | {s.index: 2 for s in dae.switches}
+
+
+def _idle(dae: HybridDae) -> dict[str, ca.Function]:
+    """Which laws at a limit of their torque rest there, held by others: (time and step, y, m, p) -> one flag each."""
+    laws = [idles(dae, f) for f in dae.frictions if f.rests is not None]
+    if not laws:
+        return {}
+    y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
+    found = ca.substitute(ca.vertcat(*laws), ca.vertcat(dae.t, dae.x, dae.z), ca.vertcat(moment[0], y))
+    return {"idle": ca.Function(PREFIX + "idle", [moment, y, dae.m, dae.p], [ca.densify(found)])}
+
+
 def _header(
     engine: Prepared, functions: dict[str, ca.Function], schedules: Sequence[TimeSignal], inputs: Sequence[str]
 ) -> str:
@@ -69,7 +85,8 @@ def _header(
         "X": n, "Z": nz, "Y": max(n + nz, 1), "M": max(nm, 1), "P": max(np_, 1), "G": max(len(engine.indicators), 1),
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
-        "RESTS": sum(f.rests is not None for f in dae.frictions), "TURNING": int("corner" in functions),
+        "RESTS": sum(f.rests is not None for f in dae.frictions), "LAW_COUNT": len(_choices(dae)),
+        "LAWS": max(len(_choices(dae)), 1), "TURNING": int("corner" in functions),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
         "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),
     }  # fmt: skip
@@ -87,6 +104,9 @@ def _header(
         "reset_place",
         "reset_discrete",
         "rests",
+        "rest_laws",
+        "laws",
+        "choices",
         "quiet",
         "bends",
         "guards",
@@ -118,6 +138,9 @@ def _tables(
         "reset_place": [r.index for r in resets],
         "reset_discrete": [int(r.discrete) for r in resets],
         "rests": [f.rests for f in dae.frictions if f.rests is not None],
+        "rest_laws": [f.index for f in dae.frictions if f.rests is not None],
+        "laws": list(_choices(dae)),
+        "choices": list(_choices(dae).values()),
         "quiet": [int(i in engine.catalogue.quiet) for i in range(dae.m.numel())],
         "bends": [engine.bends.get(k, -1) for k in range(len(engine.indicators))],
         "guards": [int(isinstance(i.law, Guard)) for i in engine.indicators],

@@ -16,6 +16,7 @@
 #define PASSES 20
 #define ROUNDS 1000
 #define MOST_EVENTS 1000
+#define MOST_COMBINATIONS 5000
 
 struct pt_model {
     double t, start, stop, h, longest, crossed, max_step, instant, corner, target;
@@ -24,8 +25,8 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M];
-    int side, begun, changed, fixed, idle, reset, which[PT_W];
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1];
+    int side, begun, changed, fixed, idle, reset, which[PT_W], circle[2];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
     double *row, *held_row, *instant_row, *out;
@@ -172,21 +173,94 @@ static int newton(pt_model *a)
         a->jumped[0] = 0;
         if (!a->flags[0]) return a->flags[4] > 0 ? PT_SHARED : 1;
         memcpy(a->seen[pass], a->m, sizeof a->m);
-        for (int i = 0; i < pass; i++)
-            if (same(a->seen[i], a->m)) return PT_MODES;
+        a->circle[1] = pass;
+        for (a->circle[0] = 0; a->circle[0] < pass; a->circle[0]++)
+            if (same(a->seen[a->circle[0]], a->m)) return PT_MODES;
         memcpy(a->m, a->held, sizeof a->m);
     }
+    a->circle[0] = 0;
     return PT_MODES;
+}
+
+/* Whether the present modes are consistent; a law that is at rest may slide with a rate of zero, within what is known of it. */
+static int consistent(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
+    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
+    if (!solvable(a)) return 0;
+    CALL(a, pt_fresh, given, wanted);
+    if (!isfinite(a->first[2])) return 0;
+    a->jumped[1] = 1;
+    apply_rules(a);
+    a->jumped[1] = 0;
+    return a->flags[0] == 0;
+}
+
+/* The combinations of modes of those laws that change on the circle in which Newton's method goes: stuck first. */
+static int tried(pt_model *a)
+{
+    static const double modes[] = {0, 1, -1};
+    int laws[PT_LAWS], digits[PT_LAWS] = {0}, count = 0;
+    for (int k = 0; k < PT_LAW_COUNT; k++) {
+        int place = pt_laws[k], varies = 0;
+        for (int i = a->circle[0]; i < a->circle[1]; i++) varies |= a->seen[i][place] != a->seen[a->circle[1]][place];
+        if (varies) laws[count++] = k;
+    }
+    for (long tries = 0; tries < MOST_COMBINATIONS; tries++) {
+        for (int j = 0; j < count; j++) a->m[pt_laws[laws[j]]] = modes[digits[j]];
+        if (consistent(a)) return a->flags[4] > 0 ? PT_SHARED : 1;
+        int j = 0;
+        while (j < count && ++digits[j] == pt_choices[laws[j]]) digits[j++] = 0;
+        if (j == count) return PT_MODES;
+    }
+    return PT_MODES;
+}
+
+/* Laws that have come to rest at a limit, held by others. All of them stuck, their compliance shares the load; those that it asks for
+   more than they can give stay at their limits, and at rest. */
+static int shared(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
+    double *wanted[] = {a->idle_laws};
+    CALL(a, pt_idle, given, wanted);
+    for (int k = 0; k < PT_RESTS; k++) {
+        if (!a->idle_laws[k]) continue;
+        a->m[pt_rests[k]] = 1;
+        a->m[pt_rest_laws[k]] = 0;
+    }
+    int found = newton(a);
+    return found == PT_MODES ? tried(a) : found;
+}
+
+/* Marks the laws at a limit that others hold at rest; 0 where one that was marked is held no longer, so that its rate decides anew. */
+static int marked(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
+    double *wanted[] = {a->idle_laws};
+    int before[PT_RESTS + 1], some = 0, all = 1;
+    for (int k = 0; k < PT_RESTS; k++) {
+        some |= before[k] = a->m[pt_rests[k]] != 0;
+        a->m[pt_rests[k]] = 0;
+    }
+    if (!some) return 1;
+    CALL(a, pt_idle, given, wanted);
+    for (int k = 0; k < PT_RESTS; k++) {
+        a->m[pt_rests[k]] = a->idle_laws[k];
+        all &= a->idle_laws[k] >= before[k];
+    }
+    return all;
 }
 
 static int resolve(pt_model *a)
 {
     a->reset = 0;
     memset(a->which, 0, sizeof a->which);
-    for (int k = 0; k < PT_RESTS; k++) a->m[pt_rests[k]] = 0;
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a);
-        if (found) return found > 0 ? PT_OK : found;
+        if (found == PT_MODES) found = tried(a);
+        if (found == PT_SHARED) found = shared(a);
+        if (found < 0) return found;
+        if (found && marked(a)) return PT_OK;
     }
     return PT_RESETS;
 }
