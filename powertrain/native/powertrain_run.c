@@ -16,7 +16,7 @@
 #define PASSES 20
 #define ROUNDS 1000
 #define MOST_EVENTS 1000
-#define MOST_COMBINATIONS 5000
+#define MOST_EXCHANGES 1000
 
 struct pt_model {
     double t, start, stop, h, longest, crossed, max_step, instant, corner, target;
@@ -196,22 +196,16 @@ static int consistent(pt_model *a)
     return a->flags[0] == 0;
 }
 
-/* The combinations of modes of those laws that change on the circle in which Newton's method goes: stuck first. */
-static int tried(pt_model *a)
+/* One law at a time, the first that its rule would change: K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
+   Opsearch 11 (1974) 123. It ends where the torques of every law have their way with its own speed, which Newton's method need not. */
+static int one_by_one(pt_model *a)
 {
-    static const double modes[] = {0, 1, -1};
-    int laws[PT_LAWS], digits[PT_LAWS] = {0}, count = 0;
-    for (int k = 0; k < PT_LAW_COUNT; k++) {
-        int place = pt_laws[k], varies = 0;
-        for (int i = a->circle[0]; i < a->circle[1]; i++) varies |= a->seen[i][place] != a->seen[a->circle[1]][place];
-        if (varies) laws[count++] = k;
-    }
-    for (long tries = 0; tries < MOST_COMBINATIONS; tries++) {
-        for (int j = 0; j < count; j++) a->m[pt_laws[laws[j]]] = modes[digits[j]];
+    for (int tries = 0; tries < MOST_EXCHANGES; tries++) {
         if (consistent(a)) return a->flags[4] > 0 ? PT_SHARED : 1;
-        int j = 0;
-        while (j < count && ++digits[j] == pt_choices[laws[j]]) digits[j++] = 0;
-        if (j == count) return PT_MODES;
+        int k = 0;
+        while (a->m[pt_laws[k]] == a->held[pt_laws[k]])
+            if (++k == PT_LAW_COUNT) return PT_MODES;
+        a->m[pt_laws[k]] = a->held[pt_laws[k]];
     }
     return PT_MODES;
 }
@@ -229,7 +223,7 @@ static int shared(pt_model *a)
         a->m[pt_rest_laws[k]] = 0;
     }
     int found = newton(a);
-    return found == PT_MODES ? tried(a) : found;
+    return found == PT_MODES ? one_by_one(a) : found;
 }
 
 /* Marks the laws at a limit that others hold at rest; 0 where one that was marked is held no longer, so that its rate decides anew. */
@@ -257,7 +251,7 @@ static int resolve(pt_model *a)
     memset(a->which, 0, sizeof a->which);
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a);
-        if (found == PT_MODES) found = tried(a);
+        if (found == PT_MODES) found = one_by_one(a);
         if (found == PT_SHARED) found = shared(a);
         if (found < 0) return found;
         if (found && marked(a)) return PT_OK;
