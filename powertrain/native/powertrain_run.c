@@ -17,6 +17,8 @@
 #define ROUNDS 1000
 #define MOST_EVENTS 1000
 #define MOST_EXCHANGES 1000
+#define SINGULAR 1e-10
+#define NOTHING 1e-8
 
 struct pt_model {
     double t, start, stop, h, longest, crossed, max_step, instant, corner, target;
@@ -25,8 +27,8 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1];
-    int side, begun, changed, fixed, idle, reset, which[PT_W], circle[2];
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F];
+    int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
     double *row, *held_row, *instant_row, *out;
@@ -173,12 +175,10 @@ static int newton(pt_model *a)
         a->jumped[0] = 0;
         if (!a->flags[0]) return a->flags[4] > 0 ? PT_SHARED : 1;
         memcpy(a->seen[pass], a->m, sizeof a->m);
-        a->circle[1] = pass;
-        for (a->circle[0] = 0; a->circle[0] < pass; a->circle[0]++)
-            if (same(a->seen[a->circle[0]], a->m)) return PT_MODES;
+        for (int i = 0; i < pass; i++)
+            if (same(a->seen[i], a->m)) return PT_MODES;
         memcpy(a->m, a->held, sizeof a->m);
     }
-    a->circle[0] = 0;
     return PT_MODES;
 }
 
@@ -203,44 +203,73 @@ static int one_by_one(pt_model *a)
     for (int tries = 0; tries < MOST_EXCHANGES; tries++) {
         if (consistent(a)) return a->flags[4] > 0 ? PT_SHARED : 1;
         int k = 0;
-        while (a->m[pt_laws[k]] == a->held[pt_laws[k]])
-            if (++k == PT_LAW_COUNT) return PT_MODES;
+        while (k < PT_LAWS && a->m[pt_laws[k]] == a->held[pt_laws[k]]) k++;
+        if (k == PT_LAWS) return PT_MODES;
         a->m[pt_laws[k]] = a->held[pt_laws[k]];
     }
     return PT_MODES;
 }
 
-/* Laws that have come to rest at a limit, held by others. All of them stuck, their compliance shares the load; those that it asks for
-   more than they can give stay at their limits, and at rest. */
-static int shared(pt_model *a)
+static void look_at_rest(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->idle_laws};
+    double *wanted[] = {a->idle_laws, a->still};
     CALL(a, pt_idle, given, wanted);
+}
+
+/* Laws that have come to rest at a limit, held by others. With all laws at rest stuck, their compliance shares the load; those that it asks
+   for more than they can give stay at their limits, and at rest. */
+static int shared(pt_model *a)
+{
+    look_at_rest(a);
     for (int k = 0; k < PT_RESTS; k++) {
-        if (!a->idle_laws[k]) continue;
-        a->m[pt_rests[k]] = 1;
-        a->m[pt_rest_laws[k]] = 0;
+        if (a->idle_laws[k]) a->m[pt_rests[k]] = 1;
+        if (a->still[k] && fabs(a->m[pt_rest_laws[k]]) == 1) a->m[pt_rest_laws[k]] = 0;
     }
     int found = newton(a);
-    return found == PT_MODES ? one_by_one(a) : found;
+    if (found == PT_MODES) found = one_by_one(a);
+    for (int k = 0; k < PT_RESTS; k++) a->m[pt_rests[k]] = 0;
+    return found;
+}
+
+/* Eliminates the laws that hold from the mobility (rates by torques, scaled to a diagonal of one): what others hold has nothing left. */
+static void eliminate_what_holds(pt_model *a)
+{
+    double (*G)[PT_F] = a->mobility;
+    for (int i = 0; i < PT_F; i++) a->size[i] = sqrt(fabs(G[i][i]));
+    for (int i = 0; i < PT_F; i++)
+        for (int j = 0; j < PT_F; j++) G[i][j] /= fmax(a->size[i] * a->size[j], 1e-300);
+    for (int i = 0; i < PT_F; i++) a->holds[i] = a->m[pt_frictions[i]] == 0;
+    for (;;) {
+        int k = -1;
+        for (int i = 0; i < PT_F; i++)
+            if (a->holds[i] && G[i][i] > SINGULAR && (k < 0 || G[i][i] > G[k][k])) k = i;
+        if (k < 0) return;
+        a->holds[k] = 0;
+        for (int i = 0; i < PT_F; i++) {
+            double share = i == k ? 0 : G[i][k] / G[k][k];
+            if (share != 0)
+                for (int j = 0; j < PT_F; j++) G[i][j] -= share * G[k][j];
+        }
+    }
 }
 
 /* Marks the laws at a limit that others hold at rest; 0 where one that was marked is held no longer, so that its rate decides anew. */
-static int marked(pt_model *a)
+static int marked(pt_model *a, int asked)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->idle_laws};
-    int before[PT_RESTS + 1], some = 0, all = 1;
-    for (int k = 0; k < PT_RESTS; k++) {
-        some |= before[k] = a->m[pt_rests[k]] != 0;
-        a->m[pt_rests[k]] = 0;
-    }
+    double *wanted[] = {a->mobility[0]};
+    int some = asked, all = 1;
+    for (int k = 0; k < PT_RESTS; k++) some |= a->m[pt_rests[k]] != 0;
     if (!some) return 1;
-    CALL(a, pt_idle, given, wanted);
-    for (int k = 0; k < PT_RESTS; k++) {
-        a->m[pt_rests[k]] = a->idle_laws[k];
-        all &= a->idle_laws[k] >= before[k];
+    CALL(a, pt_mobility, given, wanted);
+    eliminate_what_holds(a);
+    for (int k = 0, i = 0; k < PT_RESTS; k++) {
+        double left = 0, before = a->m[pt_rests[k]], mode = fabs(a->m[pt_rest_laws[k]]);
+        while (pt_frictions[i] != pt_rest_laws[k]) i++;
+        for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
+        a->m[pt_rests[k]] = mode == 1 && left <= NOTHING;
+        all &= a->m[pt_rests[k]] >= before;
     }
     return all;
 }
@@ -252,9 +281,10 @@ static int resolve(pt_model *a)
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a);
         if (found == PT_MODES) found = one_by_one(a);
-        if (found == PT_SHARED) found = shared(a);
+        int asked = found == PT_SHARED;
+        if (asked) found = shared(a);
         if (found < 0) return found;
-        if (found && marked(a)) return PT_OK;
+        if (found && marked(a, asked)) return PT_OK;
     }
     return PT_RESETS;
 }
