@@ -734,8 +734,8 @@ void pt_counts(const pt_model *a, long *out)
 const char *pt_message(int status)
 {
     static const char *const said[] = {
-        "done", "the step size became too small", "Newton's method found no modes that fit together",
-        "laws at their limits are held by others, which takes the complementarity problem",
+        "done", "the step size became too small", "no modes were found that fit together",
+        "laws at their limits are held by others in a way that takes the complementarity problem",
         "the implicit equations have no solution near the last one", "stuck laws on common states do not come to rest",
         "a rate is not finite", "a quantity left its range", "resets follow one another without end",
         "too many events at one instant or in one fixed step"};
