@@ -48,7 +48,7 @@ ORDER = [
     "signals nonfinite events export initialization.conditions initialization.initial result running plant environment",
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature audit",
-    "analysis: identity archive cases dispatch sweep sweeping sampling",
+    "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
     "equilibrium: fraction points balance placed turning blocks system choices search",
     "equilibrium: laws corrector relaxation beginnings continuation solutions operating",
     "steadystate: axes intervals neighbours rowwise results",
