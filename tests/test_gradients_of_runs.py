@@ -165,6 +165,18 @@ def test_forward_and_adjoint_agree(decay: pt.Plant[Decay], monkeypatch: pytest.M
     np.testing.assert_allclose(one.array, other.array, rtol=1e-11)
 
 
+def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long runs are evaluated instruction by instruction at all samples."""
+    plant = pt.compile(Engaging())
+    inputs = {"torque": 20.0, "press": ([0, 0.5, 1.5], [0.1, 0.3, 0.9])}
+    result = plant.simulate(2.0, starts=STARTS, inputs=inputs)
+    few = pt.gradient(result, pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel))
+    monkeypatch.setattr("powertrain.variational.many._MANY", 1)
+    many = pt.gradient(result, pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel))
+    np.testing.assert_allclose(many.array, few.array, rtol=1e-9, atol=1e-12 * np.abs(few.array).max())
+    assert (few.array != 0.0).sum() > 5
+
+
 def test_sensitivity_over_time(decay: pt.Plant[Decay]) -> None:
     times = np.linspace(0, 3, 7)
     found = pt.sensitivity(run_of(decay), ["inertia.w", "inertia.phi"], ["inertia.w"], times)
@@ -466,6 +478,25 @@ class Two(pt.Component):
         above = pt.switch(self.x > self.limit, 1.0, 0.0)
         yield pt.der(self.x) == 1.0 - 0.5 * above - self.coupling * above * pt.switch(self.y > 1.0, 1.0, 0.0)
         yield pt.der(self.y) == 1.0
+
+
+class Delayed(pt.Component):
+    """A level whose rate is 1, r_a once it has passed its first limit, r_b once its second, r_ab once both."""
+
+    second: pt.Parameter = pt.parameter("1", "Second limit", default=1.0)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        a, b = pt.switch(self.x > 1.0, 1.0, 0.0), pt.switch(self.x > self.second, 1.0, 0.0)
+        yield pt.der(self.x) == 1.0 - 0.5 * a + 0.0405 * b - 0.0305 * a * b
+
+
+def test_the_first_law_delays_the_second() -> None:
+    """Raised by d, the second limit is passed 2 d later (r_a = 0.5), which costs 2 d (r_ab - r_a); lowered, time is won at r_b."""
+    r_a, r_b, r_ab = 0.5, 1.0405, 0.51
+    sides = [-(r_ab - r_a) / r_a, -(1.0 - 1.0 / r_b) * r_ab]
+    found = pt.gradient(pt.simulate(Delayed(), 2.0, **TIGHT), "x", "second")["second"]
+    assert found == pytest.approx(np.mean(sides), rel=1e-7)
 
 
 @pytest.mark.parametrize("few", [0, 9])
