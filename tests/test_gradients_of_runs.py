@@ -168,7 +168,7 @@ def test_forward_and_adjoint_agree(decay: pt.Plant[Decay], monkeypatch: pytest.M
 def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     """Long runs are evaluated instruction by instruction at all samples."""
     plant = pt.compile(Engaging())
-    inputs = {"torque": 20.0, "press": ([0, 0.5, 1.5], [0.1, 0.3, 0.9])}
+    inputs: dict[str, Any] = {"torque": 20.0, "press": ([0, 0.5, 1.5], [0.1, 0.3, 0.9])}
     result = plant.simulate(2.0, starts=STARTS, inputs=inputs)
     few = pt.gradient(result, pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel))
     monkeypatch.setattr("powertrain.variational.many._MANY", 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -109,7 +110,7 @@ def surrogate(table: pd.DataFrame, of: str, wrt: str | Sequence[str], *, folds: 
     (True, 0.997)
     """
     try:
-        from sklearn.model_selection import KFold
+        split = import_module("sklearn.model_selection").KFold
     except ImportError:
         raise PowertrainError("surrogate needs scikit-learn: pip install 'powertrain[uncertainty]'") from None
     chosen, parts = names("wrt", wrt), count("folds", folds)
@@ -130,7 +131,7 @@ def surrogate(table: pd.DataFrame, of: str, wrt: str | Sequence[str], *, folds: 
         if not np.ptp(column) > 0.0:
             raise ParameterError(f"{name} is {column[0]:g} in all rows: it was not varied")
     mean, deviation = np.empty_like(values), np.empty_like(values)
-    for known_rows, left in KFold(parts, shuffle=True, random_state=seed).split(points):
+    for known_rows, left in split(parts, shuffle=True, random_state=seed).split(points):
         mean[left], deviation[left] = _Process(points[known_rows], values[known_rows])(points[left])
     return Surrogate(of, chosen, points, values, (mean, deviation))
 
@@ -139,15 +140,15 @@ class _Process:
     """A Gaussian process of parameters that are scaled to their spread."""
 
     def __init__(self, points: Array, values: Array) -> None:
-        from sklearn.gaussian_process import GaussianProcessRegressor
-        from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
-        from threadpoolctl import threadpool_limits
-
+        gaussian, limits = import_module("sklearn.gaussian_process"), import_module("threadpoolctl").threadpool_limits
+        kernels = gaussian.kernels
         self.middle, self.size = points.mean(axis=0), points.std(axis=0)
-        lengths = Matern(np.ones(points.shape[1]), (1e-2, 1e4), nu=2.5)
-        kernel = ConstantKernel(1.0, (1e-3, 1e6)) * lengths + WhiteKernel(1e-6, (1e-12, 1.0))
-        self.process = GaussianProcessRegressor(kernel, normalize_y=True, n_restarts_optimizer=1, random_state=0)
-        with warnings.catch_warnings(), threadpool_limits(1):  # threads cost more than matrices of this size
+        lengths = kernels.Matern(np.ones(points.shape[1]), (1e-2, 1e4), nu=2.5)
+        kernel = kernels.ConstantKernel(1.0, (1e-3, 1e6)) * lengths + kernels.WhiteKernel(1e-6, (1e-12, 1.0))
+        self.process = gaussian.GaussianProcessRegressor(
+            kernel, normalize_y=True, n_restarts_optimizer=1, random_state=0
+        )
+        with warnings.catch_warnings(), limits(1):  # threads cost more than matrices of this size
             warnings.simplefilter("ignore")  # a length or a noise at its limit is no fault: the error is measured
             self.process.fit((points - self.middle) / self.size, values)
 
