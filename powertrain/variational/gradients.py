@@ -19,7 +19,7 @@ from powertrain.signals import Picked, Samples, Signals, signals_of
 from powertrain.variational.functional import Functional, functional
 from powertrain.variational.objectives import Objective, objective
 from powertrain.variational.record import record
-from powertrain.variational.sweeps import Model, adjoint, forward, integral_value, passage
+from powertrain.variational.sweeps import Model, adjoint, forward, integral_value, passage, refuse_apart
 from powertrain.variational.transitions import WEIGHTS
 from powertrain.variational.unknowns import Unknowns, unknowns
 
@@ -128,17 +128,20 @@ def gradient(
     derivatives are as accurate as the run and account for the motion of events. A forward sweep is used for few unknowns, one adjoint
     sweep for many.
 
+        Laws that switch together and act on each other, such as the brakes of both wheels of an axle, give a derivative for each order in
+    which an unknown would let them switch. The result is their mean, as that of central differences.
+
     Raises ParameterError for unknown names; SimulationError if the run is not differentiable: an event that an arbitrarily small change
-    would remove (grazing), or laws that switch together while an unknown would separate them.
+    would remove (grazing), or laws that switch together where the derivatives of both orders differ by more than 2 %.
     """
     wanted, number = _asked(result, wrt), functional(result, objective(of))
     model = _model(result, wanted, number)
     way = passage(model, result, wanted, number, np.zeros(0))
-    found = adjoint(model, wanted, way) if len(wanted.names) > _FEW else None
-    if found is None:
-        found = forward(model, wanted, way, keep=False)[0]
+    many = len(wanted.names) > _FEW
+    found = adjoint(model, wanted, way) if many else forward(model, wanted, way, keep=False)[0]
     value = number.value + integral_value(model, way.run)
-    return Gradient(number.label, number.unit, value, wanted, found)
+    refuse_apart(wanted, way, found, value)
+    return Gradient(number.label, number.unit, value, wanted, found[0])
 
 
 def number_of(result: Result[Any], of: Objective) -> float:
@@ -203,8 +206,12 @@ def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknown
     boundaries = way.run.steps.times.searchsorted(times, side="left")
     samples = model.saltation.corrected(Samples(*trajectory.at(times, with_events=False)), way.run.p)
     slopes = model.read(samples, way.run.p)
-    n = model.system.size
-    return np.asarray(slopes.s @ kept[boundaries][:, :n] + slopes.q @ wanted.chain(times, after=True))
+    n, count = model.system.size, len(wanted.names)
+    found = np.array(slopes.s @ kept[boundaries][:, :n])
+    found[..., :count] += slopes.q @ wanted.chain(times, after=True)
+    for signal in np.abs(found).max(axis=0, initial=0.0):
+        refuse_apart(wanted, way, signal.reshape(2, count), 0.0)
+    return np.asarray(found[..., :count])
 
 
 def _asked(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
