@@ -505,10 +505,15 @@ def test_laws_that_switch_together(monkeypatch: pytest.MonkeyPatch, few: int) ->
     monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
     plant = pt.compile(Two())
     close = plant.simulate(2.0, parameters={"coupling": 0.004}, **TIGHT)
-    assert pt.gradient(close, "x", ["limit"])["limit"] == pytest.approx(0.502, rel=1e-8)
+    found = pt.gradient(close, "x", ["limit"])
+    assert (found["limit"], found.spread[0]) == (pytest.approx(0.502, rel=1e-8), pytest.approx(0.002, rel=1e-6))
+    assert "+-" not in str(found)
     assert pt.sensitivity(close, "x", "limit", [0.5, 1.5])["x"].values.ravel() == pytest.approx([0, 0.502])
     far = plant.simulate(2.0, **TIGHT)
     assert pt.gradient(far, "x", ["coupling"])["coupling"] == pytest.approx(-1.0, rel=1e-8)
+    hardly = pt.gradient(far, pt.at("x", 2.0) + 1e5 * pt.at("y", 2.0), ["limit"])
+    assert "(0.65 +- 0.15)" in str(hardly)
+    assert hardly.to_dataframe()["spread"]["limit"] == pytest.approx(0.15, rel=1e-6)
     with pytest.raises(pt.SimulationError, match=r"switch together and act on each other.*sides differ by"):
         pt.gradient(far, "x", ["limit"])
     with pytest.raises(pt.SimulationError, match=r"switch together and act on each other"):

@@ -24,7 +24,7 @@ from powertrain.variational.simultaneous import Parts
 from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRates, batches, transitions
 from powertrain.variational.unknowns import Unknowns
 
-_APART = 0.01
+APART = 0.01
 """Both sides of a derivative may differ from it by this share of it,"""
 _SEEN = 1e-4
 """or by so little that a change of the unknown by all of its value changes the result by this share."""
@@ -152,7 +152,7 @@ def refuse_apart(wanted: Unknowns, way: Passage, found: Parts, value: float) -> 
     """Sides that differ are no derivative, unless nobody would see it. ``found``: derivatives, and how far those of the sides are off."""
     derivatives, off = np.abs(found)
     sizes = np.abs(wanted.values)
-    apart = (off > _APART * derivatives) & ((off * sizes > _SEEN * abs(value)) | (sizes == 0.0))
+    apart = (off > APART * derivatives) & ((off * sizes > _SEEN * abs(value)) | (sizes == 0.0))
     if not apart.any():
         return
     names = [wanted.names[k] for k in np.flatnonzero(apart)]
