@@ -109,7 +109,7 @@ def step(
     zero = type(y).zeros(n)
     mass = ca.diag(ca.vertcat(ca.DM.ones(states), ca.DM(n - states, 1)))
     solve = factorize(mass / (h * GAMMA) - jacobian, rows)
-    stages = [solve(slope + GAMMA * h * time_slope)]
+    point, stages = y, [solve(slope + GAMMA * h * time_slope)]
     for i in range(1, 8):
         point, memory = y + combined(A[i], stages), combined(C[i], stages) / h
         right = rhs(t + ALPHA[i] * h, point) + ca.vertcat(memory[:states], zero[states:])
