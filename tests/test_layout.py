@@ -36,7 +36,7 @@ ORDER = [
     "language: map",
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
-    "numerics: tape buffers pivots sparse_lu compiled",
+    "numerics: tape buffers pivots sparse_lu newton compiled",
     "numerics: batch",
     "numerics: replay",
     "compiler: matching linear calls cancellation",
