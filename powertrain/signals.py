@@ -23,6 +23,7 @@ from powertrain.language.recorder import reading
 from powertrain.language.replacing import replace as changed
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.buffers import Array, Bound, zeros
+from powertrain.numerics.newton import newton
 
 BLOCK = 64
 """Signals computed together: neighbours share most of their arithmetic, a block costs little more than one of them."""
@@ -293,21 +294,12 @@ class Signals:
             jacobian = ca.vec(ca.densify(ca.jacobian(self.residual, self.inputs[2]).T))
             self._local.correction = Lanes(self.inputs, ca.cse(ca.vertcat(self.residual, jacobian)))
         correction: Lanes = self._local.correction
-        rows, z, left = correction(samples, p), samples.z.copy(), np.arange(len(samples.t))
-        for _ in range(_CORRECTIONS):
-            try:
-                step = np.linalg.solve(rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                break
-            near = (np.abs(step) <= _CLOSE * (1.0 + np.abs(z[left]))).all(axis=1)
-            z[left[near]] -= step[near]
-            left, step, rows = left[~near], step[~near], rows[~near]
-            if not left.size:
-                break
-            tried = correction(Samples(samples.t[left], samples.x[left], z[left] - step, samples.m[left]), p)
-            better = np.abs(tried[:, :nz]).max(axis=1) < np.abs(rows[:, :nz]).max(axis=1)
-            z[left[better]] -= step[better]
-            left, rows = left[better], tried[better]
+
+        def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
+            rows = correction(Samples(samples.t[which], samples.x[which], z, samples.m[which]), p)
+            return rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz]
+
+        z, _ = newton(equations, samples.z, still=_CLOSE, most=_CORRECTIONS, halvings=1)
         return samples._replace(z=z)
 
 

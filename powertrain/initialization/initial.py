@@ -31,13 +31,13 @@ from powertrain.initialization.conditions import (
 )
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.buffers import Evaluated
-from powertrain.numerics.newton import Solver, dense, newton
+from powertrain.numerics.newton import HALVINGS, Solver, dense, newton
 
 Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
 _STEP = 1e-12
-_DENSE = 200
+_DENSE = 100
 """Unknowns up to which the matrix is a dense one."""
 _KEPT = 16
 
@@ -249,7 +249,14 @@ class _Plan:
             r, j = self._evaluate(t, y, m, p)
             return j[None], (r - target)[None, chosen]
 
-        found, fine = newton(equations, y[None, owned], still=_STEP, most=_ITERATIONS, factors=choice.factors)
+        found, fine = newton(
+            equations,
+            y[None, owned],
+            still=_STEP,
+            most=_ITERATIONS,
+            halvings=0 if self.linear else HALVINGS,
+            factors=choice.factors,
+        )
         y[owned] = found[0]
         if fine[0]:
             return choice

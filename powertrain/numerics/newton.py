@@ -92,6 +92,9 @@ def newton(
     known: tuple[Array, Array] | None = None
     for _ in range(most):
         matrix, value = equations(active, z[active]) if known is None else known
+        if not value.any():
+            fine[active] = True
+            break
         solve, unit = factors(matrix), sizes(z[active])
         step = solve(-value) / unit
         size = np.abs(step).max(axis=1, initial=0.0)
