@@ -1,11 +1,14 @@
-"""One scalar expression tape evaluated at many points: every instruction works on a thousand points before the next one begins.
+"""Expressions evaluated at many points.
 
-CasADi's virtual machine spends most of its time on finding the next instruction. The tape of a scalar function is therefore replayed on
-columns of ``lanes`` points, which keeps the interpreter busy with arithmetic and the operands in the processor's cache.
+``Lanes`` is built at once and calls a function for one point after the other: for some thousands of points. ``Columns`` is for
+millions: CasADi's virtual machine spends most of its time on finding the next instruction, so the tape of a scalar function is replayed
+on columns of points, which keeps the interpreter busy with arithmetic and the operands in the processor's cache. That takes some 20
+microseconds an instruction to build. ``Evaluated`` in ``powertrain.numerics.buffers`` is for one point.
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
@@ -23,6 +26,40 @@ Rows = NDArray[np.float64]
 
 LANES = 256
 _DEPTH = 20
+TOGETHER = 64
+"""Points of one call of ``Lanes``."""
+building = threading.RLock()
+"""Held while functions are made of expressions that several threads share."""
+
+
+class Lanes:
+    """A column of expressions of several columns, the last of which is the same for all points. Serves one thread."""
+
+    def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
+        with building:
+            function = ca.Function("powertrain_one", list(inputs), [ca.densify(outputs)])
+            wide = function.map("powertrain_lanes", "serial", TOGETHER, [len(inputs) - 1], [])
+        self.sizes, self.size = [s.numel() for s in inputs], outputs.numel()
+        self._given = [zeros(n * TOGETHER) for n in self.sizes[:-1]]
+        self._common, self._found = zeros(self.sizes[-1]), zeros(self.size * TOGETHER)
+        self._bound = Bound(wide, [*self._given, self._common], [self._found])
+
+    def __call__(self, points: Sequence[Array], common: Array) -> Array:
+        """A row of values for each point; ``points`` are arrays for all inputs but the last, a row each."""
+        count, k = len(points[0]), self.size
+        result = np.empty((count, k))
+        rows = [a[:, None] if a.ndim == 1 else a for a in points]
+        lanes = [a[: n * TOGETHER].reshape(TOGETHER, n) for a, n in zip(self._given, self.sizes, strict=False)]
+        found = self._found[: k * TOGETHER].reshape(TOGETHER, k)
+        self._common[: self.sizes[-1]] = common
+        for first in range(0, count, TOGETHER):
+            width = min(TOGETHER, count - first)
+            for lane, values in zip(lanes, rows, strict=True):
+                lane[:width] = values[first : first + width]
+                lane[width:] = values[first + width - 1]
+            self._bound.call()
+            result[first : first + width] = found[:width]
+        return result
 
 
 class Tape:

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import Symbol
+from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Lanes, Samples
+from powertrain.signals import Samples
 
 Block = NDArray[np.float64]
 """One matrix per sample."""

@@ -14,8 +14,9 @@ import casadi as ca
 import numpy as np
 
 from powertrain.language.symbols import Symbol
+from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Lanes, Samples
+from powertrain.signals import Samples
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import POINTS, STAGES, Steps
 
