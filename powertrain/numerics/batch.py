@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
+from powertrain.numerics.tape import replayed
 
 Rows = NDArray[np.float64]
 """One row per quantity, one column per point."""
@@ -153,52 +155,29 @@ def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[
 
     ``expressions`` are those that ``scalar`` was made of.
     """
-    operations = [scalar.instruction_id(k) for k in range(scalar.n_instructions())]
-    functions = called(scalar, expressions)
     arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
     others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
-    scalars = [ca.vertsplit(o) if o.numel() else [] for o in others]
-    work: dict[int, ca.MX] = {}
-    results: dict[int, ca.MX] = {}
-    for k, operation in enumerate(operations):
-        inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
-        if operation == ca.OP_CONST:
-            work[outputs[0]] = ca.MX(scalar.instruction_constant(k))
-        elif operation == ca.OP_INPUT:
-            i, j = inputs
-            work[outputs[0]] = arguments[i] if i < varying else scalars[i - varying][j]
-        elif operation == ca.OP_OUTPUT:
-            results[outputs[0]] = work[inputs[0]]
-        elif operation == ca.OP_CALL:
-            values = _call(functions[k], [work[i] for i in inputs], lanes)
-            work |= {place: values[i] for i, place in enumerate(outputs) if place >= 0}
-        elif len(inputs) == 1:
-            work[outputs[0]] = ca.MX.unary(operation, work[inputs[0]])
-        else:
-            work[outputs[0]] = ca.MX.binary(operation, work[inputs[0]], work[inputs[1]])
+    entries = [[a] for a in arguments] + [ca.vertsplit(o) if o.numel() else [] for o in others]
+    results = replayed(scalar, expressions, lambda i, j: entries[i][j], _OfColumns(lanes))
     wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
     return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
 
 
-def called(scalar: ca.Function, expressions: Sequence[Symbol]) -> dict[int, ca.Function]:
-    """The functions behind the calls of a tape, found by following the expressions backwards along it."""
-    nodes: dict[int, Symbol] = {}
-    found: dict[int, ca.Function] = {}
-    if all(scalar.instruction_id(k) != ca.OP_CALL for k in range(scalar.n_instructions())):
-        return found
-    for k in reversed(range(scalar.n_instructions())):
-        operation, inputs, outputs = scalar.instruction_id(k), scalar.instruction_input(k), scalar.instruction_output(k)
-        if operation == ca.OP_OUTPUT:
-            nodes[inputs[0]] = ca.densify(expressions[outputs[0]]).nz[outputs[1]]
-            continue
-        results = [nodes.pop(place) for place in outputs if place in nodes]
-        if operation in (ca.OP_CONST, ca.OP_INPUT) or not results:
-            continue
-        node = results[0].dep(0) if operation == ca.OP_CALL else results[0]
-        if operation == ca.OP_CALL:
-            found[k] = node.which_function()
-        nodes |= {place: node.dep(i) for i, place in enumerate(inputs)}
-    return found
+@dataclass(frozen=True)
+class _OfColumns:
+    """Arithmetic of columns of ``lanes`` values; constants are scalars."""
+
+    lanes: int
+
+    def constant(self, value: float) -> ca.MX:
+        return ca.MX(value)
+
+    def operate(self, code: int, operands: list[ca.MX]) -> ca.MX:
+        first, last = operands[0], operands[-1]
+        return ca.MX.unary(code, first) if len(operands) == 1 else ca.MX.binary(code, first, last)
+
+    def call(self, function: ca.Function, operands: list[ca.MX]) -> list[ca.MX]:
+        return _call(function, operands, self.lanes)
 
 
 def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:

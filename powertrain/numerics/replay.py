@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import called
+from powertrain.numerics.tape import replayed
 
 
 @dataclass(frozen=True)
@@ -53,25 +53,11 @@ class _Replay:
 
     def run(self, expressions: Sequence[Symbol], symbols: Sequence[Symbol], arguments: Sequence[Form]) -> list[Form]:
         scalar = ca.Function("powertrain_row", list(symbols), list(expressions))
-        functions = called(scalar, expressions)
-        work: dict[int, Form] = {}
-        results: dict[int, Form] = {}
-        for k in range(scalar.n_instructions()):
-            operation = scalar.instruction_id(k)
-            inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
-            if operation == ca.OP_CALL:
-                found = self._call(functions[k], [work[i] for i in inputs])
-                work |= {place: found[i] for i, place in enumerate(outputs) if place >= 0}
-            elif operation == ca.OP_CONST:
-                value = scalar.instruction_constant(k)
-                work[outputs[0]] = Form(Symbol(value)) if value else Form()
-            elif operation == ca.OP_INPUT:
-                work[outputs[0]] = arguments[inputs[0]]
-            elif operation == ca.OP_OUTPUT:
-                results[outputs[0]] = work[inputs[0]]
-            else:
-                work[outputs[0]] = self._operate(operation, [work[i] for i in inputs])
+        results = replayed(scalar, expressions, lambda i, _: arguments[i], self)
         return [results.get(i, Form()) for i in range(scalar.n_out())]
+
+    def constant(self, value: float) -> Form:
+        return Form(Symbol(value)) if value else Form()
 
     def value(self, form: Form) -> Symbol:
         if form.curve is not None:
@@ -79,7 +65,7 @@ class _Replay:
         a = Symbol(0) if form.a is None else form.a
         return a if form.b is None else a + form.b * self.x
 
-    def _call(self, function: ca.Function, arguments: Sequence[Form]) -> list[Form]:
+    def call(self, function: ca.Function, arguments: Sequence[Form]) -> list[Form]:
         values, columns, first = [self.value(each) for each in arguments], [], 0
         for i in range(function.n_in()):
             columns.append(ca.vertcat(*values[first : first + function.nnz_in(i)]))
@@ -89,7 +75,7 @@ class _Replay:
         constant = all(each.constant for each in arguments)
         return [Form(a=e) if constant else Form(curve=e) for e in results]
 
-    def _operate(self, operation: int, f: list[Form]) -> Form:
+    def operate(self, operation: int, f: list[Form]) -> Form:
         if all(each.constant for each in f):
             return Form(_plain(operation, [self.value(each) for each in f]))
         if all(each.curve is None for each in f):
