@@ -21,8 +21,9 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected
-from powertrain.equilibrium.laws import FORWARD, NO_WIDTH, REST, STUCK, Iterates, SteadyLaws
+from powertrain.equilibrium.laws import FORWARD, STUCK, Iterates, SteadyLaws
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
+from powertrain.modes.tolerances import NO_WIDTH, REST
 from powertrain.numerics.buffers import Array
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
