@@ -28,7 +28,7 @@ from powertrain.numerics.buffers import Array
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """Lengths of steps in seconds: some that follow the motion, then Newton's."""
-ROUNDS = 20
+ROUNDS = 40
 FAR = 1e10
 """Unknowns beyond this run away."""
 MOST_PIECES = 8
@@ -155,8 +155,9 @@ class Continuation:
         laws, near = self.laws, self._near(point.p)
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
-            if answer is None or answer.tau is None:
-                return None
+            if answer is None or answer.tau is None:  # limits that fall with the step turn round in one that is too long
+                point = replace(point, step=point.step / GROWTH)
+                continue
             m = point.m.copy()
             m[list(answer.modes)] = list(answer.modes.values())
             step = self._steps.at(replace(point, m=m), tau)
