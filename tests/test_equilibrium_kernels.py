@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from powertrain.equilibrium.beginnings import mobilities
-from powertrain.equilibrium.corrector import Near, _bordered, undetermined
+from powertrain.equilibrium.corrector import Near, bordered, undetermined
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 from powertrain.numerics.newton import solved
@@ -117,7 +117,7 @@ def test_stuck_laws_yield_in_newtons_matrix() -> None:
     laws, at = sliding(np.zeros((2, 2)), speed=0.0)
     at.modes[0] = STUCK, FORWARD
     near = Near(np.zeros((1, 2), bool), np.array([[3e-8, 5e-8]]))
-    matrix, right = _bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=False)
+    matrix, right = bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=False)
     np.testing.assert_array_equal(matrix[0, 1:], [[1.0, -3e-8, 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(right[0, 1:], [-3e-8, 0.0])
-    assert _bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=True)[1][0, 1] == 0.0
+    assert bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=True)[1][0, 1] == 0.0

@@ -93,7 +93,7 @@ def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: b
         return at, drive
     here, there = at.some(some), Near(near.given[some], near.yields[some])
     value = laws.values(here, lossless)
-    matrix, left = _bordered(laws, here, value, there, side[some], False)
+    matrix, left = bordered(laws, here, value, there, side[some], False)
     step = solved(matrix, -left)
     tau[some] += step[:, n:]
     creep = value.speed + np.einsum("pij,pj->pi", value.speed_, step)
@@ -113,7 +113,7 @@ def _solutions(
 
     def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
         here = Iterates(at.grid[which], z[:, :n], at.modes[which], z[:, n:])
-        return _bordered(laws, here, laws.values(here, lossless), near.some(which), side[which], True)
+        return bordered(laws, here, laws.values(here, lossless), near.some(which), side[which], True)
 
     def sizes(z: Array) -> Array:
         size = relative(z)
@@ -132,7 +132,7 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
     rest, in whatever unit it is. A torque is not where unit changes of the limits move it without limit.
     """
     n = laws.unknowns
-    matrix, right = _bordered(laws, at, laws.values(at), near, side, True)
+    matrix, right = bordered(laws, at, laws.values(at), near, side, True)
     right = np.zeros_like(right)
     drifts = np.zeros(len(right), bool)
     for row, unknown in zip(laws.rates, laws.rate_of[laws.rates], strict=True):
@@ -148,8 +148,14 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
     return np.asarray(drifts | (np.abs(torque) > LOCKED).any(axis=1))
 
 
-def _bordered(
-    laws: SteadyLaws, at: Iterates, value: LawValues, near: Near, side: Array, proximal: bool
+def bordered(
+    laws: SteadyLaws,
+    at: Iterates,
+    value: LawValues,
+    near: Near,
+    side: Array,
+    proximal: bool,
+    length: float = LAST_STEP,
 ) -> tuple[Array, Array]:
     """Matrix and equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
     n, k, mode = laws.unknowns, np.arange(laws.count), at.modes[:, laws.law_modes]
@@ -165,6 +171,6 @@ def _bordered(
     bound, slope = np.where(held, 0.0, bound), np.where(held[..., None], value.speed_, -slope)
     slope[:, k, n + k] += np.where(held, -yields, 1.0)
     rows = value.rows_.copy()
-    rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / LAST_STEP
+    rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / length
     left = np.where(held, value.speed - (0.0 if proximal else yields * at.tau), at.tau - bound)
     return np.concatenate([rows, slope], axis=1), np.concatenate([value.rows, left], axis=1)

@@ -278,7 +278,9 @@ class _Problem:
             first = 1.0 if self.hangs[k] else -1.0
             mode = first if at_first else -first if at_other else 0.0
             modes[self.laws.index[k]] = mode if k < self.laws.frictions else float(mode == 0.0)
-        free = self.laws.may_free & (self.width_0 + self.width_slope @ tau <= NO_WIDTH)  # their torques may change limits
+        free = self.laws.may_free & (
+            self.width_0 + self.width_slope @ tau <= NO_WIDTH
+        )  # their torques may change limits
         for k in np.flatnonzero(~self.rest).tolist():
             if k < self.laws.frictions:
                 modes[self.laws.index[k]] = 2.0 if free[k] else 1.0 if self.forward[k] else -1.0
