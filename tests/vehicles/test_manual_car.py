@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.components.body import DrivenAxle
 from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
+from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.cycle import _standing
+from powertrain.trials.gears import in_gear
+from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.manual_car import ManualCar
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
@@ -100,3 +104,19 @@ def test_idling_begins_at_idle_speed() -> None:
     for engine in (WillansEngine(), WillansEngine(tau_0=50), MappedEngine.gasoline()):
         run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 10))
         assert np.abs(run.result["engine.w"] - 85).max() < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wheel", [SlipWheel, MagicFormulaWheel])
+def test_a_slipping_clutch_parts_the_engine_from_the_tyres(wheel: type[Wheel]) -> None:
+    """Points one by one, without neighbours: the engine's speed is that of the car whose wheels roll, at any speed of the car."""
+    held = in_gear(ManualCar(), 3)
+    tyres = on_rolling_road(pt.replace(held, front=DrivenAxle(left=wheel(), right=wheel())))
+    rolling, slipping = pt.compile(on_rolling_road(held)), pt.compile(tyres)
+    for v in (3.0, 4.0, 5.0):
+        for accelerator in (0.0, 0.3, 0.6):
+            point, names = {"body.speed": v, "driver.accelerator_set": accelerator}, ["engine.w", "clutch.tau"]
+            one, other = (pt.steady(plant, point, outputs=names) for plant in (rolling, slipping))
+            assert one.status.item() == other.status.item() == 0
+            for name in names:
+                assert other[name].item() == pytest.approx(one[name].item(), rel=1e-9, abs=1e-9)
