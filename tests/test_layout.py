@@ -39,7 +39,7 @@ ORDER = [
     "numerics: tape buffers pivots sparse_lu newton compiled",
     "numerics: batch",
     "numerics: replay",
-    "compiler: matching linear calls cancellation",
+    "compiler: matching calls cancellation",
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity records assemble",
     "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resting resolve",
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
