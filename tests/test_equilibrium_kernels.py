@@ -10,7 +10,7 @@ import pytest
 
 from powertrain.equilibrium.beginnings import mobilities
 from powertrain.equilibrium.corrector import Near, bordered, undetermined
-from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues
+from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues, SteadyLaws
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 
 Matrix = np.ndarray[Any, Any]
@@ -68,6 +68,37 @@ def test_a_motion_that_nothing_holds(damping: float, open_: bool) -> None:
     laws, at = sliding(np.zeros((1, 1)), damping)
     near = Near(np.zeros((1, 1), bool), np.full((1, 1), 1e-8))
     assert undetermined(laws, at, near, np.ones((1, 1))).tolist() == [open_]
+
+
+@pytest.mark.parametrize("damping", [(1e-9, 1.0), (1.0, 1e-9), (1.0, 1.0)])
+def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> None:
+    """Of two shafts without laws, the first or the last."""
+    none = np.zeros((1, 0))
+    slopes = [np.zeros((1, 0, 2))] * 4
+    values = LawValues(np.zeros((1, 2)), none, none, none, none, -np.diag(damping)[None], *slopes)
+    index = np.arange(2)
+    laws = SimpleNamespace(
+        unknowns=2, count=0, frictions=0, contact=np.zeros(0, bool), law_modes=index[:0], rates=index, rate_of=index,
+        values=lambda at: values,
+    )  # fmt: skip
+    at, near = Iterates(none, np.ones((1, 2)), none, none), Near(none.astype(bool), none)
+    assert undetermined(laws, at, near, none).tolist() == [min(damping) < 1e-6]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("speed", "mode"), [(0.0, STUCK), (2e-10, STUCK), (1e-7, FORWARD), (-1e-7, BACKWARD)])
+def test_rest_is_a_share_of_the_terms(speed: float, mode: float) -> None:
+    """A law whose speed is the difference of two of one rad/s, with a torque between its limits."""
+    none = np.zeros((1, 0))
+    values = LawValues(
+        np.zeros((1, 2)), np.array([[speed]]), np.full((1, 1), -1.0), np.ones((1, 1)), none,
+        np.zeros((1, 2, 3)), np.array([[[1.0, -1.0, 0.0]]]), np.zeros((1, 1, 3)), np.zeros((1, 1, 3)), np.zeros((1, 0, 3)),
+    )  # fmt: skip
+    laws = SteadyLaws.__new__(SteadyLaws)
+    laws.unknowns, laws.law_modes, laws.switch_modes = 2, np.array([0]), np.zeros(0, np.intp)
+    laws.may_free, laws.contact = np.zeros(1, bool), np.zeros(1, bool)
+    at = Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
+    assert laws.zone(values, at)[0, 0] == pytest.approx(3e-9, rel=1e-6)
+    assert laws.next_modes(at, values, np.zeros((1, 1), bool), np.ones((1, 1)), None)[0, 0] == mode
 
 
 @pytest.mark.parametrize(("speed", "differ"), [(5.0, True), (0.0, False)])
