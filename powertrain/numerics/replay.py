@@ -65,24 +65,24 @@ class _Replay:
         a = Symbol(0) if form.a is None else form.a
         return a if form.b is None else a + form.b * self.x
 
-    def call(self, function: ca.Function, arguments: Sequence[Form]) -> list[Form]:
-        values, columns, first = [self.value(each) for each in arguments], [], 0
+    def call(self, function: ca.Function, operands: list[Form]) -> list[Form]:
+        values, columns, first = [self.value(each) for each in operands], [], 0
         for i in range(function.n_in()):
             columns.append(ca.vertcat(*values[first : first + function.nnz_in(i)]))
             first += function.nnz_in(i)
         whole: list[Any] = function.call(columns)
         results: list[Symbol] = [e for found in whole for e in ca.vertsplit(ca.densify(found))]
-        constant = all(each.constant for each in arguments)
+        constant = all(each.constant for each in operands)
         return [Form(a=e) if constant else Form(curve=e) for e in results]
 
-    def operate(self, operation: int, f: list[Form]) -> Form:
-        if all(each.constant for each in f):
-            return Form(_plain(operation, [self.value(each) for each in f]))
-        if all(each.curve is None for each in f):
-            found = self._affine(operation, f[0], f[-1])
+    def operate(self, code: int, operands: list[Form]) -> Form:
+        if all(each.constant for each in operands):
+            return Form(_plain(code, [self.value(each) for each in operands]))
+        if all(each.curve is None for each in operands):
+            found = self._affine(code, operands[0], operands[-1])
             if found is not None:
                 return found
-        return Form(curve=_plain(operation, [self.value(each) for each in f]))
+        return Form(curve=_plain(code, [self.value(each) for each in operands]))
 
     def _affine(self, operation: int, first: Form, last: Form) -> Form | None:
         if operation == ca.OP_ADD:
