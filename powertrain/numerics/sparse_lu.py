@@ -86,8 +86,8 @@ def solve(
 def factorize(matrix: ca.SX | ca.MX, rows: Sequence[int] | None = None) -> Solve:
     """Return ``solve(b)`` for ``matrix @ x == b``, for any number of right sides.
 
-    ``rows[i]`` is the row whose entry in column i serves as pivot (default: the diagonal). It must be structurally non-zero; see
-    :func:`powertrain.numerics.pivots.match_rows`. Of an ``MX`` one function gives the factors and one the solution.
+    ``rows[i]`` is the row whose entry in column i serves as pivot (default: the diagonal); see
+    :func:`powertrain.numerics.pivots.match_rows`. Raises KeyError where there is no such entry. Of an ``MX`` one function gives the factors and one the solution.
     """
     pivots = list(range(matrix.size1())) if rows is None else list(rows)
     if not isinstance(matrix, ca.MX):
@@ -108,7 +108,11 @@ def _factors(matrix: ca.SX, pivots: Sequence[int]) -> Factors:
     rows: list[Row] = [{} for _ in pivots]
     numbers: list[Numbers] = [{} for _ in pivots]
     for k, (i, j) in enumerate(zip(*matrix.sparsity().get_triplet(), strict=True)):
-        rows[i][j], numbers[i][j] = matrix.nz[k], _PIVOT if pivots[j] == i else 1.0
+        rows[i][j], numbers[i][j] = matrix.nz[k], 1.0
+    for j, i in enumerate(pivots):
+        if j not in rows[i]:
+            raise KeyError(j)
+        numbers[i][j] = _PIVOT
     return eliminate(rows, numbers, reciprocals=True)
 
 

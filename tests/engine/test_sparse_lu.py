@@ -52,6 +52,16 @@ def test_the_diagonal_is_the_default() -> None:
     np.testing.assert_allclose(np.array(ca.DM(found)).ravel(), np.linalg.solve(matrix, [1.0, 2, 3]), rtol=1e-14)
 
 
+@pytest.mark.parametrize("kind", [ca.SX, ca.MX])
+def test_a_pivot_that_is_not_there(kind: Any) -> None:
+    """As where a mode that is known takes it away: other pivots might vanish later."""
+    matrix = symbolic(kind, np.array([[1.0, 2, 0], [3, 0, 4], [0, 5, 6]]))
+    factorize(matrix, [0, 2, 1])
+    for rows in ([0, 1, 2], [2, 0, 1]):
+        with pytest.raises(KeyError):
+            factorize(matrix, rows)
+
+
 def numbers(matrix: Matrix) -> int:
     """How many a solution needs, with the diagonal as pivots: the entries and their fill."""
     return len(_factors(symbolic(ca.SX, matrix), range(len(matrix))).values())
