@@ -11,6 +11,7 @@ import pytest
 from powertrain.equilibrium.beginnings import mobilities
 from powertrain.equilibrium.corrector import Near, bordered, undetermined
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues, SteadyLaws
+from powertrain.equilibrium.relaxation import relaxed
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 
 Matrix = np.ndarray[Any, Any]
@@ -136,3 +137,22 @@ def test_stuck_laws_yield_in_newtons_matrix() -> None:
     np.testing.assert_array_equal(matrix[0, 1:], [[1.0, -3e-8, 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(right[0, 1:], [-3e-8, 0.0])
     assert bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=True)[1][0, 1] == 0.0
+
+
+def test_a_motion_is_followed_in_steps_that_grow() -> None:
+    """y' = 1 - y: every implicit Euler step is exact, so that each is taken and the lengths grow threefold from 1e-4 to 1e7 s."""
+    calls, none = 0, np.zeros((1, 0))
+
+    def values(at: Iterates) -> LawValues:
+        nonlocal calls
+        calls += 1
+        slopes = [np.zeros((1, 0, 1))] * 4
+        return LawValues(1.0 - at.y, none, none, none, none, np.full((1, 1, 1), -1.0), *slopes)
+
+    laws = SimpleNamespace(
+        unknowns=1, rates=np.array([0]), rate_of=np.array([0]), values=values,
+        next_modes=lambda at, value, given, side, drive: at.modes,
+    )  # fmt: skip
+    end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), none.astype(bool), none)  # type: ignore[arg-type]
+    assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)
+    assert calls == 2 * (1 + int(np.log(1e11) / np.log(3.0)))

@@ -106,6 +106,17 @@ def test_idling_begins_at_idle_speed() -> None:
         assert np.abs(run.result["engine.w"] - 85).max() < 0.1
 
 
+def test_a_point_before_slipping_tyres_needs_no_neighbour() -> None:
+    """The first steps towards it are too long: limits of grip would turn round."""
+    car = pt.replace(in_gear(ManualCar(), 3), front=DrivenAxle(left=MagicFormulaWheel(), right=MagicFormulaWheel()))
+    point = {"body.speed": 4.0, "driver.accelerator_set": 0.3}
+    found = pt.steady(on_rolling_road(car), point, outputs=["engine.w", "engine.tau", "clutch.tau", "clutch.w_rel"])
+    assert found.status.item() == 0
+    assert found["clutch.w_rel"].item() < -10.0
+    assert found["clutch.tau"].item() == pytest.approx(-found["engine.tau"].item(), rel=1e-9)
+    assert found["engine.w"].item() == pytest.approx(99.0175, abs=1e-4)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("wheel", [SlipWheel, MagicFormulaWheel])
 def test_a_slipping_clutch_parts_the_engine_from_the_tyres(wheel: type[Wheel]) -> None:
