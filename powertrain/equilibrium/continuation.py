@@ -161,9 +161,7 @@ class Continuation:
         laws, near = self.laws, self._near(point.p)
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
-            if (
-                answer is None or answer.tau is None
-            ):  # limits that fall with the step turn round in one that is too long
+            if answer is None or answer.tau is None:  # a limit turns round along a step that is too long
                 point = replace(point, step=point.step / GROWTH)
                 continue
             m = point.m.copy()

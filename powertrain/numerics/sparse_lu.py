@@ -87,7 +87,8 @@ def factorize(matrix: ca.SX | ca.MX, rows: Sequence[int] | None = None) -> Solve
     """Return ``solve(b)`` for ``matrix @ x == b``, for any number of right sides.
 
     ``rows[i]`` is the row whose entry in column i serves as pivot (default: the diagonal); see
-    :func:`powertrain.numerics.pivots.match_rows`. Raises KeyError where there is no such entry. Of an ``MX`` one function gives the factors and one the solution.
+    :func:`powertrain.numerics.pivots.match_rows`. Of an ``MX`` one function gives the factors and one the solution.
+    Raises KeyError where there is no such entry.
     """
     pivots = list(range(matrix.size1())) if rows is None else list(rows)
     if not isinstance(matrix, ca.MX):
