@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powertrain.equilibrium.beginnings import mobilities
+from powertrain.equilibrium.beginnings import _degenerate, mobilities
 from powertrain.equilibrium.corrector import Near, bordered, undetermined
-from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues, SteadyLaws
+from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, SteadyLaws
 from powertrain.equilibrium.relaxation import relaxed
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 
@@ -86,18 +86,43 @@ def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> N
     assert undetermined(laws, at, near, none).tolist() == [min(damping) < 1e-6]  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("speed", "mode"), [(0.0, STUCK), (2e-10, STUCK), (1e-7, FORWARD), (-1e-7, BACKWARD)])
-def test_rest_is_a_share_of_the_terms(speed: float, mode: float) -> None:
-    """A law whose speed is the difference of two of one rad/s, with a torque between its limits."""
+def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, LawValues, Iterates]:
+    """A law whose speed is the difference of two of one rad/s, with limits on both sides of its torque of zero."""
     none = np.zeros((1, 0))
     values = LawValues(
-        np.zeros((1, 2)), np.array([[speed]]), np.full((1, 1), -1.0), np.ones((1, 1)), none,
-        np.zeros((1, 2, 3)), np.array([[[1.0, -1.0, 0.0]]]), np.zeros((1, 1, 3)), np.zeros((1, 1, 3)), np.zeros((1, 0, 3)),
+        np.full((1, 1), residual), np.array([[speed]]), np.full((1, 1), -width / 2), np.full((1, 1), width / 2), none,
+        np.array([[[3.0, -2.0, 0.0]]]), np.array([[[1.0, -1.0, 0.0]]]), np.zeros((1, 1, 3)), np.zeros((1, 1, 3)),
+        np.zeros((1, 0, 3)),
     )  # fmt: skip
     laws = SteadyLaws.__new__(SteadyLaws)
     laws.unknowns, laws.law_modes, laws.switch_modes = 2, np.array([0]), np.zeros(0, np.intp)
-    laws.may_free, laws.contact = np.zeros(1, bool), np.zeros(1, bool)
-    at = Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
+    laws.may_free, laws.contact = np.ones(1, bool), np.zeros(1, bool)
+    return laws, values, Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
+
+
+@pytest.mark.parametrize(("width", "mode"), [(5e-11, FREE), (5e-9, STUCK)])
+def test_a_law_is_free_where_its_limits_are_one(width: float, mode: float) -> None:
+    laws, values, at = one_law(0.0, width)
+    assert laws.next_modes(at, values, np.zeros((1, 1), bool), np.ones((1, 1)), None)[0, 0] == mode
+
+
+@pytest.mark.parametrize(("residual", "balanced"), [(5e-7, True), (-5e-7, True), (1e-6, False), (-1e-6, False)])
+def test_equations_are_balanced_by_their_terms(residual: float, balanced: bool) -> None:
+    """Of 3 + 2 + 1."""
+    laws, values, at = one_law(0.0, residual=residual)
+    assert laws.balanced(at, values).tolist() == [balanced]
+
+
+@pytest.mark.parametrize(("small", "degenerate"), [(1e-12, False), (4e-15, True), (0.0, True)])
+def test_equations_that_determine_unknowns_by_round_off_alone(small: float, degenerate: bool) -> None:
+    """Whatever the unit of an equation."""
+    matrix = np.array([[[1e6, 1e6], [1.0, 1.0 + small]], np.eye(2)])
+    assert _degenerate(matrix).tolist() == [degenerate, False]
+
+
+@pytest.mark.parametrize(("speed", "mode"), [(0.0, STUCK), (2e-10, STUCK), (1e-7, FORWARD), (-1e-7, BACKWARD)])
+def test_rest_is_a_share_of_the_terms(speed: float, mode: float) -> None:
+    laws, values, at = one_law(speed)
     assert laws.zone(values, at)[0, 0] == pytest.approx(3e-9, rel=1e-6)
     assert laws.next_modes(at, values, np.zeros((1, 1), bool), np.ones((1, 1)), None)[0, 0] == mode
 

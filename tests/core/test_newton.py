@@ -43,6 +43,12 @@ def test_many_small_systems() -> None:
     np.testing.assert_array_equal(matrices, before)
 
 
+def test_large_rows_are_no_better_pivots() -> None:
+    """x + 1e20 y = 1e20 and x + y = 2: unless rows count alike, x is lost."""
+    found = solved(np.array([[[1.0, 1e20], [1.0, 1.0]]]), np.array([[1e20, 2.0]]))
+    np.testing.assert_allclose(found, [[1.0, 1.0]])
+
+
 @pytest.mark.parametrize("start", [0.5, 3.0, -40.0, 1e4])
 def test_full_steps_go_astray_where_halved_ones_arrive(start: float) -> None:
     """Full steps on arctan diverge from beyond 1.39."""
