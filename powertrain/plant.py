@@ -35,6 +35,7 @@ from powertrain.language.arguments import (
     options_checked,
     positive,
     row,
+    tolerances,
 )
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component, children
@@ -129,7 +130,7 @@ class Plant(Generic[M]):
         times: ArrayLike | None = None,
         points: int = 500,
         rtol: float = 1e-6,
-        atol: float = 1e-8,
+        atol: float | None = None,
         max_step: float = np.inf,
         method: Method = "auto",
         compile: bool = False,
@@ -140,16 +141,16 @@ class Plant(Generic[M]):
 
         ``parameters``: values by name that replace those of the model; ``starts``: initial values of variables; ``guesses``: starting
         values for solving the initial conditions; ``inputs``: the inputs of the model; ``times`` or ``points`` (intervals): output
-        times besides events; ``rtol``, ``atol``: tolerances of the states, ``atol`` in their nominal sizes; ``method``: "auto",
-        "dopri5" or "rodas5p"; ``compile``: use the C compiler of the machine; ``record``: names or patterns of the signals to keep;
-        ``progress``: a progress bar, or a function of the time reached.
+        times besides events; ``rtol``, ``atol``: tolerances of the states, ``atol`` in their nominal sizes (default:
+        rtol/100); ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use the C compiler of the machine; ``record``: names or patterns
+        of the signals to keep; ``progress``: a progress bar, or a function of the time reached.
 
         Raises ParameterError, InitializationError, or SimulationError with the run so far as ``result``.
         """
         grid = _grid(start, stop, times, points)
         flag("compile", compile)
-        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
-            positive(name, value)
+        positive("max_step", max_step)
+        rtol, atol = tolerances(rtol, atol)
         p = self.parameter_vector(parameters)
         if record is not None:
             signals_of(self.compiled).matching(record)
@@ -216,7 +217,7 @@ class Plant(Generic[M]):
         guesses: Mapping[str, float] | None = None,
         inputs: Mapping[str, InputValue] | None = None,
         rtol: float = 1e-6,
-        atol: float = 1e-8,
+        atol: float | None = None,
         max_step: float = np.inf,
         method: Method = "auto",
         compile: bool = False,
@@ -229,8 +230,8 @@ class Plant(Generic[M]):
         """
         from powertrain.running import Running, State
 
-        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
-            positive(name, value)
+        rtol, atol = tolerances(rtol, atol)
+        positive("max_step", max_step)
         given = by_name("inputs", inputs)
         x, z, m, report = self.initialize(number("t", t, "s"), parameters, starts, guesses, given)
         free = [s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs]
