@@ -282,7 +282,10 @@ class _Plan:
         return self.conditions[row - self.nz].label if row >= self.nz else self.compiled.dae.equation(row)
 
     def _choose(self, nonzeros: Array) -> tuple[_Choice, list[int]]:
-        """Rows and the unknowns they own, in order (what those before determine is left out); implicit rows without one."""
+        """Rows and the unknowns they own, in order (what those before determine is left out); implicit rows without one.
+
+        This elimination only chooses: its order is that of the conditions' right, not of sparsity.
+        """
         known = self.choices.get(nonzeros.tobytes())
         if known is not None:
             return known, []
