@@ -1,4 +1,4 @@
-"""Derivatives of runs against the runs: CoupledClutches for all parameters, the split-path car over the WLTC; and a car in hand."""
+"""Derivatives of runs against the runs: CoupledClutches for all parameters, two cars over the WLTC; and a car in hand."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import powertrain as pt
+from benchmarks import driven_axle
 from benchmarks.coupled_clutches import STOP, CoupledClutches
 from benchmarks.timing import Row, at_most, measure
 from powertrain.vehicles.split_path_car import SplitPathCar
@@ -16,7 +17,7 @@ NAME = "gradient"
 
 def run(rounds: int = 5, cycle: float = 1800.0) -> list[Row]:
     """All rows of this benchmark."""
-    return [*clutches(rounds), *car(rounds, cycle)]
+    return [*clutches(rounds), *car(rounds, cycle), fuel("car on a driven axle", driven_axle.car(), rounds, cycle)]
 
 
 def clutches(rounds: int) -> list[Row]:
@@ -48,9 +49,8 @@ def clutches(rounds: int) -> list[Row]:
 
 
 def car(rounds: int, cycle: float) -> list[Row]:
-    """Fuel with respect to all parameters, and the car in hand with steps of 10 ms."""
+    """Fuel of the split-path car, and the car in hand with steps of 10 ms."""
     plant = pt.compile(SplitPathCar())
-    result = plant.simulate(cycle, points=1)
     short: dict[str, Any] = {"points": 1, "max_step": 0.01}
 
     def in_hand() -> float:
@@ -61,21 +61,13 @@ def car(rounds: int, cycle: float) -> list[Row]:
 
     found = measure(
         {
-            "run": lambda: plant.simulate(cycle, points=1)["engine.fuel"],
-            "gradient": lambda: pt.gradient(result, "engine.fuel"),
             "in hand": in_hand,
             "short": lambda: plant.simulate(10.0, **short)["engine.fuel"],
         },
         rounds,
     )
-    count, events = len(plant.parameters), len(result.trajectory.instants)
     return [
-        at_most(
-            NAME,
-            f"SplitPathCar, {cycle:g} s of the WLTC, {count} parameters, {events} events, in runs",
-            found.ratio("gradient", "run"),
-            3.5,
-        ),
+        fuel("SplitPathCar", SplitPathCar(), rounds, cycle),
         at_most(
             NAME,
             "a run in hand in steps of 10 ms against one run with such steps",
@@ -83,3 +75,19 @@ def car(rounds: int, cycle: float) -> list[Row]:
             3.0,
         ),
     ]
+
+
+def fuel(said: str, model: pt.Component, rounds: int, cycle: float) -> Row:
+    """Fuel with respect to all parameters."""
+    plant = pt.compile(model)
+    result = plant.simulate(cycle, points=1)
+    found = measure(
+        {
+            "run": lambda: plant.simulate(cycle, points=1)["engine.fuel"],
+            "gradient": lambda: pt.gradient(result, "engine.fuel"),
+        },
+        rounds,
+    )
+    count, events = len(plant.parameters), len(result.trajectory.instants)
+    what = f"{said}, {cycle:g} s of the WLTC, {count} parameters, {events} events, in runs"
+    return at_most(NAME, what, found.ratio("gradient", "run"), 3.5)

@@ -6,6 +6,7 @@ import ctypes
 import sys
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 import powertrain as pt
@@ -20,15 +21,21 @@ Array = NDArray[np.float64]
 
 
 def by_hand(ratio: Array, load: Array) -> list[Array]:
-    """Yu & Beachley's formulas for the output on a and the unit at the carrier, vectorised."""
-    r, T_a = ratio[:, None], load[None, :]
+    """The closed form over the grid of ratios and loads."""
+    V, *others = closed_form(ratio[:, None], load[None, :])
+    return [np.broadcast_to(V, others[0].shape).copy(), *others]
+
+
+def closed_form(r: Array, T_a: Array) -> list[Array]:
+    """Yu & Beachley's formulas for the output on a and the unit at the carrier, vectorised; power may flow either way."""
     V = (r - RATIO) / (1 - RATIO)
     T_b = np.where(T_a * (r - V) > 0, -RATIO * ETA, -RATIO / ETA) * T_a
     P_2 = (-T_a - T_b) * V
     unit = P_2 * np.where(P_2 > 0, 1 / ETA_V, ETA_V)
     T_1 = T_b + unit
     K = np.where(P_2 > 0, unit, P_2) / T_1
-    return [np.broadcast_to(V, T_1.shape).copy(), -T_a * r / T_1, K, T_1]
+    P_out = -T_a * r
+    return [V, np.where(T_1 >= 0, P_out, T_1) / np.where(T_1 >= 0, T_1, P_out), K, T_1]
 
 
 def in_c(ratio: Array, load: Array) -> Call:
@@ -72,11 +79,30 @@ def run(rounds: int = 15, n: int = 1000) -> list[Row]:
         Row(NAME, "closed form in numpy", duration(times.median("numpy"))),
         at_most(NAME, "against the closed form in numpy", times.ratio("ours", "numpy"), 1),
     ]
+    rows += scattered(plant, rounds, n * n)
     if reason:
         return [*rows, Row(NAME, "against C", reason)]
     rows.append(Row(NAME, "closed form in a C loop", duration(times.median("C"))))
     rows.append(at_most(NAME, "against the closed form in C", times.ratio("ours", "C"), 5))
     return rows
+
+
+def scattered(plant: pt.Plant[SplitPathBench], rounds: int, count: int) -> list[Row]:
+    """Points in no order: neighbours have other modes, and nothing is the same along a row."""
+    random = np.random.default_rng(1)
+    ratio, load = random.uniform(-2.0, 3.0, count), random.uniform(-200.0, 200.0, count)
+    points = {"r": xr.DataArray(ratio, dims="point"), "load": xr.DataArray(load, dims="point")}
+
+    def ours() -> list[Array]:
+        found = pt.steady(plant, points, outputs=SIGNALS)
+        return [found[name].values for name in SIGNALS]
+
+    times = measure({"ours": ours, "numpy": lambda: closed_form(ratio, load)}, rounds)
+    million = f"{count / 1e6:g} million scattered points"
+    return [
+        Row(NAME, million, duration(times.median("ours"))),
+        at_most(NAME, f"{million}, against the closed form in numpy", times.ratio("ours", "numpy"), 1),
+    ]
 
 
 if __name__ == "__main__":

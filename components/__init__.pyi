@@ -148,6 +148,7 @@ from powertrain.components.rotational import DogClutch as DogClutch
 from powertrain.components.rotational import DoubleUniversalJoint as DoubleUniversalJoint
 from powertrain.components.rotational import DrumBrake as DrumBrake
 from powertrain.components.rotational import EddyCurrentTorque as EddyCurrentTorque
+from powertrain.components.rotational import ElasticDogClutch as ElasticDogClutch
 from powertrain.components.rotational import ElastoBacklash as ElastoBacklash
 from powertrain.components.rotational import ElastoBacklash2 as ElastoBacklash2
 from powertrain.components.rotational import Freewheel as Freewheel

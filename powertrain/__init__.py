@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
     from powertrain.analysis.linearization import linearize
     from powertrain.analysis.sampling import sample
+    from powertrain.analysis.surrogate import Surrogate, surrogate
     from powertrain.analysis.sweep import Sweep
     from powertrain.analysis.sweeping import sweep
     from powertrain.environment import Environment
@@ -101,6 +102,7 @@ __all__ = [
     "SimulationError",
     "Stages",
     "SteadyFunction",
+    "Surrogate",
     "Sweep",
     "Symbol",
     "Variable",
@@ -155,6 +157,7 @@ __all__ = [
     "steady_function",
     "steady_gradient",
     "support",
+    "surrogate",
     "sweep",
     "switch",
     "time",
@@ -220,6 +223,8 @@ _ANALYSES = {
     "steady": "powertrain.steadystate.steady",
     "steady_gradient": "powertrain.steadystate.gradient",
     "sample": "powertrain.analysis.sampling",
+    "Surrogate": "powertrain.analysis.surrogate",
+    "surrogate": "powertrain.analysis.surrogate",
     "sweep": "powertrain.analysis.sweeping",
 }
 

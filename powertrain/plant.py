@@ -19,7 +19,7 @@ from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
-from powertrain.engine.prepared import Method
+from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
@@ -40,6 +40,7 @@ from powertrain.language.arguments import (
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component, children
 from powertrain.nonfinite import explain
+from powertrain.numerics.background import progress as building
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
@@ -133,7 +134,7 @@ class Plant(Generic[M]):
         atol: float | None = None,
         max_step: float = np.inf,
         method: Method = "auto",
-        compile: bool = False,
+        compile: Compile = False,
         record: Sequence[str] | None = None,
         progress: bool | Callable[[float], None] = False,
     ) -> Result[M]:
@@ -142,13 +143,13 @@ class Plant(Generic[M]):
         ``parameters``: values by name that replace those of the model; ``starts``: initial values of variables; ``guesses``: starting
         values for solving the initial conditions; ``inputs``: the inputs of the model; ``times`` or ``points`` (intervals): output
         times besides events; ``rtol``, ``atol``: tolerances of the states, ``atol`` in their nominal sizes (default:
-        rtol/100); ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use the C compiler of the machine; ``record``: names or patterns
-        of the signals to keep; ``progress``: a progress bar, or a function of the time reached.
+        rtol/100); ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use the C compiler of the machine, ``"background"``: while this
+        run goes on, for the runs that begin when it is done; ``record``: names or patterns of the signals to keep; ``progress``: a
+        progress bar, or a function of the time reached.
 
         Raises ParameterError, InitializationError, or SimulationError with the run so far as ``result``.
         """
         grid = _grid(start, stop, times, points)
-        flag("compile", compile)
         positive("max_step", max_step)
         rtol, atol = tolerances(rtol, atol)
         p = self.parameter_vector(parameters)
@@ -220,7 +221,7 @@ class Plant(Generic[M]):
         atol: float | None = None,
         max_step: float = np.inf,
         method: Method = "auto",
-        compile: bool = False,
+        compile: Compile = False,
         record: bool = True,
     ) -> Running[M]:
         """A run to be advanced step by step from ``t`` (s).
@@ -298,12 +299,13 @@ class Plant(Generic[M]):
         x, z, m, report = self.initialize(start, parameters, starts, guesses, given)
         return Begun(x, z, m, self.parameter_vector(parameters), report, self._schedules(given))
 
-    def _engine(self, method: Method, compiled: bool) -> Simulator:
+    def _engine(self, method: Method, compiled: Compile) -> Simulator:
         one_of("method", method, get_args(Method))
-        engines: dict[tuple[str, bool], Simulator] = self._local.__dict__.setdefault("engines", {})
-        if (method, compiled) not in engines:
-            engines[method, compiled] = Simulator(self.compiled.dae, method, compiled)
-        return engines[method, compiled]
+        key = method, _compile(compiled)
+        engines: dict[tuple[str, Compile], Simulator] = self._local.__dict__.setdefault("engines", {})
+        if key not in engines:
+            engines[key] = Simulator(self.compiled.dae, *key)
+        return engines[key]
 
     def _initializer(self) -> Initializer:
         if "initializer" not in self._local.__dict__:
@@ -418,6 +420,10 @@ def _scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSi
     return TimeSignal(schedule.name, schedule.index, times, values)
 
 
+def _compile(value: Any) -> Compile:
+    return "background" if value == "background" else flag("compile", value, 'True, False or "background"')
+
+
 def _progress(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:
     if callable(progress):
         return progress
@@ -428,6 +434,7 @@ def _progress(progress: bool | Callable[[float], None], start: float, stop: floa
     bar = time_bar(start, stop)
 
     def watch(t: float) -> None:
+        bar.set_postfix_str(building(), refresh=False)
         bar.update(t - start - bar.n)
         if t >= stop:
             bar.close()
@@ -445,7 +452,7 @@ def time_bar(start: float, stop: float) -> Any:
 
     decimals = max(0, 3 - math.ceil(math.log10(stop - start))) if stop > start else 0
     number = f":.{decimals}f"
-    shown = f"{{desc}}: {{percentage:3.0f}} %|{{bar}}| {{n{number}}} of {{total{number}}} s [{{elapsed}}<{{remaining}}]"
+    shown = f"{{desc}}: {{percentage:3.0f}} %|{{bar}}| {{n{number}}} of {{total{number}}} s [{{elapsed}}<{{remaining}}{{postfix}}]"
     return tqdm(total=stop - start, desc="simulated", bar_format=shown)
 
 

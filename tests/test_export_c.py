@@ -13,10 +13,17 @@ import pytest
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
+from powertrain.components.blocks import Constant, Ramp
 from powertrain.components.electric import AccessoryLoad, Battery
-from powertrain.components.rotational import Inertia, SpringDamper
+from powertrain.components.rotational import Brake, Inertia, SpringDamper, Torque
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+
+
+@pytest.fixture(autouse=True)
+def quickly_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The numbers are those of any other level."""
+    monkeypatch.setattr("powertrain.native.driver.FLAGS", ("-std=c99", "-O0", "-fPIC", "-shared"))
 
 
 class Pendulum(pt.Component):
@@ -57,12 +64,34 @@ class Stiff(pt.Component):
         yield self.a.w == 10
 
 
+class Held(pt.Component):
+    """A weight on two brakes, one of which alone is too weak; their springs share the load until the pull is too strong for both."""
+
+    pull: Ramp = Ramp(height=60.0, duration=1.0)
+    torque: Torque = Torque()
+    drum: Inertia = Inertia(J=0.5)
+    press: Constant = Constant(k=1.0)
+    weak: Brake = Brake(fn_max=20.0, mue_pos=((0.0, 0.5),))
+    strong: Brake = Brake(fn_max=60.0, mue_pos=((0.0, 0.5),))
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.pull.y, self.torque.tau)
+        yield pt.connect(self.torque.flange, self.drum.flange_a)
+        yield pt.connect(self.drum.flange_b, self.weak.flange_a, self.strong.flange_a)
+        yield pt.connect(self.press.y, self.weak.f_normalized)
+        yield pt.connect(self.press.y, self.strong.f_normalized)
+
+    def initial(self) -> pt.Equations:
+        yield self.drum.w == 2.0
+
+
 CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
     "smooth": (Pendulum, 5.0, {}),
     "clutches": (CoupledClutches, 1.5, {}),
     "resets and instants": (Relay, 8.0, {}),
     "implicit": (Loaded, 20.0, {}),
     "stiff": (Stiff, 1.0, {}),
+    "held by others": (Held, 1.2, {}),
     "inputs": (
         Engaging,
         2.0,
@@ -87,6 +116,20 @@ def test_the_run_is_that_of_python(case: str, method: Any, tmp_path: Path) -> No
     for name in plant.compiled.signals:
         size = 1e-300 + float(np.abs(wanted[name]).max())
         np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-10 * size, err_msg=name)
+
+
+@pytest.mark.slow
+def test_a_car_stops_and_stands_on_its_brakes(tmp_path: Path) -> None:
+    """Newton's method goes round at its first stop, and brakes, rolling resistance and gears hold the same motion."""
+    from powertrain.vehicles.split_path_car import SplitPathCar
+
+    plant = pt.compile(SplitPathCar())
+    model = plant.export_c(tmp_path, method="dopri5")
+    found, wanted = model.simulate(60.0, points=30), plant.simulate(60.0, points=30, method="dopri5")
+    assert found.statistics["steps"] == wanted.statistics["steps"]
+    for name in plant.compiled.states:
+        size = 1e-300 + float(np.abs(wanted[name]).max())
+        np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-9 * size, err_msg=name)
 
 
 def test_other_parameters_and_starts_need_no_export(tmp_path: Path) -> None:

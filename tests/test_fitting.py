@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import binom, chi2
 from small_models import STARTS, Engaging
 
 import powertrain as pt
@@ -50,17 +50,25 @@ def test_without_noise_the_parameters_come_back(plant: pt.Plant[Engaging]) -> No
     assert np.abs(found.residuals().to_numpy()).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_noise_gives_the_errors_it_should(plant: pt.Plant[Engaging]) -> None:
-    """Seven unknowns, two of them starts; over ten draws the deviations follow the covariance."""
+    """Seven unknowns, two of them starts: over 20 draws the deviations follow the covariance, and 95.4 % of them are within two errors.
+
+    Each draw by itself is a chi-square with seven degrees of freedom.
+    """
     unknowns = [*TRUE, "engine.w", "load.w"]
     exact = np.array([*TRUE.values(), 100.0, 0.0])
-    total = 0.0
-    for seed in range(10):
+    distances, within = [], 0
+    for seed in range(20):
         found = pt.fit(plant, measured(plant, 1.0, seed), unknowns, first=WRONG)
         left = np.array(list(found.values.values())) - exact
-        total += float(left @ np.linalg.solve(found.covariance, left))
+        distances.append(float(left @ np.linalg.solve(found.covariance, left)))
+        within += int((np.abs(left) <= 2.0 * np.array(list(found.errors.values()))).sum())
         assert found.spread == pytest.approx(1.0, abs=0.15)
-    assert chi2.ppf(1e-4, 70) < total < chi2.ppf(1 - 1e-4, 70)
+    assert chi2.ppf(1e-4, 140) < sum(distances) < chi2.ppf(1 - 1e-4, 140)
+    assert max(distances) < chi2.ppf(1.0 - 1e-4, 7)
+    share = chi2.cdf(4.0, 1)
+    assert binom.ppf(1e-4, 140, share) <= within <= binom.ppf(1.0 - 1e-4, 140, share)
 
 
 def test_sigma_from_the_residuals(plant: pt.Plant[Engaging]) -> None:
@@ -115,6 +123,32 @@ def test_gaps_and_files(plant: pt.Plant[Engaging], tmp_path: Path) -> None:
         pt.read_experiment(tmp_path / "run.mf4")
     with pytest.raises(pt.ParameterError, match=r"read from \.csv"):
         pt.read_experiment(tmp_path / "run.xlsx")
+
+
+@pytest.mark.filterwarnings("ignore:The inplace keyword")
+def test_measurement_files(tmp_path: Path) -> None:
+    """Channels of different rasters are not interpolated: nobody measured such values."""
+    asammdf = pytest.importorskip("asammdf")
+    fast, slow = np.linspace(0.0, 2.0, 21), np.linspace(0.0, 2.0, 8)
+    file = asammdf.MDF(version="4.10")
+    for name, times in (("motor.w", fast), ("load.w", slow)):
+        file.append([asammdf.Signal(np.exp(-times), times, name=name, unit="rad/s")])
+    file.save(tmp_path / "run.mf4")
+    read = pt.read_experiment(tmp_path / "run.mf4")
+    assert {n: int(np.isfinite(np.asarray(v, float)).sum()) for n, v in read.values.items()} == {
+        "motor.w": 21,
+        "load.w": 8,
+    }
+    for given in read.values.values():
+        values = np.asarray(given, float)
+        np.testing.assert_allclose(values, np.where(np.isnan(values), np.nan, np.exp(-read.grid)), rtol=1e-12)
+    assert len(pt.read_experiment(tmp_path / "run.mf4", "load.w").grid) == 8
+    with pytest.raises(pt.ParameterError, match=r"run\.mf4 has no column engine\.w; it has"):
+        pt.read_experiment(tmp_path / "run.mf4", "engine.w")
+    (tmp_path / "text.mf4").write_text("no measurement " * 20)
+    for name in ("text.mf4", "none.mf4"):
+        with pytest.raises(pt.ParameterError, match="cannot be read"):
+            pt.read_experiment(tmp_path / name)
 
 
 def test_bad_input(plant: pt.Plant[Engaging]) -> None:

@@ -165,6 +165,18 @@ def test_forward_and_adjoint_agree(decay: pt.Plant[Decay], monkeypatch: pytest.M
     np.testing.assert_allclose(one.array, other.array, rtol=1e-11)
 
 
+def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long runs are evaluated instruction by instruction at all samples."""
+    plant = pt.compile(Engaging())
+    inputs: dict[str, Any] = {"torque": 20.0, "press": ([0, 0.5, 1.5], [0.1, 0.3, 0.9])}
+    result = plant.simulate(2.0, starts=STARTS, inputs=inputs)
+    few = pt.gradient(result, pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel))
+    monkeypatch.setattr("powertrain.variational.many._MANY", 1)
+    many = pt.gradient(result, pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel))
+    np.testing.assert_allclose(many.array, few.array, rtol=1e-9, atol=1e-12 * np.abs(few.array).max())
+    assert (few.array != 0.0).sum() > 5
+
+
 def test_sensitivity_over_time(decay: pt.Plant[Decay]) -> None:
     times = np.linspace(0, 3, 7)
     found = pt.sensitivity(run_of(decay), ["inertia.w", "inertia.phi"], ["inertia.w"], times)
@@ -380,6 +392,28 @@ def test_many_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+def test_fuel_of_the_car_on_a_driven_axle() -> None:
+    """Left and right wheels brake and stop together; a change of one wheel by itself separates them."""
+    from powertrain.components.body import DrivenAxle
+    from powertrain.components.differentials import BevelDifferential
+    from powertrain.vehicles.split_path_car import SplitPathCar
+
+    plant = pt.compile(SplitPathCar(front=DrivenAxle(differential=BevelDifferential(eta=0.97))))
+    options: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11, "points": 1}
+    found = pt.gradient(plant.simulate(102.0, **options), "engine.fuel")
+    h = 1e-4
+    for name in ("body.m", "front.left.radius", "front.right_brake.tau_max"):
+        value = plant.parameters[name]
+        ends = [
+            plant.simulate(102.0, parameters={name: value * k}, **options)["engine.fuel"][-1] for k in (1 + h, 1 - h)
+        ]
+        scatter = 1e-8 * found.value / (h * abs(value))
+        assert found[name] == pytest.approx((ends[0] - ends[1]) / (2 * h * value), rel=1e-4, abs=scatter), name
+        mirrored = name.replace("left", "LEFT").replace("right", "left").replace("LEFT", "right")
+        assert found[mirrored] == pytest.approx(found[name], rel=1e-6), name
+
+
+@pytest.mark.slow
 def test_fuel_of_the_split_path_car() -> None:
     """The first 200 s of the WLTC against differences.
 
@@ -432,34 +466,58 @@ def test_grazing_is_refused() -> None:
         pt.gradient(flat, "y", "limit")
 
 
-def test_laws_that_would_part_are_refused() -> None:
-    """Two brakes on one shaft that close together: which one is first decides how much the other may hold."""
+class Two(pt.Component):
+    """A level that grows half as fast above its limit, and slower still once another has passed 1."""
 
-    class Two(pt.Component):
-        one: Relaxed = Relaxed()
-        two: Relaxed = Relaxed()
-
-        def equations(self) -> pt.Equations:
-            yield self.one.other.value == self.two.x
-            yield self.two.other.value == self.one.x
-
-    plant = pt.compile(Two())
-    result = plant.simulate(2.0, **TIGHT)
-    with pytest.raises(pt.SimulationError, match=r"switch together and act on each other"):
-        pt.gradient(result, "one.x", ["one.limit"])
-
-
-class Relaxed(pt.Component):
-    """Grows until its limit, and after that with the other's level."""
-
-    other: pt.Input = pt.signal_input("1", "The other's level")
     limit: pt.Parameter = pt.parameter("1", "Where it slows down", default=1.0)
+    coupling: pt.Parameter = pt.parameter("1", "How much the other slows it down", default=0.3)
     x: pt.Variable = pt.variable("1", "Level", start=0.0)
+    y: pt.Variable = pt.variable("1", "The other level", start=0.0)
 
     def equations(self) -> pt.Equations:
         above = pt.switch(self.x > self.limit, 1.0, 0.0)
-        both = pt.switch(self.other.value > 1.0, 1.0, 0.0)
-        yield pt.der(self.x) == 1.0 - 0.5 * above - 0.3 * above * both
+        yield pt.der(self.x) == 1.0 - 0.5 * above - self.coupling * above * pt.switch(self.y > 1.0, 1.0, 0.0)
+        yield pt.der(self.y) == 1.0
+
+
+class Delayed(pt.Component):
+    """A level whose rate is 1, r_a once it has passed its first limit, r_b once its second, r_ab once both."""
+
+    second: pt.Parameter = pt.parameter("1", "Second limit", default=1.0)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        a, b = pt.switch(self.x > 1.0, 1.0, 0.0), pt.switch(self.x > self.second, 1.0, 0.0)
+        yield pt.der(self.x) == 1.0 - 0.5 * a + 0.0405 * b - 0.0305 * a * b
+
+
+def test_the_first_law_delays_the_second() -> None:
+    """Raised by d, the second limit is passed 2 d later (r_a = 0.5), which costs 2 d (r_ab - r_a); lowered, time is won at r_b."""
+    r_a, r_b, r_ab = 0.5, 1.0405, 0.51
+    sides = [-(r_ab - r_a) / r_a, -(1.0 - 1.0 / r_b) * r_ab]
+    found = pt.gradient(pt.simulate(Delayed(), 2.0, **TIGHT), "x", "second")["second"]
+    assert found == pytest.approx(np.mean(sides), rel=1e-7)
+
+
+@pytest.mark.parametrize("few", [0, 9])
+def test_laws_that_switch_together(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """Passing its limit later, a level loses 0.5 + coupling until then; passing it earlier, 0.5."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    plant = pt.compile(Two())
+    close = plant.simulate(2.0, parameters={"coupling": 0.004}, **TIGHT)
+    found = pt.gradient(close, "x", ["limit"])
+    assert (found["limit"], found.spread[0]) == (pytest.approx(0.502, rel=1e-8), pytest.approx(0.002, rel=1e-6))
+    assert "+-" not in str(found)
+    assert pt.sensitivity(close, "x", "limit", [0.5, 1.5])["x"].values.ravel() == pytest.approx([0, 0.502])
+    far = plant.simulate(2.0, **TIGHT)
+    assert pt.gradient(far, "x", ["coupling"])["coupling"] == pytest.approx(-1.0, rel=1e-8)
+    hardly = pt.gradient(far, pt.at("x", 2.0) + 1e5 * pt.at("y", 2.0), ["limit"])
+    assert "(0.65 +- 0.15)" in str(hardly)
+    assert hardly.to_dataframe()["spread"]["limit"] == pytest.approx(0.15, rel=1e-6)
+    with pytest.raises(pt.SimulationError, match=r"switch together and act on each other.*sides differ by"):
+        pt.gradient(far, "x", ["limit"])
+    with pytest.raises(pt.SimulationError, match=r"switch together and act on each other"):
+        pt.sensitivity(far, "x", "limit")
 
 
 def test_bad_input(decay: pt.Plant[Decay]) -> None:

@@ -30,9 +30,9 @@ def test_decay() -> None:
     found = pt.hessian(
         Decay(), "inertia.w", ["inertia.J", "damper.d", "inertia.w"], stop=3.0, starts={"inertia.w": 10.0}
     )
-    np.testing.assert_allclose(found, np.array(exact(2.0, 0.5, 10.0)), rtol=3e-6, atol=1e-7)
+    np.testing.assert_allclose(found, np.array(exact(2.0, 0.5, 10.0)), rtol=3e-8, atol=1e-9)
     assert found["units"].sel(wrt="inertia.J", wrt_2="inertia.w").item() == "rad/s/(kg.m2)/(rad/s)"
-    assert found.attrs["asymmetry"] < 1e-5
+    assert found.attrs["asymmetry"] < 1e-7
 
 
 def test_a_ball_through_two_bounces() -> None:
@@ -41,9 +41,9 @@ def test_a_ball_through_two_bounces() -> None:
     v = ca.sqrt(2 * g * h)
     left = 1.5 - v / g - 2 * e * v / g
     exact = ca.Function("exact", [e, g, h], [ca.hessian(e**2 * v * left - g * left**2 / 2, ca.vertcat(e, g, h))[0]])
-    found = pt.hessian(Ball(), "h", ["e", "g", "h"], stop=1.5, step=3e-4)
+    found = pt.hessian(Ball(), "h", ["e", "g", "h"], stop=1.5)
     wanted = np.array(exact(0.8, 10.0, 1.0))
-    np.testing.assert_allclose(found, wanted, atol=2e-6 * np.abs(wanted).max())
+    np.testing.assert_allclose(found, wanted, atol=1e-8 * np.abs(wanted).max())
 
 
 class Joining(pt.Component):
@@ -68,13 +68,13 @@ def test_a_clutch_that_sticks() -> None:
     )
     found = pt.hessian(
         Joining(), pt.integral(lambda m: -m.clutch.tau * m.clutch.w_rel), ["engine.J", "load.J", "engine.w", "clutch.fn_max"],
-        stop=1.5, starts={"engine.w": 100.0, "load.w": 0.0}, step=3e-4,
+        stop=1.5, starts={"engine.w": 100.0, "load.w": 0.0},
     )  # fmt: skip
     order = ["engine.J", "load.J", "engine.w", "clutch.fn_max"]
     found, wanted = found.sel(wrt=order, wrt_2=order), np.zeros((4, 4))
     wanted[:3, :3] = np.array(exact(0.2, 1.0, 100.0))
     size = np.array([0.2, 1.0, 100.0, 100.0])
-    np.testing.assert_allclose(np.abs(found) * np.outer(size, size), np.abs(wanted) * np.outer(size, size), atol=2e-3)
+    np.testing.assert_allclose(np.abs(found) * np.outer(size, size), np.abs(wanted) * np.outer(size, size), atol=1e-5)
 
 
 def test_refusals() -> None:

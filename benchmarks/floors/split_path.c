@@ -15,7 +15,7 @@ void split_path(long rows, long columns, const double *ratio, const double *load
             const double T_1 = T_b + unit;
             const long k = i * columns + j;
             V[k] = v;
-            efficiency[k] = -T_a * r / T_1;
+            efficiency[k] = T_1 >= 0 ? -T_a * r / T_1 : -T_1 / (T_a * r);
             K[k] = (P_2 > 0 ? unit : P_2) / T_1;
             torque[k] = T_1;
         }

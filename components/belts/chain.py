@@ -26,7 +26,8 @@ class ChainDrive(TwoFlanges, Lossy):
     motion, of which ``polygon`` takes three terms or none. The mean ratio is teeth_b/teeth_a. Either strand may become slack. In a
     strand damping counts only as far as it is taut. The axes are so far apart that the sprockets' joints meet by chance: their
     phases are those of the angles 0. Errors: ParameterError for fewer than 6 teeth.
-    Source: P. Fritz, F. Pfeiffer, Dynamics of high-speed roller chain drives, ASME DE 84 (1995); DIN ISO 10823.
+    Source: N. Fuglede, J. J. Thomsen, Kinematic and dynamic modeling and approximate analysis of a roller chain drive, J. Sound and
+    Vibration 366 (2016) 447-470.
     """
 
     teeth_a: int = 20

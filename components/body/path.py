@@ -43,13 +43,15 @@ class AxlePath(Lossy):
 
     v_left = (lead - curvature track/2) v,  v_right = (lead + curvature track/2) v,  lead = root(1 + (curvature ahead)^2)
     axle.f v + left.f v_left + right.f v_right = lossPower = slip_angle load side^2 |v|,  side = curvature v^2/g
-    left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = load side h/track
+    left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = roll load side h/track
 
     Positive curvature bends to the left; it is that of the path of the axle that is not steered, where v is the speed. An axle ``ahead``
     of it is steered and runs on a larger circle about the same centre; it is taken to turn as a whole. The forces follow from the power
-    that goes through. ``h`` is the height at which the axle's part of the mass is turned over: 0 shares the load equally. The side force
-    of the bend turns the tyres by ``slip_angle`` side against their path, which drags; 0.05 to 0.1 rad are usual. The wheels bear it by
-    their loads; ``side`` tells them. Wheels that do not slip follow a curvature that changes smoothly in time only.
+    that goes through. ``h`` is the height at which the axle's part of the mass is turned over: 0 shares the load equally. ``roll`` is the
+    axle's share of the roll stiffness over its share of the load: a stiffer axle takes more of the car's transfer of load, and the other
+    one less, so that the products of ``roll`` and load of both axles add up to the weight. The side force of the bend turns the tyres by
+    ``slip_angle`` side against their path, which drags; 0.05 to 0.1 rad are usual. The wheels bear it by their loads; ``side`` tells
+    them. Wheels that do not slip follow a curvature that changes smoothly in time only.
     Source: B. Madhavan, M.S. thesis, University of Maryland 1996, App. A: with 88 rad/s in the middle, radius 7 m and track 1.4 m the
     wheels turn at 96.8 rad/s and 79.2 rad/s.
     """
@@ -57,6 +59,7 @@ class AxlePath(Lossy):
     track: Parameter = parameter("m", "Distance of the wheels", default=1.5, above=0)
     ahead: Parameter = parameter("m", "Distance ahead of the axle that is not steered", default=0.0, min=0)
     h: Parameter = parameter("m", "Height of the mass for the transfer of load in a bend", default=0.0, min=0)
+    roll: Parameter = parameter("1", "Share of the roll stiffness over the share of the load", default=1.0, min=0)
     slip_angle: Parameter = parameter("rad", "Slip angle of the tyres over side force over load", default=0.0, min=0)
     axle: Flange = port(Flange)
     left: Flange = port(Flange)
@@ -76,7 +79,7 @@ class AxlePath(Lossy):
         yield der(self.left.s) == left * self.v
         yield der(self.right.s) == right * self.v
         yield self.axle.f + left * self.left.f + right * self.right.f == self._drag()
-        transfer = self.load.value / G_N * self.curvature.value * self.v**2 * self.h / self.track
+        transfer = self.roll * self.load.value / G_N * self.curvature.value * self.v**2 * self.h / self.track
         yield self.left_load.value == self.load.value / 2 - transfer
         yield self.right_load.value == self.load.value / 2 + transfer
         yield self.side.value == self.curvature.value * self.v**2 / G_N

@@ -57,8 +57,9 @@ class CoolantCircuit(EngineCooling):
     of the surroundings, ``T`` starts from it unless a start value is given. The default is an engine of 1.6 l with oil SAE 5W-30; its
     heat capacity is 100 kg of metal and 6 kg of coolant and oil. A warm restart is ``starts={"cooling.T": 363}``.
 
-    Sources: P. J. Shayler, S. J. Christian, T. Ma, A model for the investigation of temperature, heat flow and friction characteristics
-    during engine warm-up, SAE 931153 (the power of the viscosity); ASTM D341 (Walther's equation).
+    Sources: P. J. Shayler, D. Leong, M. Murphy, Contributions to engine friction during cold, low speed running and the dependence on oil
+    viscosity, SAE 2005-01-1654 (friction as a function of the oil's viscosity; the default of k is an estimate of ours); ASTM D341
+    (Walther's equation).
     """
 
     C: Parameter = parameter("J/K", "Heat capacity of block, coolant and oil", default=75e3, above=0)

@@ -16,7 +16,7 @@ from powertrain.components.rotational.clutch import Clutch, OneWayClutch
 from powertrain.components.rotational.cone import ConeBrake, ConeClutch
 from powertrain.components.rotational.detent import Detent
 from powertrain.components.rotational.disc import Disc
-from powertrain.components.rotational.dog_clutch import DogClutch
+from powertrain.components.rotational.dog_clutch import DogClutch, ElasticDogClutch
 from powertrain.components.rotational.drum_brake import DrumBrake
 from powertrain.components.rotational.eddy_current import EddyCurrentTorque
 from powertrain.components.rotational.fixed import Fixed
@@ -96,6 +96,7 @@ __all__ = [
     "DoubleUniversalJoint",
     "DrumBrake",
     "EddyCurrentTorque",
+    "ElasticDogClutch",
     "ElastoBacklash",
     "ElastoBacklash2",
     "Fixed",

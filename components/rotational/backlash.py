@@ -20,11 +20,17 @@ class _Play(CompliantWithRelativeStates, Lossy):
     phi_rel0: Parameter = parameter("rad", "Relative angle in the middle of the gap", default=0.0)
     tau_c: Variable = variable("N.m", "Spring torque")
 
-    def _spring(self) -> Symbol:
-        """Spring torque: zero in the gap, linear behind either contact."""
-        x = self.phi_rel - self.phi_rel0
+    def _spring(self, offset: Symbol | float = 0.0) -> Symbol:
+        """Spring torque: zero in the gap ``offset`` rad beyond phi_rel0, linear behind either contact."""
+        x = self.phi_rel - self.phi_rel0 - offset
         behind = switch(x < -self.b / 2, self.c * (x + self.b / 2), 0.0, continuous=True)
         return switch(x > self.b / 2, self.c * (x - self.b / 2), behind, continuous=True)
+
+    def _limited_damping(self) -> Symbol:
+        """Damper torque that is never stronger than the spring."""
+        damping, limit = self.d * self.w_rel, ca.fabs(self.tau_c)
+        above = switch(damping > limit, limit, damping, continuous=True)
+        return switch(damping < -limit, -limit, above, continuous=True)
 
     def energy(self) -> Symbol:
         """Elastic energy of the contact tau_c^2/(2 c)."""
@@ -50,10 +56,8 @@ class ElastoBacklash(_Play):
         """Spring behind the gap, and a damper that is never stronger than the spring."""
         yield from self._transmit()
         yield self.tau_c == self._spring()
-        damping, limit = self.d * self.w_rel, ca.fabs(self.tau_c)
-        above = switch(damping > limit, limit, damping, continuous=True)
-        limited = switch(damping < -limit, -limit, above, continuous=True)
-        yield self.tau == self.tau_c + switch(self.b <= NO_PLAY, damping, limited)
+        damping = switch(self.b <= NO_PLAY, self.d * self.w_rel, self._limited_damping())
+        yield self.tau == self.tau_c + damping
         yield from self._dissipate()
 
 

@@ -13,8 +13,8 @@ from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.interfaces import TwoFlanges
 
-SYNCHRONISER = Clutch(fn_max=800, mue_pos=((0.0, 1.0),))
-"""Torque of a pressed synchroniser at the output shaft, 800 N.m: the dogs behind its cone hold what comes."""
+SYNCHRONISER = Clutch(fn_max=4000, mue_pos=((0.0, 1.0),))
+"""Torque of a pressed synchroniser at the output shaft, 4,000 N.m: the dogs behind its cone hold what comes."""
 
 
 class Shiftable(TwoFlanges):

@@ -18,7 +18,10 @@ SIMPSON_THREE = GearScheme.of(
     },
     gears={"1": "forward low", "2": "forward intermediate", "3": "forward direct", "R": "direct low"},
 )
-"""Simpson's gearset, published ratios of the Ford C4 and C6: 2.46 1.46 1.00, reverse 2.18; tooth numbers that give them."""
+"""Simpson's gearset.
+
+Published ratios of the Ford C4 and C6: 2.46 1.46 1.00, reverse 2.18; the tooth numbers are estimates that give them.
+"""
 
 RAVIGNEAUX_FOUR = GearScheme.of(
     *ravigneaux("large sun", "small sun", "out", "carrier", teeth=(36, 30, 72), eta=ETA),
@@ -31,7 +34,10 @@ RAVIGNEAUX_FOUR = GearScheme.of(
     },
     gears={"1": "forward low", "2": "forward band", "3": "forward direct", "4": "direct band", "R": "reverse low"},
 )
-"""A four-speed Ravigneaux gearset, published ratios of the Ford AOD: 2.40 1.47 1.00 0.67, reverse 2.00; tooth numbers that give them."""
+"""A four-speed Ravigneaux gearset.
+
+Published ratios of the Ford AOD: 2.40 1.47 1.00 0.67, reverse 2.00; the tooth numbers are estimates that give them.
+"""
 
 CR_CR_FOUR = GearScheme.of(
     planetary("input", "input sun", "joint", "out", teeth=(35, 72), eta=ETA),
@@ -47,7 +53,7 @@ CR_CR_FOUR = GearScheme.of(
 )
 """Two planetary gears, the carrier of each joined to the ring of the other.
 
-Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; tooth numbers that give them.
+Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; the tooth numbers are estimates that give them.
 """
 
 LEPELLETIER_SIX = GearScheme.of(
@@ -124,8 +130,8 @@ SEVEN_SPEED = GearScheme.of(
 )
 """A Ravigneaux set, here as two planetary gears on one carrier, and two planetary gears behind it.
 
-Published ratios of the Mercedes-Benz 7G-Tronic: 4.377 2.859 1.921 1.368 1.000 0.820 0.728, reverse 3.416 and 2.231; tooth numbers that
-give them.
+Published ratios of the Mercedes-Benz 7G-Tronic: 4.377 2.859 1.921 1.368 1.000 0.820 0.728, reverse 3.416 and 2.231; the tooth numbers are
+estimates that give them.
 """
 
 NINE_SPEED = GearScheme.of(
@@ -188,6 +194,6 @@ TEN_SPEED = GearScheme.of(
 )
 """Four planetary gears, two brakes and four clutches, of which three meet in one drum; two elements are open in every gear.
 
-Published ratios of the Ford 10R80 and GM 10L90: 4.696 2.985 2.146 1.769 1.520 1.275 1.000 0.854 0.689 0.636, reverse 4.866; tooth
-numbers that give them.
+Published ratios of the Ford 10R80 and GM 10L90: 4.696 2.985 2.146 1.769 1.520 1.275 1.000 0.854 0.689 0.636, reverse 4.866; the
+tooth numbers are estimates that give them.
 """

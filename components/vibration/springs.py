@@ -111,7 +111,7 @@ class ArcSpring(TwoFlanges):
     stiffer for small amplitudes. With many coils the torque along the arc falls by exp(-mue wrap)
     (Eytelwein); with one coil and wrap = 0 a slow cycle of amplitude x dissipates T (2 x - T/c), T = mue J w^2. Several arcs side by
     side count as one: stiffnesses and moments of inertia add up. Errors: ParameterError without coils.
-    Source: A. Albers, Advanced development of dual mass flywheel (DMFW) design, 5th LuK Symposium 1994.
+    Source: A. Albers, Advanced development of dual mass flywheel (DMFW) design - noise control for today's automobiles, LuK Symposium.
     """
 
     coils: tuple[Coil, ...] = (Coil(), Coil())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,9 +94,9 @@ PRINTED_FROM = 50.0
 @click.option(
     "--rtol",
     type=click.FloatRange(1e-12, 1e-2),
-    default=1e-6,
+    default=1e-4,
     show_default=True,
-    help="Relative tolerance of the integrator.",
+    help="Relative tolerance of the integrator; at the default the fuel is right to 1e-5.",
 )
 def command(
     vehicle: VehicleArgument,
@@ -141,7 +142,7 @@ def command(
     if out is not None:
         run.result.save(out, *chosen)
     if not run.message or run.distance >= WORTH_A_REPORT:
-        click.echo(report(run, vehicle.name))
+        _say(report(run, vehicle.name))
         if backward:
             click.echo(_beside(run, model))
         if plot is not None:
@@ -157,6 +158,12 @@ def command(
         kind = Interrupted if watch.asked else click.ClickException
         early = run.result.time[-1] < run.cycle.times[-1]
         raise kind(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message)
+
+
+def _say(parts: Iterable[str]) -> None:
+    """Print each part as soon as it is there."""
+    for part in parts:
+        click.echo(part)
 
 
 def on_cycle(
@@ -209,8 +216,8 @@ def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
     return text
 
 
-def report(run: CycleRun, name: str) -> str:
-    """The results of the vehicle ``name`` in text: the run, its table, the energy audit."""
+def report(run: CycleRun, name: str) -> Iterator[str]:
+    """The results of the vehicle ``name`` in text: the run's table at once, then the energy audit, which takes its time."""
     from powertrain.trials.charge import charge_corrected, stores_of
 
     cycle = run.cycle
@@ -218,7 +225,7 @@ def report(run: CycleRun, name: str) -> str:
     results = [
         (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)
     ]
-    if stores := stores_of(run):
+    if run.anatomy.engines and (stores := stores_of(run)):
         results.append(
             (
                 f"consumption, corrected to equal charge ({' and '.join(stores)})",
@@ -226,16 +233,8 @@ def report(run: CycleRun, name: str) -> str:
                 "l/100 km",
             )
         )
-    return "\n".join(
-        [
-            f"{name} over {cycle.name} ({about})",
-            "",
-            columns(results, right=[1]),
-            *_not_followed(run),
-            title("Energy by component"),
-            _energies(run),
-        ]
-    )
+    yield "\n".join([f"{name} over {cycle.name} ({about})", "", columns(results, right=[1]), *_not_followed(run)])
+    yield f"{title('Energy by component')}\n{_energies(run)}"
 
 
 def _not_followed(run: CycleRun) -> list[str]:

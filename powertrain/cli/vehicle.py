@@ -62,8 +62,8 @@ def configured(vehicle: VehicleArgument, params: Path | None, texts: Sequence[st
         if params is not None:
             model, more = files.applied(model, files.read(params), params.parent)
             paths += more
-        for path, value in assignments(texts):
-            model = assigned(model, path, value)
-            paths.append(path)
+        pairs = assignments(texts)
+        model = assigned(model, pairs)
+        paths += [path for path, _ in pairs]
         there = {found.path for found in places(model)}  # a part that was exchanged took its parameters with it
         return model, [path for path in paths if path in there]

@@ -24,11 +24,14 @@ from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.resolve import ModeResolver, reset_values
 from powertrain.modes.rules import timed
+from powertrain.numerics.background import Builds, Install
 from powertrain.numerics.buffers import Array, Bound, Memory
 from powertrain.numerics.compiled import compile_functions
 from powertrain.numerics.pivots import match_rows
 
 Method = Literal["auto", "dopri5", "rodas5p"]
+Compile = bool | Literal["background"]
+"""Whether functions pass through the C compiler; in the background: while runs go on, for those that begin later."""
 _METHODS = ("auto", "dopri5", "rodas5p")
 _LARGE = 100
 """Unknowns above which linear systems are solved numerically instead of by expressions."""
@@ -43,7 +46,7 @@ _EXPLICIT_STEPS = 5000.0
 class Prepared:
     """The functions of a :class:`HybridDae`, bound to one memory; what they are called for is in ``engine`` and ``loop``."""
 
-    def __init__(self, dae: HybridDae, method: Method = "auto", compile: bool = False) -> None:
+    def __init__(self, dae: HybridDae, method: Method = "auto", compile: Compile = False) -> None:
         if method not in _METHODS:
             raise ParameterError(f"method = {method!r} must be one of {', '.join(_METHODS)}")
         if method == "dopri5" and dae.z.numel():
@@ -66,6 +69,8 @@ class Prepared:
         self._model: steps.Common | None = None
         self._steps: dict[str, Calls] = {}
         self._kept: list[Bound] = []
+        self._builds = Builds()
+        self._functions: dict[str, ca.Function] = {}
         self.special = SpecialSteps(dae.m, self.catalogue.modes, self._step)
         self._ready = False
         self._speeds: ca.Function | None = None
@@ -82,7 +87,7 @@ class Prepared:
                 from powertrain.integration.sparse_step import SparseStep
 
                 large = [SparseStep(model, self.memory, side) for side in (0, 1)]
-                self._steps[name] = (large[0].call, large[1].call)
+                self._steps[name] = [large[0].call, large[1].call]
             else:
                 self._steps[name] = self._step(name, None)
         return self._steps[name]
@@ -91,14 +96,19 @@ class Prepared:
         """The step for any modes, or for those that ``held`` has as numbers."""
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
         rows = self._shared().rows
-        function = None
+        function = fast = None
         if sum(self.sizes[:2]) <= _MANY:
-            function = make(steps.common(self.dae, rows, held))
-        if function is None or (self.compile and function.n_instructions() > _LONG):
-            function = make(steps.common(self.dae, rows, held, ca.MX))
-        function = self._finished({method: function})[method]
-        self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
-        return bound[0].call, bound[1].call
+            function = fast = make(steps.common(self.dae, rows, held))
+        if fast is None or (self.compile and fast.n_instructions() > _LONG):
+            fast = make(steps.common(self.dae, rows, held, ca.MX))
+        calls: Calls = []
+
+        def install(functions: dict[str, ca.Function]) -> None:
+            self._kept += (bound := [self._bind_step(functions[method], side) for side in (0, 1)])
+            calls[:] = [each.call for each in bound]
+
+        install(self._finished({method: function or fast}, {method: fast}, install))
+        return calls
 
     def first_method(self, span: float) -> str:
         """The method a run begins with, from the start that memory holds."""
@@ -198,7 +208,10 @@ class Prepared:
     def _build(self) -> None:
         """Build and bind what every method needs."""
         model, memory = self._shared(), self.memory
-        functions = self._finished(self._called(model))
+        if not self._functions:
+            called = self._called(model)
+            self._functions = self._finished(called, called, self._rebuild)
+        functions = self._functions
         m, p, tolerance = memory.m, memory.p, memory.tolerance
         self.fresh = [
             Bound(
@@ -262,8 +275,21 @@ class Prepared:
             found["resets"] = reset_values(self.dae)
         return found
 
-    def _finished(self, functions: dict[str, ca.Function]) -> dict[str, ca.Function]:
-        return compile_functions(functions) if self.compile else functions
+    def _finished(
+        self, functions: dict[str, ca.Function], fast: dict[str, ca.Function], install: Install
+    ) -> dict[str, ca.Function]:
+        """The functions as they are run at first; ``fast`` are those for the compiler, given to ``install`` when they come later."""
+        if self.compile == "background":
+            return self._builds.finished(functions, fast, install)
+        return compile_functions(fast) if self.compile else functions
+
+    def _rebuild(self, functions: dict[str, ca.Function]) -> None:
+        """Bind what every method needs to machine code at the next start."""
+        self._functions, self._ready = functions, False
+
+    def adopt(self) -> None:
+        """Take the machine code that was built since the last run."""
+        self._builds.adopt()
 
 
 def _bends(indicators: Sequence[Indicator]) -> dict[int, int]:

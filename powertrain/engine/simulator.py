@@ -22,7 +22,8 @@ class Simulator(Prepared):
     """Runs a :class:`HybridDae` any number of times. Functions are built at their first use; one instance serves one thread.
 
     ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto", which begins with the first
-    where it can and begins with or changes to the second where the model is stiff. ``compile`` passes the functions through the C compiler.
+    where it can and begins with or changes to the second where the model is stiff. ``compile`` passes the functions through the C compiler,
+    "background" while runs go on, for those that begin later.
     """
 
     def run(
@@ -45,6 +46,7 @@ class Simulator(Prepared):
         """
         if not stop >= start:
             raise ValueError(f"stop = {stop:g} s lies before start = {start:g} s")
+        self.adopt()
         self._load(start, x0, z0, m0, p, rtol, atol)
         self._settle(start)
         return Run(self, start, stop, rtol, max_step, progress).execute()

@@ -10,7 +10,8 @@ import numpy as np
 
 from powertrain.numerics.buffers import Array
 
-Calls: TypeAlias = tuple[Callable[[], None], Callable[[], None]]
+Calls: TypeAlias = list[Callable[[], None]]
+"""A step in both directions of the double buffer; machine code takes its place in the list when it is there."""
 Build: TypeAlias = Callable[[str, ca.SX], Calls]
 OFTEN = 300
 """Steps of one run in the same modes after which it takes a function for these modes: building one costs as much as some thousand steps."""

@@ -63,10 +63,10 @@ def count(what: str, value: Any) -> int:
     return int(value)
 
 
-def flag(what: str, value: Any) -> bool:
-    """True or false."""
+def flag(what: str, value: Any, allowed: str = "True or False") -> bool:
+    """True or false; ``allowed``: what the message says that the value must be."""
     if not isinstance(value, bool | np.bool_):
-        raise ParameterError(f"{what} = {short(value)} must be True or False")
+        raise ParameterError(f"{what} = {short(value)} must be {allowed}")
     return bool(value)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ModelError, ParameterError
-from powertrain.language.dimensions import measure
+from powertrain.language.dimensions import Measure, measure
 from powertrain.language.units import checked_unit
 
 N = TypeVar("N", float, NDArray[np.float64])
@@ -22,6 +23,7 @@ _COMMON = {
     "g/kWh": (1e-3 / 3.6e6, "kg/J"), "gal": (3.785411784e-3, "m3"), "kN": (1e3, "N"), "kNm": (1e3, "N.m"), "mOhm": (1e-3, "Ohm"),
 }  # fmt: skip
 """Units of every day beside Modelica's: size in a unit that ``measure`` knows."""
+_NAME, _PART = re.compile(r"[A-Za-z]+"), re.compile(r"([A-Za-z]+|1)(-?\d+)?")
 ZERO_CELSIUS = 273.15
 
 
@@ -42,7 +44,10 @@ def quantity(text: str, unit: str, where: str) -> float:
     found = _QUANTITY.match(text)
     if found is None:
         raise ParameterError(f"{where} = {text!r} is not a number with a unit, such as '1.5 {unit}'")
-    number, given = float(found[1]), found[2].replace("*", ".").replace("·", ".").replace("^", "").replace("°C", "degC")
+    number, given = (
+        float(found[1]),
+        found[2].replace("**", "").replace("*", ".").replace("·", ".").replace("^", "").replace("°C", "degC"),
+    )
     if given == "degC" and unit == "K":
         return number + ZERO_CELSIUS
     try:
@@ -59,7 +64,23 @@ def converted(value: N, given: str, unit: str) -> N:
     return value * (size / wanted)
 
 
-def _measured(unit: str) -> tuple[float, tuple[tuple[str, int], ...]]:
-    factor, plain = _COMMON.get(unit, (1.0, unit))
-    size, powers = measure(checked_unit(plain))
-    return factor * size, powers
+def _measured(unit: str) -> Measure:
+    """The size of a unit in SI units and the powers of these; units of every day may be parts of others: lbf/mph2."""
+    if unit in _COMMON:
+        factor, plain = _COMMON[unit]
+        size, powers = measure(plain)
+        return factor * size, powers
+    if not any(name in _COMMON for name in _NAME.findall(unit)):
+        return measure(checked_unit(unit))
+    size, sums = 1.0, Counter[str]()
+    above, _, below = unit.partition("/")
+    for text, sign in (above, 1), (below, -1):
+        for part in text.strip("()").split(".") if text else ():
+            found = _PART.fullmatch(part)
+            if found is None:
+                raise ModelError(f"unknown unit {part!r} in {unit!r}")
+            one, inside = _measured(found[1])
+            power = sign * int(found[2] or 1)
+            size *= one**power
+            sums.update({base: power * exponent for base, exponent in inside})
+    return size, tuple(sorted((base, power) for base, power in sums.items() if power))

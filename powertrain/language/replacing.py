@@ -15,39 +15,67 @@ _STEP = re.compile(r"(\w+)(?:\[(\d+)\])?(?:\.(.+))?")
 
 
 def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> C:
-    """A copy with other fields; ``changes`` may name parts of parts: ``replace(car, {"wheels[0].r": 0.3}, body=...)``."""
+    """A copy with other fields; ``changes`` may name parts of parts: ``replace(car, {"wheels[0].r": 0.3}, body=...)``.
+
+    What changes in one part changes at once, so that conditions between its parameters are those of all new values.
+    """
     if not isinstance(component, Component):
         raise ParameterError(f"replace() requires a component, not {component!r}")
     kind = type(component)
     values = {n: v for n, v in component._values.items() if is_given(component._fields[n])}
     values.update(fields)
+    inside: dict[tuple[str, str | None], dict[str, Any]] = {}
     for path, value in by_name("changes", changes).items():
-        step = _STEP.fullmatch(path)
-        if step is None:
-            raise ParameterError(f"{kind.__name__}: {path!r} is not a path such as J, wheels[0] or wheels[0].r")
-        name, index, rest = step.groups()
-        if name not in values:
-            raise ParameterError(f"{kind.__name__} has no field {name}{suggestion(name, values)}")
-        if index is None:
-            values[name] = _changed(f"{kind.__name__}.{name}", values[name], rest, value)
+        name, index, rest = _step(kind, path, values)
+        if rest is not None:
+            inside.setdefault((name, index), {})[rest] = value
             continue
-        items, i = values[name], int(index)
-        if not isinstance(items, tuple):
-            raise ParameterError(f"{kind.__name__}.{name} is not a tuple, so there is no {name}[{i}]; write {name}")
-        if i >= len(items):
-            raise ParameterError(
-                f"{kind.__name__}.{name} has {len(items)} members, so there is no {name}[{i}]; indices begin at 0"
-            )
-        values[name] = (*items[:i], _changed(f"{kind.__name__}.{name}[{i}]", items[i], rest, value), *items[i + 1 :])
+        inside = {
+            place: within for place, within in inside.items() if place != (name, index) and (index or place[0] != name)
+        }
+        values[name] = value if index is None else _with_member(kind, name, int(index), values[name], value)
+    for (name, index), within in inside.items():
+        where = f"{kind.__name__}.{name}"
+        if index is None:
+            values[name] = _changed(where, values[name], within)
+        else:
+            old = _member(kind, name, int(index), values[name])
+            new = _changed(f"{where}[{index}]", old, within)
+            values[name] = _with_member(kind, name, int(index), values[name], new)
     return kind(**values)
 
 
-def _changed(where: str, old: Any, rest: str | None, value: Any) -> Any:
-    """A new value, or a part with a new value at the rest of a path."""
-    if rest is None:
-        return value
+def _step(kind: type[Component], path: str, known: Mapping[str, Any]) -> tuple[str, str | None, str | None]:
+    """The field that a path begins with, the index of its member, and the path within it."""
+    step = _STEP.fullmatch(path)
+    if step is None:
+        raise ParameterError(f"{kind.__name__}: {path!r} is not a path such as J, wheels[0] or wheels[0].r")
+    name, index, rest = step.groups()
+    if name not in known:
+        raise ParameterError(f"{kind.__name__} has no field {name}{suggestion(name, known)}")
+    return name, index, rest
+
+
+def _member(kind: type[Component], name: str, i: int, items: Any) -> Any:
+    if not isinstance(items, tuple):
+        raise ParameterError(f"{kind.__name__}.{name} is not a tuple, so there is no {name}[{i}]; write {name}")
+    if i >= len(items):
+        raise ParameterError(
+            f"{kind.__name__}.{name} has {len(items)} members, so there is no {name}[{i}]; indices begin at 0"
+        )
+    return items[i]
+
+
+def _with_member(kind: type[Component], name: str, i: int, items: Any, value: Any) -> tuple[Any, ...]:
+    _member(kind, name, i, items)
+    return (*items[:i], value, *items[i + 1 :])
+
+
+def _changed(where: str, old: Any, within: dict[str, Any]) -> Any:
+    """A part with new values at paths within it."""
     if isinstance(old, Component):
-        return replace(old, {rest: value})
+        return replace(old, within)
+    rest = next(iter(within))
     hint = f"; write {where.rpartition('.')[2]}[0].{rest} for its first member" if isinstance(old, tuple) else ""
     raise ParameterError(f"{where} is {_shortly(old)}, which has no fields, so it has no {rest}{hint}")
 

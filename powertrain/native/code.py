@@ -12,13 +12,15 @@ from powertrain.compiler.hybrid import Guard, HybridDae, TimeSignal
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.numerics.buffers import Array
+from powertrain.modes.rules import idles
+from powertrain.modes.tolerances import ZONE
+from powertrain.numerics.buffers import PREFIX, Array
 
 SOURCES = Path(__file__).parent
 FIXED = ("powertrain_run.h", "powertrain_run.c", "main.c")
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
 """The tables of ``pt_signals``, in this order."""
-_ABSENT = ("newton", "instants", "corner", "resets")
+_ABSENT = ("newton", "instants", "corner", "resets", "idle", "mobility")
 """Functions that only some models need."""
 
 
@@ -45,7 +47,7 @@ def write(
     parameters: Sequence[str],
 ) -> None:
     """The files of a model in a folder. ``start``: time, states, algebraic unknowns, held values, parameters."""
-    functions = engine.functions(method)
+    functions = engine.functions(method) | _at_rest(engine.dae)
     folder.mkdir(parents=True, exist_ok=True)
     generator = ca.CodeGenerator("functions.c")
     for function in functions.values():
@@ -60,6 +62,37 @@ def write(
         (folder / name).write_text(text, encoding="utf-8")
 
 
+def _laws(dae: HybridDae) -> list[int]:
+    """The places of the modes of laws."""
+    return [*(f.index for f in dae.frictions if not f.prescribed), *(s.index for s in dae.switches)]
+
+
+def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
+    """Functions of (time and step, y, m, p) for laws that rest at a limit of their torque, held by others.
+
+    ``idle``: which do, and which laws are at rest at all; ``mobility``: the rates of the laws by their torques, row by row.
+    """
+    laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
+    if not laws or opened is None:
+        return {}
+    y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
+    flags = [ca.vertcat(*(idles(dae, f) for f in laws)), ca.vertcat(*(ca.fabs(f.w) <= ZONE for f in laws))]
+    mobility = -ca.jacobian(opened.rate, opened.tau)
+    if n := opened.residual.numel():
+        z = dae.z[:n]
+        moved = ca.solve(ca.jacobian(opened.residual, z), ca.jacobian(opened.residual, opened.tau))
+        mobility += ca.jacobian(opened.rate, z) @ moved
+    (mobility,) = ca.substitute([mobility], [opened.tau], [ca.DM.zeros(opened.tau.numel())])
+    before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
+    found = {"idle": flags, "mobility": [mobility.T]}
+    return {
+        name: ca.Function(
+            PREFIX + name, [moment, y, dae.m, dae.p], [ca.densify(e) for e in ca.substitute(values, before, now)]
+        )
+        for name, values in found.items()
+    }
+
+
 def _header(
     engine: Prepared, functions: dict[str, ca.Function], schedules: Sequence[TimeSignal], inputs: Sequence[str]
 ) -> str:
@@ -69,7 +102,8 @@ def _header(
         "X": n, "Z": nz, "Y": max(n + nz, 1), "M": max(nm, 1), "P": max(np_, 1), "G": max(len(engine.indicators), 1),
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
-        "RESTS": sum(f.rests is not None for f in dae.frictions), "TURNING": int("corner" in functions),
+        "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)), "F": max(len(dae.frictions), 1),
+        "TURNING": int("corner" in functions),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
         "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),
     }  # fmt: skip
@@ -87,6 +121,9 @@ def _header(
         "reset_place",
         "reset_discrete",
         "rests",
+        "rest_laws",
+        "laws",
+        "frictions",
         "quiet",
         "bends",
         "guards",
@@ -118,6 +155,9 @@ def _tables(
         "reset_place": [r.index for r in resets],
         "reset_discrete": [int(r.discrete) for r in resets],
         "rests": [f.rests for f in dae.frictions if f.rests is not None],
+        "rest_laws": [f.index for f in dae.frictions if f.rests is not None],
+        "laws": _laws(dae),
+        "frictions": [f.index for f in dae.frictions],
         "quiet": [int(i in engine.catalogue.quiet) for i in range(dae.m.numel())],
         "bends": [engine.bends.get(k, -1) for k in range(len(engine.indicators))],
         "guards": [int(isinstance(i.law, Guard)) for i in engine.indicators],

@@ -16,6 +16,9 @@
 #define PASSES 20
 #define ROUNDS 1000
 #define MOST_EVENTS 1000
+#define MOST_EXCHANGES 1000
+#define SINGULAR 1e-10
+#define NOTHING 1e-8
 
 struct pt_model {
     double t, start, stop, h, longest, crossed, max_step, instant, corner, target;
@@ -24,8 +27,8 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M];
-    int side, begun, changed, fixed, idle, reset, which[PT_W];
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F];
+    int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
     double *row, *held_row, *instant_row, *out;
@@ -179,14 +182,109 @@ static int newton(pt_model *a)
     return PT_MODES;
 }
 
+/* Whether the present modes are consistent; a law that is at rest may slide with a rate of zero, within what is known of it. */
+static int consistent(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
+    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
+    if (!solvable(a)) return 0;
+    CALL(a, pt_fresh, given, wanted);
+    if (!isfinite(a->first[2])) return 0;
+    a->jumped[1] = 1;
+    apply_rules(a);
+    a->jumped[1] = 0;
+    return a->flags[0] == 0;
+}
+
+/* One law at a time, the first that its rule would change: K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
+   Opsearch 11 (1974) 123. It ends where the torques of every law have their way with its own speed, which Newton's method need not. */
+static int one_by_one(pt_model *a)
+{
+    for (int tries = 0; tries < MOST_EXCHANGES; tries++) {
+        if (consistent(a)) return a->flags[4] > 0 ? PT_SHARED : 1;
+        int k = 0;
+        while (k < PT_LAWS && a->m[pt_laws[k]] == a->held[pt_laws[k]]) k++;
+        if (k == PT_LAWS) return PT_MODES;
+        a->m[pt_laws[k]] = a->held[pt_laws[k]];
+    }
+    return PT_MODES;
+}
+
+static void look_at_rest(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
+    double *wanted[] = {a->idle_laws, a->still};
+    CALL(a, pt_idle, given, wanted);
+}
+
+/* Laws that have come to rest at a limit, held by others. With all laws at rest stuck, their compliance shares the load; those that it asks
+   for more than they can give stay at their limits, and at rest. */
+static int shared(pt_model *a)
+{
+    look_at_rest(a);
+    for (int k = 0; k < PT_RESTS; k++) {
+        if (a->idle_laws[k]) a->m[pt_rests[k]] = 1;
+        if (a->still[k] && fabs(a->m[pt_rest_laws[k]]) == 1) a->m[pt_rest_laws[k]] = 0;
+    }
+    int found = newton(a);
+    if (found == PT_MODES) found = one_by_one(a);
+    for (int k = 0; k < PT_RESTS; k++) a->m[pt_rests[k]] = 0;
+    return found;
+}
+
+/* Eliminates the laws that hold from the mobility (rates by torques, scaled to a diagonal of one): what others hold has nothing left. */
+static void eliminate_what_holds(pt_model *a)
+{
+    double (*G)[PT_F] = a->mobility;
+    for (int i = 0; i < PT_F; i++) a->size[i] = sqrt(fabs(G[i][i]));
+    for (int i = 0; i < PT_F; i++)
+        for (int j = 0; j < PT_F; j++) G[i][j] /= fmax(a->size[i] * a->size[j], 1e-300);
+    for (int i = 0; i < PT_F; i++) a->holds[i] = a->m[pt_frictions[i]] == 0;
+    for (;;) {
+        int k = -1;
+        for (int i = 0; i < PT_F; i++)
+            if (a->holds[i] && G[i][i] > SINGULAR && (k < 0 || G[i][i] > G[k][k])) k = i;
+        if (k < 0) return;
+        a->holds[k] = 0;
+        for (int i = 0; i < PT_F; i++) {
+            double share = i == k ? 0 : G[i][k] / G[k][k];
+            if (share != 0)
+                for (int j = 0; j < PT_F; j++) G[i][j] -= share * G[k][j];
+        }
+    }
+}
+
+/* Marks the laws at a limit that others hold at rest; 0 where one that was marked is held no longer, so that its rate decides anew. */
+static int marked(pt_model *a, int asked)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
+    double *wanted[] = {a->mobility[0]};
+    int some = asked, all = 1;
+    for (int k = 0; k < PT_RESTS; k++) some |= a->m[pt_rests[k]] != 0;
+    if (!some) return 1;
+    CALL(a, pt_mobility, given, wanted);
+    eliminate_what_holds(a);
+    for (int k = 0, i = 0; k < PT_RESTS; k++) {
+        double left = 0, before = a->m[pt_rests[k]], mode = fabs(a->m[pt_rest_laws[k]]);
+        while (pt_frictions[i] != pt_rest_laws[k]) i++;
+        for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
+        a->m[pt_rests[k]] = mode == 1 && left <= NOTHING;
+        all &= a->m[pt_rests[k]] >= before;
+    }
+    return all;
+}
+
 static int resolve(pt_model *a)
 {
     a->reset = 0;
     memset(a->which, 0, sizeof a->which);
-    for (int k = 0; k < PT_RESTS; k++) a->m[pt_rests[k]] = 0;
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a);
-        if (found) return found > 0 ? PT_OK : found;
+        if (found == PT_MODES) found = one_by_one(a);
+        int asked = found == PT_SHARED;
+        if (asked) found = shared(a);
+        if (found < 0) return found;
+        if (found && marked(a, asked)) return PT_OK;
     }
     return PT_RESETS;
 }
@@ -636,8 +734,8 @@ void pt_counts(const pt_model *a, long *out)
 const char *pt_message(int status)
 {
     static const char *const said[] = {
-        "done", "the step size became too small", "Newton's method found no modes that fit together",
-        "laws at their limits are held by others, which takes the complementarity problem",
+        "done", "the step size became too small", "no modes were found that fit together",
+        "laws at their limits are held by others in a way that takes the complementarity problem",
         "the implicit equations have no solution near the last one", "stuck laws on common states do not come to rest",
         "a rate is not finite", "a quantity left its range", "resets follow one another without end",
         "too many events at one instant or in one fixed step"};

@@ -7,8 +7,8 @@ enum {
     PT_OK = 0,
     PT_FULL = 1,        /* the record is full: empty it and call again */
     PT_UNDERFLOW = -1,  /* the step size became too small */
-    PT_MODES = -2,      /* Newton's method found no modes that fit together */
-    PT_SHARED = -3,     /* laws at their limits are held by others: their torques need the complementarity problem */
+    PT_MODES = -2,      /* neither Newton's method nor one law at a time found modes that fit together */
+    PT_SHARED = -3,     /* laws at their limits are held by others, and their compliance does not say how they share the load */
     PT_ALGEBRA = -4,    /* the implicit equations have no solution near the last one */
     PT_COUPLED = -5,    /* stuck laws on common states do not come to rest */
     PT_RATES = -6,      /* a rate is not finite */

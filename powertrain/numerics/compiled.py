@@ -39,13 +39,9 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
 
     Raises PowertrainError where there is no compiler or it fails.
     """
-    generator = ca.CodeGenerator("powertrain_steps.c")
-    for function in functions.values():
-        generator.add(function)
-    code, command = generator.dump(), compiler()
+    code, command = code_of(functions), compiler()
     try:
-        library = _library(code, command)
-        return {key: ca.external(function.name(), str(library)) for key, function in functions.items()}
+        return loaded(functions, library(code, command))
     except (OSError, RuntimeError) as error:  # the latter from a file system that does not allow programs
         warnings.warn(
             f"compile=True has no effect here: the cache of compiled models cannot be used ({error}). "
@@ -56,16 +52,37 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
         return functions
 
 
-def _library(code: str, compiler: tuple[str, ...]) -> Path:
+def code_of(functions: dict[str, ca.Function]) -> str:
+    """The functions in C."""
+    generator = ca.CodeGenerator("powertrain_steps.c")
+    for function in functions.values():
+        generator.add(function)
+    return str(generator.dump())
+
+
+def loaded(functions: dict[str, ca.Function], library: Path) -> dict[str, ca.Function]:
+    """The same functions from their library."""
+    return {key: ca.external(function.name(), str(library)) for key, function in functions.items()}
+
+
+def library(code: str, compiler: tuple[str, ...]) -> Path:
     """The library of the code, built where the cache has none or a damaged one."""
+    return known(code, compiler) or _built(code, compiler, _entry(code, compiler))
+
+
+def known(code: str, compiler: tuple[str, ...]) -> Path | None:
+    """The library of the code, where the cache has a whole one."""
+    entry = _entry(code, compiler)
+    digest = entry.read_text(encoding="ascii", errors="replace") if entry.is_file() else ""
+    found = entry.parent / f"powertrain_{digest}.so"
+    return found if digest.isalnum() and found.is_file() and _digest(found) == digest else None
+
+
+def _entry(code: str, compiler: tuple[str, ...]) -> Path:
+    """The text that names the library of the code, by the hash of all it is built from."""
     folder = _own_folder(cache_directory() / "compiled")
     origin = "\n".join((code, *FLAGS, *compiler, _version(compiler), sys.platform, platform.machine()))
-    entry = folder / f"{hashlib.sha256(origin.encode()).hexdigest()}.txt"
-    known = entry.read_text(encoding="ascii", errors="replace") if entry.is_file() else ""
-    library = folder / f"powertrain_{known}.so"
-    if not known.isalnum() or not library.is_file() or _digest(library) != known:
-        library = _built(code, compiler, entry)
-    return library
+    return folder / f"{hashlib.sha256(origin.encode()).hexdigest()}.txt"
 
 
 def _own_folder(folder: Path) -> Path:

@@ -85,7 +85,8 @@ def read_experiment(path: str | Path, *names: str, time: str = "time", **options
     """Read an experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which require ``asammdf``.
 
     ``names``: the signals to read, by default all other columns; ``time``: the column of times (s); other options are those of
-    ``Experiment``. ParameterError for other files and missing columns.
+    ``Experiment``. Signals of a measurement file that were sampled at different times have nan where they were not measured.
+    ParameterError for other files, files that cannot be read, and missing columns.
     """
     path = Path(argument_path("path", path))
     if path.suffix.lower() == ".csv":
@@ -113,6 +114,12 @@ def _measurement(path: Path, names: tuple[str, ...], time: str) -> pd.DataFrame:
         from asammdf import MDF  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise ParameterError(f"{path.name}: measurement files need asammdf; install powertrain[mdf]") from None
-    with MDF(path) as measurement:
-        frame: pd.DataFrame = measurement.to_dataframe(list(names) or None)
+    from asammdf.blocks.utils import MdfException  # pyright: ignore[reportMissingImports]
+
+    try:
+        with MDF(path) as measurement:
+            known = [name for name in names if name in measurement.channels_db]
+            frame: pd.DataFrame = measurement.to_dataframe(known or None, use_interpolation=False)
+    except (MdfException, OSError, ValueError) as error:
+        raise ParameterError(f"{path} cannot be read: {error}") from None
     return frame.rename_axis(time).reset_index()

@@ -48,18 +48,17 @@ def components() -> tuple[Entry, ...]:
 @cache
 def assembled() -> tuple[Entry, ...]:
     """The models put together from parts: vehicles and the benches of trials and designs."""
-    from powertrain import design, trials, vehicles
+    from powertrain import design, trials
 
-    return (
-        *_entries(vehicles, "powertrain.vehicles"),
-        *_entries(design, "powertrain"),
-        *_entries(trials, "powertrain"),
-    )
+    return (*vehicles(), *_entries(design, "powertrain"), *_entries(trials, "powertrain"))
 
 
-def vehicles() -> list[Entry]:
-    """The assembled models with a body that moves along a road."""
-    return [entry for entry in assembled() if is_vehicle(entry.kind)]
+@cache
+def vehicles() -> tuple[Entry, ...]:
+    """The models of whole vehicles, which need none of the benches of trials and designs."""
+    import powertrain.vehicles as package
+
+    return tuple(_entries(package, "powertrain.vehicles"))
 
 
 def is_vehicle(kind: type[pt.Component]) -> bool:

@@ -15,6 +15,7 @@ import dataclasses
 import json
 import math
 import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +33,19 @@ RECORDS = (GearScheme, Network)
 
 
 def takes_data(found: Adjustable) -> bool:
-    """Whether a place takes a map, a drive cycle or the record of a gearset."""
+    """Whether a place takes a map, a drive cycle, the record of a gearset, or rows with records."""
     kinds = _kinds(found)
     return any(kind in kinds for kind in (pt.Map, DriveCycle, *RECORDS))
 
 
 def _kinds(found: Adjustable) -> tuple[Any, ...]:
-    return (type(found.value), found.kind, *typing.get_args(found.kind))
+    return (type(found.value), *_within(found.kind))
+
+
+def _within(kind: Any) -> Iterator[Any]:
+    yield kind
+    for inner in typing.get_args(kind):
+        yield from _within(inner)
 
 
 def decoded(value: Any, found: Adjustable, folder: Path) -> Any:
@@ -50,9 +57,9 @@ def decoded(value: Any, found: Adjustable, folder: Path) -> Any:
         return None
     try:
         if record is not None:
-            return _record(record, value)
+            return _field(found.kind if isinstance(value, list) else record, value)
         return _map(value, folder) if is_map else _cycle(value, folder)
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         what = f"a {record.__name__}" if record is not None else "a map" if is_map else "a drive cycle"
         missing = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
         raise pt.ParameterError(f"{found.path} = {str(value)[:80]} is not {what}: {missing}") from None
@@ -85,9 +92,10 @@ def _record(kind: Any, value: Any) -> Any:
 def _field(hint: Any, value: Any) -> Any:
     if dataclasses.is_dataclass(hint):
         return _record(hint, value)
-    inner = typing.get_args(hint)
     if isinstance(value, list):
-        return tuple(_field(inner[0] if inner[-1:] == (Ellipsis,) else None, item) for item in value)
+        inner = typing.get_args(hint)
+        hints = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) else inner or (None,) * len(value)
+        return tuple(_field(each, item) for each, item in zip(hints, value, strict=True))
     return value
 
 
@@ -105,7 +113,7 @@ def encoded(found: Adjustable) -> str:
         axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)
         values = _tuples(value.values.tolist())
         return _inline({"name": value.name, "unit": value.unit, "method": value.method, "axes": axes, "values": values})
-    if isinstance(value, RECORDS):
+    if isinstance(value, RECORDS) or (isinstance(value, tuple) and takes_data(found)):
         return _text(value)
     raise pt.ParameterError(f"{found.path}: a {type(value).__name__} cannot be written to a parameter file")
 

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import powertrain as pt
 from powertrain.language.component import Port, variants
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
-from powertrain.presets.settings import Adjustable, component_named, part, place, places, with_value
+from powertrain.presets.settings import Adjustable, checked, component_named, part, place, places
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
@@ -49,6 +49,8 @@ def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tup
 
 
 def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], folder: Path) -> M:
+    values: dict[str, Any] = {}
+    """The parameters of this table, set at once, so that conditions between them hold for all of them together."""
     for key, value in tables.items():
         if key == CLASS:
             continue
@@ -68,9 +70,9 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
         elif takes_data(found):
             model = pt.replace(model, {path: decoded(value, found, folder)})
         else:
-            model = with_value(model, found, value)
+            values[path] = checked(found, value)
             paths.append(path)
-    return model
+    return pt.replace(model, values) if values else model
 
 
 def _check_no_row(model: pt.Component, path: str) -> None:
@@ -124,7 +126,10 @@ def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path
 
 
 def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Path) -> pt.Component:
-    """A part of a class with the values of the table that it has no default for; the others are set afterwards."""
+    """A part of a class with the values of the table that it has no default for; the others are set afterwards.
+
+    A part within it that is there by default stays: its table leaves out the parameters that are bound to others.
+    """
     kinds, given = cls._slot_types(), dict[str, Any]()
     for name, spec in cls._fields.items():
         if name not in table:
@@ -134,7 +139,7 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
             given[name] = value
         elif takes_data(here):
             given[name] = decoded(value, here, folder)
-        elif isinstance(value, dict) and CLASS in value:
+        elif isinstance(value, dict) and CLASS in value and type(spec).__name__ != value[CLASS]:
             given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
         elif isinstance(value, (bool, int, float, str, list)) and not (
             isinstance(value, list) and any(isinstance(i, dict) for i in value)

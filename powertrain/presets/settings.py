@@ -64,22 +64,26 @@ def place(component: pt.Component, path: str) -> Adjustable:
     return known[path]
 
 
-def assigned(component: M, path: str, text: str) -> M:
-    """A copy with a place set from a text: ``differential.mu`` "0.1", ``differential`` "CircularCamDifferential(mu=0.1)".
+def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
+    """A copy with places set from texts: ``differential.mu`` "0.1", ``differential`` "CircularCamDifferential(mu=0.1)".
 
+    Values that follow each other are set at once, so that conditions between them hold for all of them together.
     Errors: ParameterError for an unknown path, and for a value that does not fit, with its unit and range.
     """
-    found = place(component, path)
-    if found.is_part:
-        return pt.replace(component, {path: part(text, found)})
-    return with_value(component, found, _number(text) if found.spec is not None else _read(text, found))
+    values: dict[str, Any] = {}
+    for path, text in pairs:
+        found = place(component, path)
+        if found.is_part:
+            component = pt.replace(component, values | {path: part(text, found)})
+            values = {}
+        else:
+            values[path] = checked(found, _number(text) if found.spec is not None else _read(text, found))
+    return pt.replace(component, values) if values else component
 
 
-def with_value(component: M, found: Adjustable, value: Any) -> M:
-    """A copy with a parameter or a plain field set to a value."""
-    if found.spec is not None:
-        return pt.replace(component, {found.path: found.spec.check(value, found.path)})
-    return pt.replace(component, {found.path: _fitted(value, found)})
+def checked(found: Adjustable, value: Any) -> Any:
+    """A value for a parameter or a plain field, as the field holds it. Errors: ParameterError where it does not fit."""
+    return _fitted(value, found) if found.spec is None else found.spec.check(value, found.path)
 
 
 def _number(text: str) -> float | str:

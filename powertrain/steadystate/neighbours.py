@@ -50,6 +50,7 @@ class Walker:
         self._common: Array = np.zeros(1)
         self._fits = np.empty(max(WIDTHS))
         self._next: dict[Key, Key] = {}
+        self._often: dict[Key, int] = {}
         self.unchecked = False
 
     def set_common(self, values: Array) -> None:
@@ -67,11 +68,11 @@ class Walker:
         done: Callable[[int], None],
     ) -> None:
         """Fills the first ``count`` points of ``results``; what is written beyond them, up to the largest width, has no meaning."""
-        i, level, current, short = 0, 0, next(iter(self.keys), None), 0
+        i, level, current, short, mixed = 0, 0, next(iter(self.keys), None), 0, False
         while i < count:
-            if short >= _SHORT_RUNS:
+            if mixed or short >= _SHORT_RUNS:
                 last, short = min(i + _MIXED, count), 0
-                self._mixed(i, last, arguments, results, careful)
+                mixed = last - i < _SHORT_RUN * self._mixed(i, last, arguments, results, careful)
                 i = last
                 done(i)
                 continue
@@ -98,27 +99,29 @@ class Walker:
 
     def _mixed(
         self, first: int, last: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
-    ) -> None:
-        """Points whose neighbours have other modes: tries all known combinations on all of them."""
-        width, left = WIDTHS[-1], np.ones(last - first, bool)
-        scratch = [np.empty(width) for _ in results]
-        for key in self.keys:
-            if not left.any():
-                return
-            self._tape(key, len(WIDTHS) - 1).into(
-                [a[first : first + width] for a in arguments], 0, [*scratch, self._fits]
-            )
-            good = left & (self._fits[: last - first] != 0.0)
-            for row, values in zip(results, scratch, strict=True):
-                np.copyto(row[first:last], values[: last - first], where=good)
-            left &= ~good
-        while left.any():
-            start = first + int(left.argmax())
+    ) -> int:
+        """Points whose neighbours have other modes: what one combination does not fit, the next one tries. Returns the number of runs."""
+        left, which = np.arange(first, last), np.full(last - first, -1)
+        for n, key in enumerate(sorted(self.keys, key=lambda k: -self._often.get(k, 0))):
+            if not left.size:
+                break
+            level = sum(left.size > 2 * width for width in WIDTHS[:-1])
+            found = self._tape(key, level)(np.array([a[left] for a in arguments]))
+            good = found[-1] != 0.0
+            fitting = left[good]
+            for row, values in zip(results, found, strict=False):
+                row[fitting] = values[good]
+            which[fitting - first] = n
+            self._often[key] = self._often.get(key, 0) + fitting.size
+            left = left[~good]
+        while left.size:
+            start = int(left[0])
             end = min(start + LANES, last)
             modes = careful(start, end)
             if modes is not None:
                 self.enter(modes)
-            left[start - first : end - first] = False
+            left = left[left >= end]
+        return 1 + int(np.count_nonzero(np.diff(which)))
 
     def _candidates(self, current: Key | None) -> list[Key]:
         first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]

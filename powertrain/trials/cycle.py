@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
@@ -88,6 +87,8 @@ class CycleRun:
     @cached_property
     def electricity(self) -> float:
         """Energy taken from the batteries' charge [J], with what they lose themselves; negative where they were charged."""
+        if not self.anatomy.batteries:
+            return 0.0
         stored = self.audit.components["stored"]
         return -float(sum(stored.loc[battery] for battery in self.anatomy.batteries))
 
@@ -163,6 +164,8 @@ class CycleRun:
     @cached_property
     def band(self) -> tuple[Array, Array, Array]:
         """Times [s] of the whole cycle, and the lowest and the highest speed [m/s] that the regulation allows then."""
+        from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
         t = self.cycle.times[0] + np.arange(round(self.cycle.duration * RATE) + 1) / RATE
         wanted, size = np.interp(t, self.cycle.times, self.cycle.speeds), 2 * round(TIME_BAND * RATE) + 1
         low = minimum_filter1d(wanted, size, mode="nearest") - SPEED_BAND

@@ -13,6 +13,7 @@ import powertrain as pt
 from powertrain.components.body import Axle, RoadProfile, RollingRoad
 from powertrain.components.control import AlwaysOn, EngineSwitch, SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
+from powertrain.components.engines import EngineCooling, WarmEngine
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 
@@ -21,9 +22,10 @@ if TYPE_CHECKING:
 
 
 def on_rolling_road(vehicle: pt.Component) -> pt.Component:
-    """The vehicle with its body on a level rolling road, its pedals set, its engine on, and its actuators where they want to be.
+    """The vehicle with its body on a level rolling road, its pedals set, its engine on and warm, and its actuators where they want to be.
 
-    Its wheels do not slip, and those of an axle turn as one: what tyres and differentials lose there is not in it.
+    A ``CoolantCircuit`` gives way to ``WarmEngine``: at full load and 5 m/s it would settle at 125 degC. Its wheels do not slip,
+    and those of an axle turn as one: what tyres and differentials lose there is not in it.
     Errors: ParameterError for a vehicle with a part that remembers, such as the gear that is in.
     """
     parts = {name: getattr(vehicle, name) for name in vehicle._fields}
@@ -46,6 +48,8 @@ def _steady(part: Any) -> Any:
         return part.lumped()
     if isinstance(part, RoadProfile):
         return RoadProfile()
+    if isinstance(part, EngineCooling):
+        return WarmEngine()
     return AlwaysOn() if isinstance(part, EngineSwitch) else part
 
 

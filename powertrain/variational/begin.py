@@ -17,9 +17,9 @@ from powertrain.errors import ParameterError
 from powertrain.initialization.conditions import discretes_of
 from powertrain.language.symbols import column
 from powertrain.result import Result
+from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.partials import Partials, System
 from powertrain.variational.record import Record
-from powertrain.variational.saltation import NotDifferentiable
 from powertrain.variational.unknowns import Unknowns
 
 

@@ -19,7 +19,8 @@ from powertrain.signals import Picked, Samples, Signals, signals_of
 from powertrain.variational.functional import Functional, functional
 from powertrain.variational.objectives import Objective, objective
 from powertrain.variational.record import record
-from powertrain.variational.sweeps import Model, adjoint, forward, integral_value, passage
+from powertrain.variational.simultaneous import Parts
+from powertrain.variational.sweeps import APART, Model, adjoint, forward, integral_value, passage, refuse_apart
 from powertrain.variational.transitions import WEIGHTS
 from powertrain.variational.unknowns import Unknowns, unknowns
 
@@ -36,11 +37,13 @@ class Gradient(Mapping[str, float]):
     """The derivatives of one result of a run: ``gradient["J1.J"]``; prints as a table with units.
 
     ``value``: the result itself; ``of``: its description; ``unit``: its unit; ``array``: the derivatives in the order of the names;
-    ``units``: their units; ``elasticity``: the change of the result in percent per percent of change of each unknown.
+    ``units``: their units; ``elasticity``: the change of the result in percent per percent of change of each unknown. ``spread``: by how
+    much the derivatives are off where laws switch together in another order; 0 where no laws do. Where that is more than 1 % of the
+    derivative, the table shows it.
     """
 
-    def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, array: Array) -> None:
-        self.of, self.unit, self.value, self.array = of, unit, value, array
+    def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, found: Parts) -> None:
+        self.of, self.unit, self.value, self.array, self.spread = of, unit, value, found[0], np.abs(found[1])
         self.names, self.at = wanted.names, dict(zip(wanted.names, wanted.values, strict=True))
         self._units = wanted.units
 
@@ -66,7 +69,7 @@ class Gradient(Mapping[str, float]):
         return {n: self[n] * self.at[n] / self.value if self.value else 0.0 for n in self.names}
 
     def to_dataframe(self) -> pd.DataFrame:
-        """One row for each unknown: its value, the derivative with its unit, and the elasticity."""
+        """One row for each unknown: its value, the derivative with its unit, the elasticity and the spread."""
         import pandas as pd
 
         columns = {
@@ -75,6 +78,7 @@ class Gradient(Mapping[str, float]):
             "derivative": self.array,
             "derivative_unit": list(self.units.values()),
             "elasticity": list(self.elasticity.values()),
+            "spread": self.spread,
         }
         return pd.DataFrame(columns, index=list(self.names))
 
@@ -82,11 +86,16 @@ class Gradient(Mapping[str, float]):
         """The unknowns that matter, the most important one first, and how many do not."""
         found = sorted((n for n in self.names if self[n]), key=lambda n: (-abs(self.elasticity[n]), -abs(self[n])))
         rows = [
-            (n, f"{self.at[n]:.6g} {u}", f"{self[n]:.6g} {self.units[n]}", f"{self.elasticity[n]:+.4f}")
+            (n, f"{self.at[n]:.6g} {self._units[k]}", f"{self._said(k)} {self.units[n]}", f"{self.elasticity[n]:+.4f}")
             for n in found
-            for u in [self._units[self.names.index(n)]]
+            for k in [self.names.index(n)]
         ]
         return [("", "value", f"d({self.of})/d(.)", "elasticity"), *rows]
+
+    def _said(self, k: int) -> str:
+        """A derivative, with its spread where that is not small."""
+        value, spread = self.array[k], self.spread[k]
+        return f"{value:.6g}" if spread <= APART * abs(value) else f"({value:.2g} +- {spread:.2g})"
 
     def __str__(self) -> str:
         rows = self._rows()
@@ -128,16 +137,19 @@ def gradient(
     derivatives are as accurate as the run and account for the motion of events. A forward sweep is used for few unknowns, one adjoint
     sweep for many.
 
+    Laws that switch together and act on each other, such as the brakes of both wheels of an axle, give a derivative for each order in
+    which an unknown would let them switch. The result is their mean, as that of central differences.
+
     Raises ParameterError for unknown names; SimulationError if the run is not differentiable: an event that an arbitrarily small change
-    would remove (grazing), or laws that switch together while an unknown would separate them.
+    would remove (grazing), or laws that switch together where the derivatives of both orders differ by more than 2 %.
     """
     wanted, number = _asked(result, wrt), functional(result, objective(of))
     model = _model(result, wanted, number)
     way = passage(model, result, wanted, number, np.zeros(0))
-    found = adjoint(model, wanted, way) if len(wanted.names) > _FEW else None
-    if found is None:
-        found = forward(model, wanted, way, keep=False)[0]
+    many = len(wanted.names) > _FEW
+    found = adjoint(model, wanted, way) if many else forward(model, wanted, way, keep=False)[0]
     value = number.value + integral_value(model, way.run)
+    refuse_apart(wanted, way, found, value)
     return Gradient(number.label, number.unit, value, wanted, found)
 
 
@@ -203,8 +215,12 @@ def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknown
     boundaries = way.run.steps.times.searchsorted(times, side="left")
     samples = model.saltation.corrected(Samples(*trajectory.at(times, with_events=False)), way.run.p)
     slopes = model.read(samples, way.run.p)
-    n = model.system.size
-    return np.asarray(slopes.s @ kept[boundaries][:, :n] + slopes.q @ wanted.chain(times, after=True))
+    n, count = model.system.size, len(wanted.names)
+    found = np.array(slopes.s @ kept[boundaries][:, :n])
+    found[..., :count] += slopes.q @ wanted.chain(times, after=True)
+    for signal in np.abs(found).max(axis=0, initial=0.0):
+        refuse_apart(wanted, way, signal.reshape(2, count), 0.0)
+    return np.asarray(found[..., :count])
 
 
 def _asked(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:

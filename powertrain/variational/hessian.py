@@ -14,8 +14,8 @@ from powertrain.language.component import Component
 from powertrain.plant import Plant
 from powertrain.result import Result
 from powertrain.variational.gradients import Gradient, gradient, quotient
+from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.objectives import objective
-from powertrain.variational.saltation import NotDifferentiable
 from powertrain.variational.unknowns import TIMES
 
 if TYPE_CHECKING:
@@ -25,12 +25,14 @@ _TOLERANCES = {"rtol": 1e-10, "atol": 1e-12}
 
 
 def hessian(
-    plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], *, step: float = 1e-3, **options: Any
+    plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], *, step: float = 1e-4, **options: Any
 ) -> xr.DataArray:
     """The second derivatives of a result of a run with respect to parameters and initial values.
 
     Column j is (g(p + h_j) - g(p - h_j))/(2 h_j), where g is the exact gradient of ``pt.gradient`` and h_j = ``step`` |p_j| (``step`` for
-    zeros): 2 n + 1 runs with a gradient each for n unknowns. The error is of second order in the step.
+    zeros): 2 n + 1 runs with a gradient each for n unknowns. The error is of second order in the step: 2e-9 to 4e-9 of the largest entry
+    against closed forms of a decay, a bouncing ball and a clutch that sticks, 100 times that at ten times the step. Below the default
+    step, what the tolerances leave in the gradients dominates.
 
     Parameters
     ----------

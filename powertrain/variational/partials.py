@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
+from powertrain.variational.many import Many
 
 Block = NDArray[np.float64]
 """One matrix per sample."""
@@ -98,13 +98,13 @@ class Partials:
         self.sizes = [g.numel() for g in self.groups]
         rows = ca.vertcat(expressions, dae.residual) if dae.z.numel() else expressions
         parts = [ca.vec(ca.densify(ca.jacobian(rows, g))) for g in self.groups if g.numel()]
-        self.lanes = Lanes(system.inputs, ca.cse(ca.densify(ca.vertcat(expressions, *parts))))
+        self.columns = Many(system.inputs, ca.densify(ca.vertcat(expressions, *parts)))
         self.rows = rows.numel()
 
     def __call__(self, samples: Samples, p: Array) -> Slopes:
         """Values and derivatives at samples whose algebraic unknowns solve the model's equations."""
         count, ne = len(samples.t), self.count
-        flat = self.lanes(samples, p) if count else np.zeros((0, self.lanes.size))
+        flat = self.columns(samples, p)
         first, blocks = ne, []
         for size in self.sizes:
             last = first + self.rows * size

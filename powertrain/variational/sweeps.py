@@ -15,14 +15,19 @@ from powertrain.result import Result
 from powertrain.signals import Samples
 from powertrain.variational.begin import Start
 from powertrain.variational.functional import Functional
+from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.objectives import Reading
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import STAGES, Record, record
-from powertrain.variational.saltation import NotDifferentiable, Saltation, SaltationMap, row_of
-from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRates, batches, effects, transitions
+from powertrain.variational.saltation import Saltation, SaltationMap, row_of
+from powertrain.variational.simultaneous import Parts
+from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRates, batches, transitions
 from powertrain.variational.unknowns import Unknowns
 
-_APART = 1e-6
+APART = 0.01
+"""Both sides of a derivative may differ from it by this share of it,"""
+_SEEN = 1e-4
+"""or by so little that a change of the unknown by all of its value changes the result by this share."""
 
 
 class Model:
@@ -99,54 +104,65 @@ def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> R
     return Read(reading, boundary, s, slopes.q[0, k], float(slopes.along(rates)[0, k]))
 
 
-def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[Array, Block]:
-    """The derivatives of the objective, and those of s at all boundaries (before step i: row i) if they are to be kept."""
+def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[Parts, Block]:
+    """The derivatives of the objective and how far those of its sides are from them (two rows).
+
+    Kept, if asked: those of s at all boundaries (before step i: row i), one block after the other.
+    """
     run, steps = way.run, way.run.steps
     phi, psi = transitions(model.flow, steps, run.p)
     psi = psi @ wanted.chain(steps.times + 0.5 * steps.durations, after=True) if wanted.inputs else psi @ wanted.plain
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
     at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
-    s, gradient = way.begin.copy(), np.zeros(len(wanted.names))
+    n, (size, count) = model.system.size, way.begin.shape
+    s, gradient = np.hstack([way.begin, np.zeros((size, count))]), np.zeros(2 * count)
     kept = np.empty((len(steps.times) + 1 if keep else 0, *s.shape))
     chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
+
+    def alone(value: Array) -> Array:
+        """Nothing of it for the other side."""
+        return np.concatenate([value, np.zeros_like(value)], axis=-1)
+
     for i in range(len(steps.times) + 1):
         for j in events.get(i, ()):
             jump = way.jumps[j]
-            _refuse_apart(jump, s, lefts[j], wanted)
-            moved = jump.shifts[0].s @ s[: model.system.size] + jump.shifts[0].q @ lefts[j] if jump.shifts else 0.0
-            after = jump.s @ s + jump.left @ lefts[j] + jump.right @ rights[j]
+            moved = alone(jump.shifts[0].s @ s[:n, :count] + jump.shifts[0].q @ lefts[j]) if jump.shifts else 0.0
+            after = jump.s @ s + alone(jump.left @ lefts[j] + jump.right @ rights[j])
+            if jump.apart is not None:
+                after[:, count:] += jump.apart[0] @ s[:n, :count] + jump.apart[1] @ lefts[j]
             for side, here, chain in ((-1, s, lefts[j]), (1, after, rights[j])):
                 if (j, side) in at_events:
                     read = at_events[j, side]
-                    gradient += read.reading.weight * (read.s @ here + read.q @ chain + read.rate * moved)
+                    gradient += read.reading.weight * (read.s @ here + alone(read.q @ chain) + read.rate * moved)
             s = after
         for r in reads.get(i, ()):
             read = way.reads[r]
-            gradient += read.reading.weight * (read.s @ s + read.q @ chains[r])
+            gradient += read.reading.weight * (read.s @ s + alone(read.q @ chains[r]))
         if keep:
             kept[i] = s
         if i < len(steps.times):
-            s = phi[i] @ s + psi[i]
+            s = phi[i] @ s + alone(psi[i])
     if model.flow.integrals:
         gradient += s[-1]
-    return gradient, kept
+    return gradient.reshape(2, count), kept
 
 
-def _refuse_apart(jump: SaltationMap, s: NDArray[np.float64], chain: NDArray[np.float64], wanted: Unknowns) -> None:
-    """Laws that switch at one instant and act on each other must stay together."""
-    if not jump.together:
+def refuse_apart(wanted: Unknowns, way: Passage, found: Parts, value: float) -> None:
+    """Sides that differ are no derivative, unless nobody would see it. ``found``: derivatives, and how far those of the sides are off."""
+    derivatives, off = np.abs(found)
+    sizes = np.abs(wanted.values)
+    apart = (off > APART * derivatives) & ((off * sizes > _SEEN * abs(value)) | (sizes == 0.0))
+    if not apart.any():
         return
-    n = len(jump.shifts[0].s)
-    moves = np.array([shift.s @ s[:n] + shift.q @ chain for shift in jump.shifts])
-    apart = np.ptp(moves, axis=0) > _APART * (np.abs(moves).max(axis=0) + 1e-12)
-    if apart.any():
-        names = [wanted.names[k] for k in np.flatnonzero(apart)]
-        raise NotDifferentiable(
-            f"at t = {jump.time:.9g} s {', '.join(shift.name for shift in jump.shifts)} switch together and act on each other, while "
-            f"{', '.join(names[:6])}{' ...' if len(names) > 6 else ''} would let one of them switch first: the run has no derivative with "
-            "respect to that. Leave it out of wrt, or change a value so that they switch apart"
-        )
+    names = [wanted.names[k] for k in np.flatnonzero(apart)]
+    jump = next(jump for jump in way.jumps if jump.apart is not None)
+    raise NotDifferentiable(
+        f"at t = {jump.time:.9g} s {', '.join(shift.name for shift in jump.shifts)} switch together and act on each other, while "
+        f"{', '.join(names[:6])}{' ...' if len(names) > 6 else ''} would let one of them switch first: the run has no derivative with "
+        f"respect to that; both sides differ by {200.0 * (off / derivatives.clip(1e-300))[apart].max():.2g} %. "
+        "Leave it out of wrt, or change a value so that they switch apart"
+    )
 
 
 def _by_place(places: list[int]) -> dict[int, list[int]]:
@@ -157,28 +173,27 @@ def _by_place(places: list[int]) -> dict[int, list[int]]:
     return found
 
 
-def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Array | None:
-    """The derivatives of the objective by one backward sweep; None where laws that switch together need the forward one."""
-    if any(jump.together for jump in way.jumps):
-        return None
+def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Parts:
+    """The same by one backward sweep: the second row is the adjoint of what events with two sides add."""
     run, steps = way.run, way.run.steps
     phi, kept = _linear_steps(model, way)
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
     events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
     at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
-    n, gradient = model.system.size, np.zeros(len(wanted.names))
-    lam = np.zeros(model.flow.size)
-    lam[n:] = 1.0
-    ends = np.empty((len(steps.times), model.flow.size))
+    n, gradient = model.system.size, np.zeros((2, len(wanted.names)))
+    sides = 2 if any(jump.apart is not None for jump in way.jumps) else 1
+    lam = np.zeros((sides, model.flow.size))
+    lam[0, n:] = 1.0
+    ends = np.empty((len(steps.times), *lam.shape))
     for i in range(len(steps.times), -1, -1):
         if i < len(steps.times):
             ends[i] = lam
-            lam = phi[i].T @ lam
+            lam = lam @ phi[i]
         for r in reads.get(i, ()):
             read = way.reads[r]
-            lam = lam + read.reading.weight * read.s
-            gradient += read.reading.weight * (read.q @ chains[r])
+            lam[0] += read.reading.weight * read.s
+            gradient[0] += read.reading.weight * (read.q @ chains[r])
         for j in reversed(events.get(i, ())):
             jump, own = way.jumps[j], np.zeros_like(lam)
             for side, chain in ((-1, lefts[j]), (1, rights[j])):
@@ -186,15 +201,20 @@ def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Array | None:
                     continue
                 read = at_events[j, side]
                 weight = read.reading.weight
-                lam, own = (lam + weight * read.s, own) if side > 0 else (lam, own + weight * read.s)
-                gradient += weight * (read.q @ chain)
+                (lam if side > 0 else own)[0] += weight * read.s
+                gradient[0] += weight * (read.q @ chain)
                 if jump.shifts:
-                    own[:n] += weight * read.rate * jump.shifts[0].s
-                    gradient += weight * read.rate * (jump.shifts[0].q @ lefts[j])
-            gradient += (lam @ jump.left) @ lefts[j] + (lam @ jump.right) @ rights[j]
-            lam = jump.s.T @ lam + own
-    gradient += lam @ way.begin
-    return gradient + _from_steps(model, wanted, run, ends, kept)
+                    own[0, :n] += weight * read.rate * jump.shifts[0].s
+                    gradient[0] += weight * read.rate * (jump.shifts[0].q @ lefts[j])
+            if jump.apart is not None:
+                own[1, :n] += lam[0] @ jump.apart[0]
+                gradient[1] += (lam[0] @ jump.apart[1]) @ lefts[j]
+            gradient[:sides] += (lam @ jump.left) @ lefts[j] + (lam @ jump.right) @ rights[j]
+            lam = lam @ jump.s + own
+    gradient[:sides] += lam @ way.begin
+    for side in range(sides):
+        gradient[side] += _from_steps(model, wanted, run, ends[:, side], kept)
+    return gradient
 
 
 @dataclass(frozen=True)
@@ -212,9 +232,9 @@ def _linear_steps(model: Model, way: Passage) -> tuple[Block, list[_Batch]]:
     steps, size = way.run.steps, model.flow.size
     phi, kept = np.empty((len(steps.times), size, size)), []
     for here, samples in batches(steps):
-        _, a, _, slopes = model.bare_flow(samples, way.run.p)
-        found = effects(steps.durations[here], a)
-        phi[here] = np.eye(size) + found @ a.reshape(len(found), STAGES * size, size)
+        slopes = model.bare_flow.partials(samples, way.run.p)
+        found = model.bare_flow.effects(steps.durations[here], slopes.s)
+        phi[here] = model.bare_flow.advance(found, slopes)
         kept.append(_Batch(here, found, slopes, samples))
     return phi, kept
 
@@ -225,8 +245,9 @@ def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: 
     if not model.system.free.numel():
         return found
     for batch in kept:
-        w = (ends[batch.here, None] @ batch.effects).reshape(-1, model.flow.size)
-        q = model.reverse(batch.samples, run.p, w[:, model.flow.places], batch.slopes)
+        places = model.flow.places
+        w = (ends[batch.here][:, None, places] @ batch.effects).reshape(-1, len(places))
+        q = model.reverse(batch.samples, run.p, w, batch.slopes)
         q = q.reshape(len(batch.effects), STAGES, -1).sum(axis=1)
         times = run.steps.times[batch.here] + 0.5 * run.steps.durations[batch.here]
         found += (

@@ -14,9 +14,9 @@ import casadi as ca
 import numpy as np
 
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
+from powertrain.variational.many import Many
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import POINTS, STAGES, Steps
 
@@ -33,12 +33,15 @@ class VariationalRates:
 
     def __init__(self, system: System, integrand: Symbol | None) -> None:
         self.system, self.integrals = system, int(integrand is not None)
-        rates = system.dae.xdot if integrand is None else ca.vertcat(system.dae.xdot, integrand)
+        dae = system.dae
+        rates = dae.xdot if integrand is None else ca.vertcat(dae.xdot, integrand)
         self.size = system.size + self.integrals
         self.places = np.r_[: system.states, system.size : self.size]
         """The rows of f that are not zero."""
+        self.core = np.flatnonzero(_influential(ca.vertcat(rates, dae.residual), dae.x))
+        """The states on which rates depend."""
         self.partials = Partials(system, rates)
-        self._values = Lanes(system.inputs, rates)
+        self._values = Many(system.inputs, rates)
 
     def rates(self, samples: Samples, p: Array) -> Block:
         """The rates alone, one row per sample."""
@@ -46,15 +49,37 @@ class VariationalRates:
         f[:, self.places] = self._values(samples, p)
         return f
 
-    def __call__(self, samples: Samples, p: Array) -> tuple[Block, Block, Block, Slopes]:
-        """f, A and B, one per sample, and the derivatives they are made of."""
-        slopes = self.partials(samples, p)
-        count, n = len(samples.t), self.system.size
-        f, a = np.zeros((count, self.size)), np.zeros((count, self.size, self.size))
-        b = np.zeros((count, self.size, slopes.q.shape[2]))
-        f[:, self.places], b[:, self.places] = slopes.value, slopes.q
-        a[:, self.places, :n] = slopes.s
-        return f, a, b, slopes
+    def effects(self, durations: Array, a: Block) -> Block:
+        """What a rate added at every stage changes at the end of the step, one matrix per step.
+
+        Stages K = h A (R x I) K + G are solved for the core c alone: the other rates p follow from it,
+        end_c = h (b x I) K_c and end_p = h b (h A_pc (R x I) K_c + G_p). Rows and columns are those of ``places``.
+        """
+        count, size, core = len(durations), len(self.places), self.core
+        others = np.setdiff1d(range(size), core)
+        h, a = durations[:, None, None], a.reshape(count, STAGES, size, -1)[..., core]
+        right = np.zeros((count, STAGES, len(core), size))
+        right[:, :, range(len(core)), core] = h * WEIGHTS[:, None]
+        driven = (WEIGHTS[:, None] * RADAU).T @ a[:, :, others].reshape(count, STAGES, -1)
+        right[..., others] = (h * h * driven).reshape(count, STAGES, len(others), len(core)).transpose(0, 1, 3, 2)
+        matrix = collocation(durations, a[:, :, core]).transpose(0, 2, 1)
+        solved = np.linalg.solve(matrix, right.reshape(count, STAGES * len(core), size))
+        found = np.zeros((count, size, STAGES, size))
+        found[..., core] = solved.transpose(0, 2, 1).reshape(count, size, STAGES, len(core))
+        found[:, others, :, others] = durations[:, None] * WEIGHTS
+        return found.reshape(count, size, STAGES * size)
+
+    def advance(self, effects: Block, slopes: Slopes) -> Block:
+        """Phi of steps."""
+        phi = np.zeros((len(effects), self.size, self.size))
+        phi[:] = np.eye(self.size)
+        phi[:, self.places, : self.system.size] += effects @ slopes.s.reshape(*effects.shape[::2], -1)
+        return phi
+
+
+def _influential(rates: Symbol, states: Symbol) -> list[bool]:
+    """Whether any rate depends on each of the states."""
+    return list(ca.which_depends(rates, states, 1, False)) if states.numel() else []
 
 
 def batches(steps: Steps) -> Iterator[tuple[slice, Samples]]:
@@ -65,31 +90,23 @@ def batches(steps: Steps) -> Iterator[tuple[slice, Samples]]:
 
 
 def collocation(durations: Array, a: Block) -> Block:
-    """The matrix I - h (RADAU x A) of the stages of every step."""
-    count, size = len(durations), a.shape[2]
-    matrix = -np.einsum("k,ij,kiab->kiajb", durations, RADAU, a.reshape(count, STAGES, size, size))
+    """The matrix I - h A (RADAU x I) of the stages of every step; ``a``: (step, stage, row, column)."""
+    count, _, size, _ = a.shape
+    matrix = (-durations[:, None, None, None, None] * RADAU[:, None, :, None]) * a[:, :, :, None, :]
     matrix = matrix.reshape(count, STAGES * size, STAGES * size)
     matrix[:, range(STAGES * size), range(STAGES * size)] += 1.0
     return np.asarray(matrix)
 
 
-def effects(durations: Array, a: Block) -> Block:
-    """What a rate added at every stage changes at the end of the step: h (b x I) (I - h (RADAU x A))^-1, one matrix per step."""
-    size = a.shape[2]
-    matrix = collocation(durations, a).transpose(0, 2, 1)
-    right = durations[:, None, None] * np.kron(WEIGHTS[:, None], np.eye(size))
-    return np.asarray(np.linalg.solve(matrix, right).transpose(0, 2, 1), float)
-
-
 def transitions(flow: VariationalRates, steps: Steps, p: Array) -> tuple[Block, Block]:
     """Phi and Psi of every step."""
     count, size = len(steps.times), flow.size
-    phi, psi = np.empty((count, size, size)), np.empty((count, size, flow.system.free.numel()))
+    phi, psi = np.empty((count, size, size)), np.zeros((count, size, flow.system.free.numel()))
     for here, samples in batches(steps):
-        _, a, b, _ = flow(samples, p)
-        found = effects(steps.durations[here], a)
-        phi[here] = np.eye(size) + found @ a.reshape(len(found), STAGES * size, size)
-        psi[here] = found @ b.reshape(len(found), STAGES * size, -1)
+        slopes = flow.partials(samples, p)
+        found = flow.effects(steps.durations[here], slopes.s)
+        phi[here] = flow.advance(found, slopes)
+        psi[here, flow.places] = found @ slopes.q.reshape(*found.shape[::2], -1)
     return phi, psi
 
 
@@ -103,10 +120,10 @@ class Reverse:
         seed = Symbol.sym("seed", rows.numel())
         product = ca.jtimes(rows, system.free, seed, True)
         inputs = (dae.t, dae.x, dae.z, ca.vertcat(dae.m, seed), dae.p)
-        self.lanes = Lanes(inputs, ca.cse(ca.densify(product)))
+        self.columns = Many(inputs, ca.densify(product))
 
     def __call__(self, samples: Samples, p: Array, seeds: Block, slopes: Slopes) -> Block:
         """One row per sample; ``seeds`` belong to the rows of f that are not zero."""
         residual = -np.einsum("kez,ke->kz", slopes.weights, seeds)
         m = np.concatenate([samples.m, seeds, residual], axis=1)
-        return self.lanes(samples._replace(m=m), p)
+        return self.columns(samples._replace(m=m), p)

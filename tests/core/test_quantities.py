@@ -35,6 +35,11 @@ from powertrain.language.quantities import converted, quantity
         ("250Nm", "N.m", 250.0),
         ("20°C", "K", 293.15),
         ("2 1/s", "1/s", 2.0),
+        ("0.2 lbf/mph", "N.s/m", 0.2 * 4.4482216152605 / 0.44704),
+        ("0.018 lbf/mph**2", "N.s2/m2", 0.018 * 4.4482216152605 / 0.44704**2),
+        ("0.018 lbf/mph^2", "N.s2/m2", 0.018 * 4.4482216152605 / 0.44704**2),
+        ("23 ft2", "m2", 23 * 0.3048**2),
+        ("2 hp/t", "W/kg", 2 * 0.7456998715822702),
     ],
 )
 def test_text_to_number(text: str, unit: str, value: float) -> None:
@@ -50,6 +55,10 @@ def test_parameters_take_units() -> None:
         VehicleBody(m="1500 N")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"'5 stones': unknown unit 'stones'"):
         VehicleBody(m="5 stones")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"'1 lb/foo': unknown unit 'foo'"):
+        VehicleBody(m="1 lb/foo")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"'1 lb/ft/s': unknown unit 'ft/s' in 'lb/ft/s'"):
+        VehicleBody(m="1 lb/ft/s")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"is outside its range"):
         VehicleBody(m="-1 kg")  # type: ignore[arg-type]
 

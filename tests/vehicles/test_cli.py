@@ -19,6 +19,7 @@ from click.testing import CliRunner, Result
 
 import powertrain as pt
 from powertrain.cli import main
+from powertrain.components.engines import WillansEngine
 from powertrain.presets.catalogue import assembled, components, vehicles
 from powertrain.presets.files import applied, read, written
 from powertrain.presets.settings import assigned, places
@@ -361,12 +362,21 @@ def test_failing_model_is_code_1_with_a_message(short: str) -> None:
 
 
 def test_toml_round_trip() -> None:
-    car = assigned(assigned(SplitPathCar(), "transmission.cvu", "VBelt"), "body.m", "1234.5")
-    car = assigned(car, "clutch.mue_pos", "((0.0, 0.4), (10.0, 0.3))")
+    pairs = {"transmission.cvu": "VBelt", "body.m": "1234.5", "clutch.mue_pos": "((0.0, 0.4), (10.0, 0.3))"}
+    car = assigned(SplitPathCar(), pairs.items())
     again, paths = applied(SplitPathCar(), tomllib.loads(written(car)))
     assert {p.path: p.value for p in places(again) if p.spec} == {p.path: p.value for p in places(car) if p.spec}
     assert again == car
     assert "body.m" in paths
+
+
+def test_values_of_one_part_are_set_together(tmp_path: Path) -> None:
+    """The largest torque of a diesel engine lies above the default's largest power, and its power below the default's torque."""
+    pairs = {"engine.w_P": "366.5", "engine.w_tau": "183", "engine.w_low": "120"}
+    engine = WillansEngine(w_P=366.5, w_tau=183.0, w_low=120.0)
+    assert assigned(SplitPathCar(), pairs.items()) == SplitPathCar(engine=engine)
+    lines = "".join(f"{path.partition('.')[2]} = {value}\n" for path, value in pairs.items())
+    assert applied(SplitPathCar(), tomllib.loads(f"[engine]\n{lines}"))[0] == SplitPathCar(engine=engine)
 
 
 def test_toml_has_units_and_ranges(tmp_path: Path) -> None:

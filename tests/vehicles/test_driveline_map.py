@@ -9,7 +9,9 @@ import xarray as xr
 import powertrain as pt
 from powertrain.components.body import Body, DrivenAxle, RoadProfile
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.engines import CoolantCircuit, WarmEngine
 from powertrain.trials import drive_cycle
+from powertrain.trials.anatomy import value_at
 from powertrain.trials.backward import backward
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
@@ -206,6 +208,11 @@ def test_axles_are_lumped_on_a_rolling_road() -> None:
 
 
 @pytest.mark.slow
+def test_an_engine_is_warm_on_a_rolling_road() -> None:
+    """At full load and low speed a cooling circuit of its own would settle far above the temperature of any drive."""
+    assert isinstance(value_at(on_rolling_road(SplitPathCar(cooling=CoolantCircuit())), "cooling"), WarmEngine)
+
+
 def test_backward_of_a_geared_car() -> None:
     """Over the first hill of the WLTC it takes the gears of the simulation and its fuel, but for shifts and transients."""
     cycle = DriveCycle.named("wltc").part(0, 140)

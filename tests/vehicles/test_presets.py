@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -9,22 +10,21 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.body import RoadProfile
+from powertrain.components.body import DrivenAxle, RoadProfile
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.electric import cells_in_series
 from powertrain.components.engines import MappedEngine, WillansEngine
-from powertrain.components.transmissions import ManualGearbox
+from powertrain.components.transmissions import ManualGearbox, RangeTransmission
 from powertrain.presets.files import applied, written
 from powertrain.vehicles import load, names, save
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.split_path_car import SplitPathCar
 
 HILL = DriveCycle("hill", ((0.0, 0.0), (10.0, 12.5), (20.0, 0.0)), "mine", (0.0, 0.05, -0.01))
 
 
 def read_again(car: Any) -> Any:
-    import tomllib
-
     return applied(type(car)(), tomllib.loads(written(car)))[0]
 
 
@@ -77,6 +77,15 @@ def test_a_file_of_ones_own(tmp_path: Path) -> None:
     assert car.cycle.cycle.distance == pytest.approx(150)
     assert [float(g.ratio) for g in car.gearbox.gears] == [3.5, 1.5]
     assert np.allclose([float(s.fn_max) for s in car.gearbox.synchronisers], [900, 800])
+
+
+@pytest.mark.parametrize(
+    "part", [{"front": DrivenAxle()}, {"transmission": RangeTransmission()}], ids=["bound", "rows"]
+)
+def test_parts_with_bound_parameters_and_rows_with_records(part: dict[str, Any]) -> None:
+    """The ratio of a crown gear's mesh is bound to that of the gear, so no file has it; a range has its network in a row."""
+    car = pt.replace(SplitPathCar(), part)
+    assert applied(SplitPathCar(), tomllib.loads(written(car, ())))[0] == car
 
 
 @pytest.mark.parametrize(

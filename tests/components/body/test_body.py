@@ -229,14 +229,14 @@ class Turning(pt.Component):
 
 
 def test_path_keeps_power_while_the_bend_changes() -> None:
-    result = run(Turning(path=AxlePath(track=1.6, h=0.4)), 4.0, {"body.v": 5.0})
+    result = run(Turning(path=AxlePath(track=1.6, h=0.4, roll=1.2)), 4.0, {"body.v": 5.0})
     curvature = 0.1 * np.sin(0.4 * np.pi * result.time)
     v = result["body.v"]
     np.testing.assert_allclose(result["left.v"], (1 - 0.8 * curvature) * v, rtol=1e-9)
     np.testing.assert_allclose(result["right.v"], (1 + 0.8 * curvature) * v, rtol=1e-9)
     kinetic = 5 * v**2 + result["left.v"] ** 2 / 2 + result["right.v"] ** 2
     np.testing.assert_allclose(kinetic - 30 * (result["right.s"] - result["right.s"][0]), kinetic[0], rtol=1e-8)
-    transfer = 5000 / G * curvature * v**2 * 0.4 / 1.6
+    transfer = 1.2 * 5000 / G * curvature * v**2 * 0.4 / 1.6
     np.testing.assert_allclose(result["path.right_load"], 2500 + transfer, rtol=1e-9)
     np.testing.assert_allclose(result["path.left_load"], 2500 - transfer, rtol=1e-9)
 

@@ -8,7 +8,7 @@ import pytest
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
 from powertrain.components.differentials import ChurningLoss
-from powertrain.components.rotational import Clutch, IdealGear, Inertia
+from powertrain.components.rotational import Clutch, ConstantTorque, IdealGear, Inertia
 from powertrain.components.transmissions import ManualGearbox
 
 J_1, J_2, TORQUE = 0.1, 0.5, 40.0
@@ -66,3 +66,24 @@ def test_half_pressed_synchroniser_carries_half() -> None:
 def test_gears_and_synchronisers_are_as_many() -> None:
     with pytest.raises(pt.ParameterError, match="1 gears have 2 synchronisers"):
         pt.compile(ManualGearbox(gears=(IdealGear(ratio=2),), synchronisers=(CONE,) * 2))
+
+
+class Launched(pt.Component):
+    """A gearbox in first gear between the torque of an engine and the inertia of a car."""
+
+    box: ManualGearbox = ManualGearbox()
+    engine: ConstantTorque = ConstantTorque(tau_constant=390.0)
+    car: Inertia = Inertia(J=10.0)
+    lever: TimeTable = TimeTable(table=((0.0, 1.0),))
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.flange, self.box.flange_a)
+        yield pt.connect(self.box.flange_b, self.car.flange_a)
+        yield pt.connect(self.lever.y, self.box.lever)
+
+
+def test_a_gear_that_is_in_holds_a_strong_engine() -> None:
+    """390 N.m become 1,404 N.m behind 3.6, which the dogs hold."""
+    result = pt.simulate(Launched(), 1.0)
+    assert result["box.input.w"][-1] == pytest.approx(3.6 * result["box.output.w"][-1], rel=1e-9)
+    assert result["car.w"][-1] > 100

@@ -1,0 +1,112 @@
+"""Libraries built behind runs: one thread passes code to the C compiler while the runs go on with the functions as they are."""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Callable
+from queue import SimpleQueue
+
+import casadi as ca
+
+from powertrain.errors import PowertrainError
+from powertrain.numerics.compiled import code_of, compiler, known, library, loaded
+
+
+class Build:
+    """The library of some functions, which the thread builds when its turn comes."""
+
+    def __init__(self, functions: dict[str, ca.Function], code: str, command: tuple[str, ...]) -> None:
+        self._functions, self._code, self._command = functions, code, command
+        self._error: Exception | None = None
+        self.done = False
+
+    def execute(self) -> None:
+        """Compile the code into the cache."""
+        try:
+            library(self._code, self._command)
+        except (OSError, PowertrainError) as error:
+            self._error = error
+        self.done = True
+
+    def functions(self) -> dict[str, ca.Function]:
+        """The functions from the library; where it could not be built a warning says why, and they stay as they are."""
+        try:
+            if self._error is not None:
+                raise self._error
+            return loaded(self._functions, library(self._code, self._command))
+        except (OSError, RuntimeError, PowertrainError) as error:
+            warnings.warn(f"compile='background' has no effect here: {error}", RuntimeWarning, stacklevel=2)
+            return self._functions
+
+
+class _Thread:
+    """Builds one after the other, so that one core is left for the runs. It ends with the program; what is not done then is left."""
+
+    def __init__(self) -> None:
+        self._queue: SimpleQueue[Build] = SimpleQueue()
+        self._lock = threading.Lock()
+        self._running = False
+        self.asked = self.done = 0
+
+    def add(self, build: Build) -> None:
+        with self._lock:
+            self.asked += 1
+            if not self._running:
+                threading.Thread(target=self._work, name="powertrain-builds", daemon=True).start()
+                self._running = True
+        self._queue.put(build)
+
+    def _work(self) -> None:
+        while True:
+            self._queue.get().execute()
+            self.done += 1
+
+
+_THREAD = _Thread()
+
+
+def begin(functions: dict[str, ca.Function]) -> dict[str, ca.Function] | Build | None:
+    """The functions from a library that the cache has, else the build of one; None where there is no compiler or no cache."""
+    code = code_of(functions)
+    try:
+        command = compiler()
+        if (found := known(code, command)) is not None:
+            return loaded(functions, found)
+    except (OSError, RuntimeError, PowertrainError):
+        return None
+    build = Build(functions, code, command)
+    _THREAD.add(build)
+    return build
+
+
+def progress() -> str:
+    """How many libraries of this program are built, where some are still to come."""
+    asked, done = _THREAD.asked, _THREAD.done
+    return f"machine code {done} of {asked}" if done < asked else ""
+
+
+Install = Callable[[dict[str, ca.Function]], None]
+
+
+class Builds:
+    """The builds that one engine waits for, and what to do with the functions of each."""
+
+    def __init__(self) -> None:
+        self._waiting: list[tuple[Build, Install]] = []
+
+    def finished(
+        self, functions: dict[str, ca.Function], fast: dict[str, ca.Function], install: Install
+    ) -> dict[str, ca.Function]:
+        """``fast`` from the cache, or ``functions`` until ``adopt`` finds the library of ``fast`` built and calls ``install``."""
+        found = begin(fast)
+        if isinstance(found, Build):
+            self._waiting.append((found, install))
+        return found if isinstance(found, dict) else functions
+
+    def adopt(self) -> None:
+        """Install what has been built since; runs call it at their beginning, so that every run has one set of functions."""
+        ready = [(build, install) for build, install in self._waiting if build.done]
+        self._waiting = [entry for entry in self._waiting if not entry[0].done]
+        for build, install in ready:
+            install(build.functions())

@@ -1,0 +1,159 @@
+"""How the instants of events move with s and q, and which laws cause an event.
+
+An event happens where an indicator h(t, s, q) falls through zero, or at a known instant T(s, q):
+
+    d(tau) = -(h_s S + h_q) / (dh/dt along f-)    or    T_s S + T_q
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from powertrain.compiler.hybrid import Contact, Friction, Guard, Switch, When
+from powertrain.errors import SimulationError
+from powertrain.modes.indicators import Indicator
+from powertrain.modes.tolerances import EPS
+from powertrain.numerics.buffers import Array
+from powertrain.variational.partials import Slopes, System
+from powertrain.variational.record import Record
+
+Law = Friction | Switch | Contact | When
+_SAME_TIME = 1e-9
+_AT_ZERO = 5e-11
+"""Indicators below this fell through zero: they are located to a few 1e-11."""
+_TRIGGER = 1e-6
+_GRAZING = 1e-3
+"""An indicator that reaches zero with less than this share of its mean slope over the step before only touches it."""
+_SHALLOW = 100 * EPS
+"""An indicator that would rise again this soon below zero switches by the hysteresis of the events alone."""
+_ROUNDING = 1e-15
+_NOTHING = 100 * EPS
+"""Changes of rates that the hysteresis of the events makes."""
+
+
+class NotDifferentiable(SimulationError):
+    """A run has no derivative at an event."""
+
+
+@dataclass(frozen=True)
+class Shift:
+    """How the instant of an event moves: d(tau) = s S + q, by the law ``name``; ``index`` is the place of its mode."""
+
+    name: str
+    index: int
+    s: Array
+    q: Array
+    flat: NotDifferentiable | None = None
+    """Why it has no derivative, if the event changes anything."""
+
+
+class Instants:
+    """The laws that may cause the events of one model's runs."""
+
+    def __init__(
+        self,
+        system: System,
+        indicators: Sequence[Indicator],
+        timed: Sequence[Switch | When],
+        sticking: Sequence[Friction],
+    ) -> None:
+        self.system, self.indicators, self.timed, self.sticking = system, indicators, timed, sticking
+
+    def shifts(self, run: Record, k: int, slopes: Slopes, falls: Array, earlier: Array) -> list[Shift]:
+        """The laws whose instant or indicator this event is."""
+        t, left, right = float(run.instants.times[k]), run.instants.left.m[k], run.instants.right.m[k]
+        near, count, nq = _SAME_TIME * max(1.0, abs(t)), len(self.indicators), slopes.q.shape[1]
+        found = [
+            Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j])
+            for j, law in enumerate(self.timed)
+            if abs(slopes.value[count + j] - t) <= near
+            and (isinstance(law, When) or left[law.index] != right[law.index])
+        ]
+        for schedule in self.system.dae.schedules:
+            here = slice(schedule.index, schedule.index + 3)
+            if (left[here] != right[here]).any():
+                found.append(
+                    Shift(schedule.name, schedule.index, np.zeros(self.system.size), self._knot(schedule.index, nq))
+                )
+        hit = {name for name, _ in run.instants.extra[k]}
+        laws: list[Law | None] = [None if isinstance(i.law, Guard) else i.law for i in self.indicators]
+        changed = [
+            j for j, law in enumerate(laws)
+            if law is not None and (left[law.index] != right[law.index] or law.name in hit)
+        ]  # fmt: skip
+        value, possible = slopes.value, changed or [j for j, law in enumerate(laws) if law is not None]
+        at_zero = [j for j in range(count) if laws[j] is not None and value[j] <= _AT_ZERO and falls[j] < 0.0]
+        jumping = [j for j in at_zero if not getattr(laws[j], "continuous", False)]
+        at_zero = next((g for g in ([j for j in jumping if j in changed], jumping, at_zero) if g), [])
+        at_zero = self._first(at_zero, value, falls, t)
+        if not at_zero and not found:
+            at_zero = sorted(possible, key=lambda j: float(value[j]))[:1]
+            if not at_zero or value[at_zero[0]] > _TRIGGER:
+                raise NotDifferentiable(
+                    f"at t = {t:.9g} s the cause of the event cannot be determined: {self.names(run, k)}"
+                )
+        for j in at_zero:
+            law = laws[j]
+            if law is None or any(law.index == shift.index for shift in found):
+                continue
+            flat = None
+            if not self._sticks(law, left, right) or not falls[j] < 0.0:
+                h = t - float(run.instants.before.t[k])
+                flat = self._grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), h)
+            slope = float(falls[j]) or -1.0
+            found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, flat))
+        return found
+
+    def _knot(self, index: int, nq: int) -> Array:
+        """How the instant depends on q if it is a knot of an input: as the end of its segment."""
+        found, first = np.zeros(nq), len(self.system.parameters) + len(self.system.segments)
+        if index in self.system.segments:
+            found[first + self.system.segments.index(index) // 3] = 1.0
+        return found
+
+    def _sticks(self, law: Law, left: Array, right: Array) -> bool:
+        """Whether a sliding law comes to rest: then the jump of the rates is in proportion to the slope, however flat that is."""
+        return any(law is s for s in self.sticking) and left[law.index] != 0.0 and right[law.index] == 0.0
+
+    def _first(self, laws: list[int], value: Array, falls: Array, t: float) -> list[int]:
+        """Those that fell through zero first, within the hysteresis; others below zero follow from what these change."""
+        since = {j: float(value[j] / falls[j]) for j in laws}
+        first = max(laws, key=lambda j: since[j], default=-1)
+        noise = {j: -2.0 * EPS / float(falls[j]) for j in laws}
+        return [j for j in laws if since[first] - since[j] <= noise[first] + noise[j] + _ROUNDING * t]
+
+    def _grazing(self, law: Law, t: float, slope: float, fallen: float, h: float) -> NotDifferentiable | None:
+        """An indicator that arrives at zero flat moves its instant without bound.
+
+        Over the step before, it is taken as a parabola: ``depth`` is how far below zero that would reach.
+        """
+        straight = -slope * h
+        bent = fallen - straight
+        depth = straight**2 / (4.0 * bent) if bent > EPS else np.inf
+        if slope < 0.0 and straight > _GRAZING * fallen and depth > _SHALLOW:
+            return None
+        return NotDifferentiable(
+            f"{law.name} ({law.where}) only just switches at t = {t:.9g} s: its indicator reaches zero with a slope of {slope:.3g} 1/s "
+            f"after a fall of {fallen:.3g} in {h:.3g} s. A small change of a parameter may remove this event, so the run has no "
+            "derivative there; choose parameters for which the law switches clearly or not at all"
+        )
+
+    def names(self, run: Record, k: int) -> str:
+        """The laws that switch at event k."""
+        left, right = run.instants.left.m[k], run.instants.right.m[k]
+        dae = self.system.dae
+        laws: list[Law] = [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
+        names = [law.name for law in laws if left[law.index] != right[law.index]]
+        return ", ".join(dict.fromkeys([*names, *(name for name, _ in run.instants.extra[k])])) or "without a law"
+
+
+def without_effect(shift: Shift, change: Array, rates: Array) -> bool:
+    """Whether a flat event may be passed over, because nothing changes with it; raises why it has no derivative if not."""
+    if shift.flat is None:
+        return False
+    if (np.abs(change) <= _NOTHING * (1.0 + np.abs(rates))).all():
+        return True
+    raise shift.flat

@@ -1,0 +1,73 @@
+"""Laws that switch at one instant and act on each other.
+
+An unknown may let any of them be the first. In one such order, with rates f_0 before, f_j after the first j laws and f_k after all,
+
+    S+ = S + sum_j (f_(j-1) - f_j) d(tau'_j),   d(tau'_j) = (d(tau_j) + sum_(l<j) c_jl d(tau'_l)) / (1 + sum_(l<j) c_jl),
+    c_jl = grad tau_j . (f_(l-1) - f_l),
+
+where d(tau_j) is the motion of the instant of law j alone. The run then has one derivative for each order, and two sides for each unknown.
+Of two laws, the mean of both is what central differences find. Of more, the mean of all orders is near that, and the order farthest from
+it bounds how near. Where all d(tau) agree, all orders do.
+
+A. Pang, D. Stewart: Solution dependence on initial conditions in differential variational inequalities, Math. Program. 116 (2009) 429-460
+(directional derivatives of nonsmooth flows).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import combinations, permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.numerics.buffers import Array
+
+Parts = NDArray[np.float64]
+"""What the motion of each law's instant changes: one row per law."""
+LARGEST = 4
+"""Laws of which every order is tried."""
+_STOPPED = 1e-6
+"""A law whose indicator falls this much slower once another has switched may not switch at all."""
+
+
+def over_orders(
+    gradients: Sequence[Array], before: Array, after: Array, between: Callable[[list[tuple[int, ...]]], Parts]
+) -> tuple[Parts, Parts]:
+    """The mean over all orders, and the order farthest from it less the mean.
+
+    ``gradients``: those of the instants by s; ``between``: the rates where only some of the laws have switched.
+    """
+    count = len(gradients)
+    subsets = [s for size in range(1, count) for s in combinations(range(count), size)]
+    rates = {(): before, tuple(range(count)): after} | dict(zip(subsets, between(subsets), strict=True))
+    found = [_in_order(order, gradients, rates) for order in permutations(range(count))]
+    if any(parts is None or not np.isfinite(parts).all() for parts in found):
+        return undecided(before - after, count)
+    orders = np.array(found)
+    mean = orders.mean(axis=0)
+    apart = orders - mean
+    return mean, apart[int(np.abs(apart).max(axis=(1, 2)).argmax())]
+
+
+def undecided(change: Array, count: int) -> tuple[Parts, Parts]:
+    """The whole change by the mean instant, or by the first."""
+    mean = np.full((count, 1), 1.0 / count) * change
+    return mean, np.eye(count)[:, :1] * change - mean
+
+
+def _in_order(order: tuple[int, ...], gradients: Sequence[Array], rates: dict[tuple[int, ...], Array]) -> Parts | None:
+    """The parts of all laws where they switch in one order; None where one might not switch any more."""
+    count = len(order)
+    moves, parts = np.zeros((count, count)), np.zeros((count, len(rates[()])))
+    changes: list[Array] = []
+    for j, law in enumerate(order):
+        gradient = gradients[law]
+        c = np.array([gradient @ change[: len(gradient)] for change in changes])
+        if 1.0 + c.sum() < _STOPPED:
+            return None
+        moves[j, law] = 1.0
+        moves[j] = (moves[j] + c @ moves[:j]) / (1.0 + c.sum()) if j else moves[j]
+        changes.append(rates[tuple(sorted(order[:j]))] - rates[tuple(sorted(order[: j + 1]))])
+        parts += np.outer(moves[j], changes[-1])
+    return parts

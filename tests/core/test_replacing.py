@@ -1,0 +1,61 @@
+"""Copies with other values: what changes in one part changes at once, and later changes win."""
+
+from __future__ import annotations
+
+import pytest
+
+import powertrain as pt
+
+
+class Band(pt.Component):
+    """A low value below a high one."""
+
+    low: pt.Parameter = pt.parameter("1", "Low", default=1.0)
+    high: pt.Parameter = pt.parameter("1", "High", default=2.0)
+
+    def check(self) -> pt.Equations:
+        yield self.low < self.high
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+class Bands(pt.Component):
+    """One band and a row of them, within another part."""
+
+    one: Band = Band()
+    row: tuple[Band, ...] = (Band(), Band())
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+class Whole(pt.Component):
+    """A part with parts."""
+
+    bands: Bands = Bands()
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+@pytest.mark.parametrize("place", ["bands.one", "bands.row[1]"])
+@pytest.mark.parametrize(("low", "high"), [(5.0, 6.0), (-3.0, -2.0)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_conditions_hold_for_all_new_values_together(place: str, low: float, high: float, turned: bool) -> None:
+    changes = {f"{place}.low": low, f"{place}.high": high}
+    made = pt.replace(Whole(), dict(reversed(changes.items())) if turned else changes)
+    new = Band(low=low, high=high)
+    rows = (Band(), new) if "row" in place else (Band(), Band())
+    assert made == Whole(bands=Bands(one=Band() if "row" in place else new, row=rows))
+    with pytest.raises(pt.ParameterError, match=r"self.low < self.high"):
+        pt.replace(Whole(), {f"{place}.low": 2.0})
+
+
+def test_later_changes_win() -> None:
+    wide = Band(high=9.0)
+    assert pt.replace(Bands(), {"one": wide, "one.low": 3.0}).one == Band(low=3.0, high=9.0)
+    assert pt.replace(Bands(), {"one.low": 1.5, "one": wide}).one == wide
+    assert pt.replace(Bands(), {"row[1].low": 1.5, "row[0]": wide}).row == (wide, Band(low=1.5))
+    assert pt.replace(Bands(), {"row[1].low": 1.5, "row": (wide,)}).row == (wide,)
+    assert pt.replace(Bands(), {"row": (wide, wide), "row[1].low": 1.5}).row == (wide, Band(low=1.5, high=9.0))
