@@ -22,19 +22,18 @@ from powertrain.language.connectors import Signal
 from powertrain.language.recorder import reading
 from powertrain.language.replacing import replace as changed
 from powertrain.language.symbols import Symbol, column, free_symbols, key
-from powertrain.numerics.buffers import Array, Bound, zeros
+from powertrain.numerics.batch import Lanes, building
+from powertrain.numerics.buffers import Array
+from powertrain.numerics.newton import newton
 
 BLOCK = 64
 """Signals computed together: neighbours share most of their arithmetic, a block costs little more than one of them."""
-LANES = 64
-"""Samples of one call."""
 _FEW = 20
 """A signal of fewer operations is computed alone."""
 _LARGEST_BLOCK = 4_000_000
 _LARGEST_CORRECTION = 40
 _CORRECTIONS = 4
 _CLOSE = 1e-7
-_building = threading.RLock()
 
 
 class Samples(NamedTuple):
@@ -55,37 +54,6 @@ class Picked:
     unit: str
     doc: str
     expression: Symbol
-
-
-class Lanes:
-    """A column of expressions of (t, x, z, m, p), evaluated ``LANES`` samples at a time. Serves one thread."""
-
-    def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
-        with _building:
-            function = ca.Function("powertrain_signals", list(inputs), [ca.densify(outputs)])
-            wide = function.map("powertrain_lanes", "serial", LANES, [4], [])
-        self.sizes = [s.numel() for s in inputs]
-        self.size = outputs.numel()
-        self._memory = [zeros(n * LANES) for n in self.sizes[:4]]
-        self._p, self._out = zeros(self.sizes[4]), zeros(self.size * LANES)
-        self._bound = Bound(wide, [*self._memory, self._p], [self._out])
-
-    def __call__(self, samples: Samples, p: Array) -> NDArray[np.float64]:
-        """One row per sample."""
-        n, k = len(samples.t), self.size
-        result = np.empty((n, k))
-        rows = [samples.t[:, None], samples.x, samples.z, samples.m]
-        lanes = [a[: s * LANES].reshape(LANES, s) for a, s in zip(self._memory, self.sizes, strict=False)]
-        out = self._out[: k * LANES].reshape(LANES, k)
-        self._p[: self.sizes[4]] = p
-        for first in range(0, n, LANES):
-            width = min(LANES, n - first)
-            for lane, values in zip(lanes, rows, strict=True):
-                lane[:width] = values[first : first + width]
-                lane[width:] = values[first + width - 1]
-            self._bound.call()
-            result[first : first + width] = out[:width]
-        return result
 
 
 class Signals:
@@ -116,7 +84,7 @@ class Signals:
         """The flat model, whose components are what selectors see."""
         if self._flat is None:
             assert self._model is not None
-            with _building:
+            with building:
                 self._flat = flatten(self._model)
         return self._flat
 
@@ -129,7 +97,7 @@ class Signals:
 
     def __getstate__(self) -> dict[str, Any]:
         expressions = [e.expression for e in self.entries.values()]
-        with _building:
+        with building:
             function = ca.Function("powertrain_packed", list(self.inputs), [column(expressions), self.residual])
         texts = {name: (e.unit, e.doc) for name, e in self.entries.items()}
         return {"function": function, "texts": texts, "parameters": self.parameters, "model": self.model}
@@ -182,7 +150,7 @@ class Signals:
         if not callable(selector):
             raise ParameterError(f"name a signal by its path or a selector (lambda m: m.J1.w), not by {selector!r}")
         scratch = replace(self.flat.recorder, path="selector", text=None, switches=[], schedules=[], guards=[])
-        with _building, reading(scratch):
+        with building, reading(scratch):
             try:
                 picked = selector(self.flat.components[0])
             except AttributeError as error:
@@ -221,7 +189,7 @@ class Signals:
 
     def resolve(self, expressions: Sequence[Symbol]) -> list[Symbol]:
         """Expressions of the model's variables as expressions of (t, x, z, m, p). ParameterError where that fails."""
-        with _building:
+        with building:
             whole = column(list(expressions))
             bindings = self.flat.bindings
             for _ in range(20):
@@ -293,21 +261,12 @@ class Signals:
             jacobian = ca.vec(ca.densify(ca.jacobian(self.residual, self.inputs[2]).T))
             self._local.correction = Lanes(self.inputs, ca.cse(ca.vertcat(self.residual, jacobian)))
         correction: Lanes = self._local.correction
-        rows, z, left = correction(samples, p), samples.z.copy(), np.arange(len(samples.t))
-        for _ in range(_CORRECTIONS):
-            try:
-                step = np.linalg.solve(rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                break
-            near = (np.abs(step) <= _CLOSE * (1.0 + np.abs(z[left]))).all(axis=1)
-            z[left[near]] -= step[near]
-            left, step, rows = left[~near], step[~near], rows[~near]
-            if not left.size:
-                break
-            tried = correction(Samples(samples.t[left], samples.x[left], z[left] - step, samples.m[left]), p)
-            better = np.abs(tried[:, :nz]).max(axis=1) < np.abs(rows[:, :nz]).max(axis=1)
-            z[left[better]] -= step[better]
-            left, rows = left[better], tried[better]
+
+        def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
+            rows = correction(Samples(samples.t[which], samples.x[which], z, samples.m[which]), p)
+            return rows[:, nz:].reshape(-1, nz, nz), rows[:, :nz]
+
+        z, _ = newton(equations, samples.z, still=_CLOSE, most=_CORRECTIONS, halvings=1)
         return samples._replace(z=z)
 
 

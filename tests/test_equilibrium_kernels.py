@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powertrain.equilibrium.beginnings import mobilities
-from powertrain.equilibrium.corrector import Near, _bordered, solved, undetermined
-from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues
+from powertrain.equilibrium.beginnings import _degenerate, mobilities
+from powertrain.equilibrium.corrector import Near, bordered, undetermined
+from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, SteadyLaws
+from powertrain.equilibrium.relaxation import relaxed
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 
 Matrix = np.ndarray[Any, Any]
-RNG = np.random.default_rng
 
 
 def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple[Any, Iterates]:
@@ -37,20 +37,6 @@ def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple
         rates=np.array([0]), rate_of=np.array([0]), values=lambda at: values, zone=lambda value, at: 1e-9,
     )  # fmt: skip
     return laws, Iterates(np.zeros((1, 0)), np.full((1, 1), speed), np.ones((1, count)), np.ones((1, count)))
-
-
-def test_many_small_systems() -> None:
-    """Against numpy one by one, of rows that differ by many orders; a singular one gets the shortest solution, one without values nan."""
-    matrices, right = RNG(0).normal(size=(5, 3, 3)), RNG(1).normal(size=(5, 3))
-    matrices[1] *= np.array([[1e-9], [1.0], [1e9]])
-    matrices[2, 2], right[2, 2] = matrices[2, 1], right[2, 1]
-    matrices[3, 0, 0] = np.nan
-    found = solved(matrices, right)
-    for k in (0, 1, 4):
-        np.testing.assert_allclose(found[k], np.linalg.solve(matrices[k], right[k]), rtol=1e-9)
-    np.testing.assert_allclose(matrices[2] @ found[2], right[2], rtol=1e-9)
-    assert np.linalg.norm(found[2]) <= np.linalg.norm(np.linalg.pinv(matrices[2]) @ right[2]) * 10
-    assert np.isnan(found[3]).all()
 
 
 def test_mobilities() -> None:
@@ -85,6 +71,62 @@ def test_a_motion_that_nothing_holds(damping: float, open_: bool) -> None:
     assert undetermined(laws, at, near, np.ones((1, 1))).tolist() == [open_]
 
 
+@pytest.mark.parametrize("damping", [(1e-9, 1.0), (1.0, 1e-9), (1.0, 1.0)])
+def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> None:
+    """Of two shafts without laws, the first or the last."""
+    none = np.zeros((1, 0))
+    slopes = [np.zeros((1, 0, 2))] * 4
+    values = LawValues(np.zeros((1, 2)), none, none, none, none, -np.diag(damping)[None], *slopes)
+    index = np.arange(2)
+    laws = SimpleNamespace(
+        unknowns=2, count=0, frictions=0, contact=np.zeros(0, bool), law_modes=index[:0], rates=index, rate_of=index,
+        values=lambda at: values,
+    )  # fmt: skip
+    at, near = Iterates(none, np.ones((1, 2)), none, none), Near(none.astype(bool), none)
+    assert undetermined(laws, at, near, none).tolist() == [min(damping) < 1e-6]  # type: ignore[arg-type]
+
+
+def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, LawValues, Iterates]:
+    """A law whose speed is the difference of two of one rad/s, with limits on both sides of its torque of zero."""
+    none = np.zeros((1, 0))
+    values = LawValues(
+        np.full((1, 1), residual), np.array([[speed]]), np.full((1, 1), -width / 2), np.full((1, 1), width / 2), none,
+        np.array([[[3.0, -2.0, 0.0]]]), np.array([[[1.0, -1.0, 0.0]]]), np.zeros((1, 1, 3)), np.zeros((1, 1, 3)),
+        np.zeros((1, 0, 3)),
+    )  # fmt: skip
+    laws = SteadyLaws.__new__(SteadyLaws)
+    laws.unknowns, laws.law_modes, laws.switch_modes = 2, np.array([0]), np.zeros(0, np.intp)
+    laws.may_free, laws.contact = np.ones(1, bool), np.zeros(1, bool)
+    return laws, values, Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
+
+
+@pytest.mark.parametrize(("width", "mode"), [(5e-11, FREE), (5e-9, STUCK)])
+def test_a_law_is_free_where_its_limits_are_one(width: float, mode: float) -> None:
+    laws, values, at = one_law(0.0, width)
+    assert laws.next_modes(at, values, np.zeros((1, 1), bool), np.ones((1, 1)), None)[0, 0] == mode
+
+
+@pytest.mark.parametrize(("residual", "balanced"), [(5e-7, True), (-5e-7, True), (1e-6, False), (-1e-6, False)])
+def test_equations_are_balanced_by_their_terms(residual: float, balanced: bool) -> None:
+    """Of 3 + 2 + 1."""
+    laws, values, at = one_law(0.0, residual=residual)
+    assert laws.balanced(at, values).tolist() == [balanced]
+
+
+@pytest.mark.parametrize(("small", "degenerate"), [(1e-12, False), (4e-15, True), (0.0, True)])
+def test_equations_that_determine_unknowns_by_round_off_alone(small: float, degenerate: bool) -> None:
+    """Whatever the unit of an equation."""
+    matrix = np.array([[[1e6, 1e6], [1.0, 1.0 + small]], np.eye(2)])
+    assert _degenerate(matrix).tolist() == [degenerate, False]
+
+
+@pytest.mark.parametrize(("speed", "mode"), [(0.0, STUCK), (2e-10, STUCK), (1e-7, FORWARD), (-1e-7, BACKWARD)])
+def test_rest_is_a_share_of_the_terms(speed: float, mode: float) -> None:
+    laws, values, at = one_law(speed)
+    assert laws.zone(values, at)[0, 0] == pytest.approx(3e-9, rel=1e-6)
+    assert laws.next_modes(at, values, np.zeros((1, 1), bool), np.ones((1, 1)), None)[0, 0] == mode
+
+
 @pytest.mark.parametrize(("speed", "differ"), [(5.0, True), (0.0, False)])
 def test_solutions_that_differ_in_a_torque_alone(speed: float, differ: bool) -> None:
     """Where the law slides there are two; how laws at rest share a torque makes no other solution."""
@@ -116,7 +158,26 @@ def test_stuck_laws_yield_in_newtons_matrix() -> None:
     laws, at = sliding(np.zeros((2, 2)), speed=0.0)
     at.modes[0] = STUCK, FORWARD
     near = Near(np.zeros((1, 2), bool), np.array([[3e-8, 5e-8]]))
-    matrix, right = _bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=False)
+    matrix, right = bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=False)
     np.testing.assert_array_equal(matrix[0, 1:], [[1.0, -3e-8, 0.0], [0.0, 0.0, 1.0]])
-    np.testing.assert_allclose(right[0, 1:], [3e-8, 0.0])
-    assert _bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=True)[1][0, 1] == 0.0
+    np.testing.assert_allclose(right[0, 1:], [-3e-8, 0.0])
+    assert bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=True)[1][0, 1] == 0.0
+
+
+def test_a_motion_is_followed_in_steps_that_grow() -> None:
+    """y' = 1 - y: every implicit Euler step is exact, so that each is taken and the lengths grow threefold from 1e-4 to 1e7 s."""
+    calls, none = 0, np.zeros((1, 0))
+
+    def values(at: Iterates) -> LawValues:
+        nonlocal calls
+        calls += 1
+        slopes = [np.zeros((1, 0, 1))] * 4
+        return LawValues(1.0 - at.y, none, none, none, none, np.full((1, 1, 1), -1.0), *slopes)
+
+    laws = SimpleNamespace(
+        unknowns=1, rates=np.array([0]), rate_of=np.array([0]), values=values,
+        next_modes=lambda at, value, given, side, drive: at.modes,
+    )  # fmt: skip
+    end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), none.astype(bool), none)  # type: ignore[arg-type]
+    assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)
+    assert calls == 2 * (1 + int(np.log(1e11) / np.log(3.0)))

@@ -26,6 +26,8 @@ NOISE = 1e-6
 """Speeds (rad/s, m/s) and shares of energies that are nothing: a hundred times what the integration may leave of a speed."""
 SLOW = 1e-2
 """Rates (rad/s2, m/s2) that are nothing: what a speed that is nothing makes of stiff couplings."""
+TOGETHER = 1e-5
+"""Changes of a law within this time (s) are one: speeds that pass zero together do so one after the other by what is left of them."""
 NEAR = 1e-3
 """By how much (s) an event may be moved by the error of the coarse run: with speeds near zero it grows."""
 
@@ -40,10 +42,10 @@ class Laws:
         values = ca.vertcat(*[ca.horzcat(law.w, law.rate) for law in dae.frictions])
         self.function = ca.Function("laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
 
-    def changes(self, instant: Instant) -> dict[str, str]:
-        """The laws that are seen to change at an instant, and what they do after it."""
+    def changes(self, instant: Instant) -> dict[str, tuple[str, str]]:
+        """The laws that are seen to change at an instant, and what they do before and after it."""
         before, after = (self._seen(instant, right) for right in (False, True))
-        return {law.name: now for law, old, now in zip(self.laws, before, after, strict=True) if old != now}
+        return {law.name: (old, now) for law, old, now in zip(self.laws, before, after, strict=True) if old != now}
 
     def _seen(self, instant: Instant, right: bool) -> list[str]:
         """The direction of motion: what is about to rest comes from where its rate does not point."""
@@ -71,11 +73,20 @@ def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> dict[str, list[tup
             ):  # of bounces that accumulate the last ones cannot be counted
                 seen.append((event.time, f"{event.new:g}"))
     for instant in result.trajectory.instants:
-        for name, now in laws.changes(instant).items():
+        for name, (old, now) in laws.changes(instant).items():
             seen = found.setdefault(name, [])
+            if seen and instant.time - seen[-1][0] < TOGETHER:  # of shafts that stop together one may be seen to go on
+                seen.pop()
+            elif seen and seen[-1][1] != old:  # it broke loose without a rate, which no instant shows
+                seen.append((_last_event(result, name, instant.time), old))
             if not seen or seen[-1][1] != now:  # between two of the same it did what cannot be told from noise
                 seen.append((instant.time, now))
     return found
+
+
+def _last_event(result: pt.Result[Any], name: str, before: float) -> float:
+    """When a law last changed its mode before a time; that time if it did not."""
+    return max((event.time for event in result.events if event.name == name and event.time < before), default=before)
 
 
 def examined(seed: int, careless: bool = False) -> bool:

@@ -21,9 +21,10 @@ import pytest
 import powertrain as pt
 from powertrain import export
 from powertrain.export import load
+from powertrain.numerics.batch import TOGETHER
 from powertrain.plant import Plant
 from powertrain.result import Result
-from powertrain.signals import BLOCK, LANES, fits_pattern, signals_of
+from powertrain.signals import BLOCK, fits_pattern, signals_of
 
 
 class Shaft(pt.Connector):
@@ -221,7 +222,7 @@ def test_evaluate_takes_symbols_of_the_model(plant: Plant[Drive], result: Result
     assert np.allclose(values[:, 0], result["clutch.tau"])
 
 
-@pytest.mark.parametrize("n", [1, LANES - 1, LANES, LANES + 1, 3 * LANES + 7])
+@pytest.mark.parametrize("n", [1, TOGETHER - 1, TOGETHER, TOGETHER + 1, 3 * TOGETHER + 7])
 def test_any_number_of_samples(plant: Plant[Drive], n: int) -> None:
     run = plant.simulate(1, times=np.linspace(0, 1, n))
     assert np.allclose(run["wheels[0].b.phi"], run.time**2 / 8, atol=1e-6)

@@ -20,9 +20,10 @@ from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
 from powertrain.language.recorder import Recorder, reading
 from powertrain.language.symbols import Symbol, column, free_symbols
+from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import COMPARISONS, CallsFunction, operations
-from powertrain.signals import Lanes, Samples, Signals, signals_of
+from powertrain.signals import Samples, Signals, signals_of
 
 Matrix = NDArray[np.float64]
 _BLOCK = 2_000_000

@@ -11,13 +11,14 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler import calls, linear
+from powertrain.compiler import calls
 from powertrain.compiler.alias import Base
 from powertrain.compiler.index import Differentiated, generic
 from powertrain.compiler.matching import Matching, components
 from powertrain.errors import ModelError
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.numerics.sparse_lu import SingularBlock, solve
 
 
 @dataclass
@@ -113,8 +114,8 @@ def _solve_linear(
     right = ca.vertsplit(-ca.substitute(residuals, unknowns, ca.DM.zeros(len(columns))))
     try:
         numbers = [{j: square.numbers[i][j] for j in row} for i, row in zip(rows, entries, strict=True)]
-        solution = linear.solve(entries, right, numbers, varying=[square.varying[i] for i in rows])
-    except linear.SingularBlock:
+        solution = solve(entries, right, numbers, varying=[square.varying[i] for i in rows])
+    except SingularBlock:
         raise ModelError(_not_determined(square, rows)) from None
     for j in columns:
         solved.names.append(square.unknowns[j])

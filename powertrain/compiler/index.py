@@ -194,7 +194,7 @@ def _hash(name: str) -> int:
 
 
 def _eliminate(table: list[dict[int, float]], preference: list[int]) -> tuple[list[int], list[int]]:
-    """Pivot columns of full row rank, taken from the lowest preference first, and the rows without a pivot."""
+    """Pivot columns of full row rank, taken from the lowest preference first, and rows without a pivot; it chooses and solves nothing."""
     holders: dict[int, set[int]] = {}
     for i, row in enumerate(table):
         for j in row:

@@ -20,7 +20,6 @@ from typing import NoReturn
 
 import casadi as ca
 
-from powertrain.compiler import linear
 from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
@@ -30,6 +29,7 @@ from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
 COMPLIANCE = 1e-8
 """eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""
@@ -269,12 +269,12 @@ def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> l
     whole, symbols = column(rows), column(unknowns)
     jacobian = ca.jacobian(whole, symbols) + ca.diag(column(soft))
     right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
-    entries: list[linear.Row] = [{} for _ in rows]
-    numbers: list[linear.Numbers] = [{} for _ in rows]
+    entries: list[Row] = [{} for _ in rows]
+    numbers: list[Numbers] = [{} for _ in rows]
     elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
     for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
         entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
-    factors = linear.factorize(entries, numbers)
+    factors = eliminate(entries, numbers)
     first = factors.solve(right)
     second = factors.solve([b + s * first[i] for i, (b, s) in enumerate(zip(right, soft, strict=True))])
     return [second[j] for j in range(len(rows))]

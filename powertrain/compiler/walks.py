@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.operations import Ways, may_jump, nodes_of, opened, operands, operation
 from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.numerics.batch import Lanes
 
 Array = NDArray[np.float64]
 LINES = 48
@@ -111,12 +112,12 @@ class _Walk:
         quotients = np.array([operation(o.node) == ca.OP_DIV for o in self.operations])
         self.most = np.where(quotients, max(1, 2 * _MOST // max(1, int(quotients.sum()))), _MOST)
         self.switched = bool(modes)
-        self._modes = _function([*inputs[:2]], lambda: [_resolved(modes)])
-        self._codes = _function(inputs, lambda: [codes])
-        self._sides = _function(inputs, lambda: [sides])
-        self._natural = _function(inputs, lambda: [natural])
-        self._inner = _function(inputs, lambda: [column([n for n in nodes_of(expression) if not n.is_constant()])])
-        self._value = _function([*inputs, column(stand_ins)], lambda: [ca.if_else(limits, inner_form, np.nan)])
+        self._modes = _function([*inputs[:2]], lambda: _resolved(modes))
+        self._codes = _function(inputs, lambda: codes)
+        self._sides = _function(inputs, lambda: sides)
+        self._natural = _function(inputs, lambda: natural)
+        self._inner = _function(inputs, lambda: column([n for n in nodes_of(expression) if not n.is_constant()]))
+        self._value = _function([*inputs, column(stand_ins)], lambda: ca.if_else(limits, inner_form, np.nan))
         self._draw(setting, r)
 
     def _draw(self, setting: Setting, fixed: list[Symbol]) -> None:
@@ -135,16 +136,16 @@ class _Walk:
 
     def codes(self, line: NDArray[np.intp], place: Array) -> Array:
         """The codes of all operations, with the switches as they belong."""
-        return np.asarray(self._codes(*self._at(line, place))[0], float)
+        return self._codes(*self._at(line, place))
 
     def sides(self, line: NDArray[np.intp], place: Array) -> Array:
         """What is zero where the codes change."""
-        return np.asarray(self._sides(*self._at(line, place))[0], float)
+        return self._sides(*self._at(line, place))
 
     def _at(self, line: NDArray[np.intp], place: Array) -> tuple[Array, Array, Array]:
         v = self.point[:, line] + self.direction[:, line] * place
         r = self.fixed[:, line]
-        return v, r, np.asarray(self._modes(v, r)[0], float) if self.switched else np.empty((0, line.size))
+        return v, r, self._modes(v, r) if self.switched else np.empty((0, line.size))
 
     def jump(self) -> Jump | None:
         """The first jump on all lines."""
@@ -213,10 +214,10 @@ class _Walk:
 
     def _values(self, at: tuple[Array, Array, Array], m: Array, instead: Mapping[int, float] | None = None) -> Array:
         v, r, _ = at
-        stand_ins = np.array(self._natural(v, r, m)[0], float) if self.index else np.empty((0, v.shape[1]))
+        stand_ins = self._natural(v, r, m) if self.index else np.empty((0, v.shape[1]))
         for i, value in (instead or {}).items():
             stand_ins[i] = value
-        return np.asarray(self._value(v, r, m, stand_ins)[0], float).ravel()
+        return self._value(v, r, m, stand_ins).ravel()
 
     def _apart(self, line: NDArray[np.intp], low: Array, high: Array) -> tuple[Array, Array]:
         """Places a few numbers further apart, so that what moves differs and no operation is at its jump."""
@@ -233,7 +234,7 @@ class _Walk:
         allowed = np.asarray(_ROUND * (np.abs(a) + np.abs(b)) + 100 * steep + _TINY, float)
         if not self.index and (np.abs(a - b) <= allowed).all():
             return allowed
-        inner = [np.abs(np.asarray(self._inner(*self._at(line, p)[:2], m)[0], float)) for p in (low, high)]
+        inner = [np.abs(self._inner(*self._at(line, p)[:2], m)) for p in (low, high)]
         return np.asarray(allowed + _NOISE * np.where(np.isfinite(inner), inner, 0.0).max((0, 1)), float)
 
     def _hidden(self, line: NDArray[np.intp], place: Array, hidden: list[int]) -> Jump | None:
@@ -281,14 +282,14 @@ def _finite(size: Array) -> Array:
     return np.where(np.isfinite(size), size, -1.0)
 
 
-def _function(inputs: list[Symbol], outputs: Callable[[], list[Symbol]]) -> Callable[..., list[ca.DM]]:
+def _function(inputs: list[Symbol], outputs: Callable[[], Symbol]) -> Callable[..., Array]:
     """A function of rows of values, built when it is called first."""
-    built: list[ca.Function] = []
+    built: list[Lanes] = []
 
-    def call(*given: Array) -> list[ca.DM]:
+    def call(*given: Array) -> Array:
         if not built:
-            built.append(ca.Function("powertrain_walk", inputs, [ca.densify(o) for o in outputs()]))
-        return list(built[0].call([ca.DM(np.atleast_2d(g)) for g in given]))
+            built.append(Lanes([*inputs, Symbol(0, 1)], outputs()))
+        return built[0]([g.T for g in given], np.zeros(0)).T
 
     return call
 

@@ -8,7 +8,7 @@ import numpy as np
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import SimulationError
 from powertrain.language.symbols import key
-from powertrain.numerics.buffers import Array, Memory
+from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _SAME = 1e-7
 """Changes below this share are the rounding of the instants at which signals turn."""
@@ -20,7 +20,7 @@ class Continuity:
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory = dae, memory
         values = ca.densify(ca.vertcat(*[s.value for s in dae.smooth]))
-        self._function = ca.Function("powertrain_smooth", [dae.t, dae.x, dae.z, dae.m, dae.p], [values])
+        self._function = Evaluated(ca.Function("powertrain_smooth", [dae.t, dae.x, dae.z, dae.m, dae.p], [values]))
 
     def before(self, side: int) -> tuple[Array, Array]:
         """What is kept of the left limit."""
@@ -39,7 +39,7 @@ class Continuity:
     def _values(self, m: Array, y: Array) -> Array:
         dae, memory, n = self.dae, self.memory, self.dae.x.numel()
         arguments = (memory.time[0], y[:n], y[n : n + dae.z.numel()], m[: dae.m.numel()], memory.p[: dae.p.numel()])
-        return np.array(self._function(*arguments), float).ravel()
+        return self._function(*arguments)[0].ravel()
 
     def _message(self, k: int, left: Array, right: Array, changed: list[int]) -> str:
         smooth, dae = self.dae.smooth[k], self.dae

@@ -17,7 +17,7 @@ from powertrain.engine.chatter import STOP
 from powertrain.engine.trajectory import Instant
 from powertrain.errors import SimulationError
 from powertrain.modes.tolerances import EPS
-from powertrain.numerics.buffers import Array, Memory
+from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _RESOLVED = 10 * EPS
 """How far below zero a condition has to swing for its next event to be found."""
@@ -30,7 +30,8 @@ class Zeno:
         self._memory, self._sizes = memory, (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
         self._whens = resetting(dae)
         motions = ca.horzcat(*[_motion(dae, w.g) for w in self._whens])
-        self._motions = ca.Function("powertrain_zeno", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(motions)])
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        self._motions = Evaluated(ca.Function("powertrain_zeno", inputs, [ca.densify(motions)]))
 
     def check(self, instant: Instant) -> None:
         """SimulationError where a reset at this instant turns its condition back for a swing that is too small to be seen."""
@@ -46,7 +47,7 @@ class Zeno:
 
     def _values(self, t: float, y: Array, held: Array) -> Array:
         n, nz, nm, count = self._sizes
-        return np.asarray(self._motions(t, y[:n], y[n : n + nz], held[:nm], self._memory.p[:count]), float)
+        return self._motions(t, y[:n], y[n : n + nz], held[:nm], self._memory.p[:count])[0]
 
 
 def resetting(dae: HybridDae) -> list[When]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.equilibrium.corrector import Near, solved
+from powertrain.equilibrium.corrector import Near
 from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.newton import solved
 
 SHORT_STEP = 0.1
 """The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler import linear
 from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.compiler.index import generic
 from powertrain.compiler.matching import Matching, components
@@ -14,6 +13,7 @@ from powertrain.equilibrium.placed import Placed, Unknown
 from powertrain.errors import ParameterError
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.batch import dependence
+from powertrain.numerics.sparse_lu import Numbers, Row, SingularBlock, solve
 
 
 def blocks_of(
@@ -68,14 +68,14 @@ def solved_block(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]
     point = [generic(s) for s in symbols]
     numbers = np.array(ca.Function("powertrain_block", [column(symbols)], [jacobian])(point).nonzeros(), float)
     right = ca.vertsplit(-ca.substitute(column(rows), column(unknowns), ca.DM.zeros(len(unknowns))))
-    entries: list[linear.Row] = [{} for _ in rows]
-    sizes: list[linear.Numbers] = [{} for _ in rows]
+    entries: list[Row] = [{} for _ in rows]
+    sizes: list[Numbers] = [{} for _ in rows]
     for k, (i, j) in enumerate(zip(*jacobian.sparsity().get_triplet(), strict=True)):
         if numbers[k] == 0.0:
             continue
         entries[i][j], sizes[i][j] = jacobian.nz[k], float(numbers[k])
     try:
-        solution = linear.solve(entries, right, sizes)
-    except linear.SingularBlock:
+        solution = solve(entries, right, sizes)
+    except SingularBlock:
         return None
     return [solution[j] for j in range(len(unknowns))]

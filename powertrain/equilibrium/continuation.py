@@ -5,8 +5,9 @@ A steady state is where a simulation comes to rest. A step of length h from y,
     (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U,
 
 linearised at y, is the problem of ``powertrain.modes.complementarity`` with speeds in the place of rates. Steps grow until they are
-Newton's; motions that nothing holds are kept by 1/h. Torques that grow with others (lossy meshes) come last: without them all modes
-follow from a convex problem, and its speeds tell the directions of what slides.
+Newton's. One that a single linearisation does not describe is shortened: along it a limit that falls may have turned round, or a clutch
+opened. Motions that nothing holds are kept by 1/h. Torques that grow with others (lossy meshes) come last: without them all modes follow
+from a convex problem, and its speeds tell the directions of what slides.
 
 C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
 """
@@ -20,14 +21,20 @@ import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
-from powertrain.equilibrium.corrector import CHANGES, Near, corrected
-from powertrain.equilibrium.laws import FORWARD, NO_WIDTH, REST, STUCK, Iterates, SteadyLaws
+from powertrain.equilibrium.corrector import CHANGES, STILL, Near, bordered, corrected
+from powertrain.equilibrium.laws import FORWARD, STUCK, Iterates, SteadyLaws
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
+from powertrain.modes.tolerances import NO_WIDTH, REST
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.newton import relative, solved
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
-"""Lengths of steps in seconds: some that follow the motion, then Newton's."""
-ROUNDS = 20
+"""Lengths of steps in seconds: some that follow the motion, then Newton's; and by how much they grow, or fall where they are too long."""
+LEAST_STEP = 1e-4
+"""Steps are not made shorter than this."""
+DESCRIBED = 1.0
+"""A step is taken whose next correction is no longer than this share of it."""
+ROUNDS = 40
 FAR = 1e10
 """Unknowns beyond this run away."""
 MOST_PIECES = 8
@@ -154,8 +161,9 @@ class Continuation:
         laws, near = self.laws, self._near(point.p)
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
-            if answer is None or answer.tau is None:
-                return None
+            if answer is None or answer.tau is None:  # a limit turns round along a step that is too long
+                point = replace(point, step=point.step / GROWTH)
+                continue
             m = point.m.copy()
             m[list(answer.modes)] = list(answer.modes.values())
             step = self._steps.at(replace(point, m=m), tau)
@@ -163,6 +171,9 @@ class Continuation:
             if not (np.abs(y) <= FAR).all():
                 return None
             here = Iterates(point.p[None], y[None], m[None], answer.tau[None])
+            if point.step > LEAST_STEP and not self._described(here, point, y - point.x, near, side):
+                point = replace(point, step=point.step / GROWTH)
+                continue
             end, fine = corrected(laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless)
             if fine[0]:
                 return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
@@ -174,6 +185,19 @@ class Continuation:
             point = replace(point, m=m, x=y, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
             tau = answer.tau
         return None
+
+    def _described(self, here: Iterates, point: _Trial, moved: Array, near: Near, side: Array) -> bool:
+        """Whether one linearisation describes the step: Newton's correction of it is shorter."""
+        laws, n = self.laws, self.laws.unknowns
+        value = laws.values(here, point.lossless)
+        some = Near(near.given[None], near.yields[None])
+        matrix, left = bordered(laws, here, value, some, side[None], True, point.step)
+        left[0, laws.rates] -= moved[laws.rate_of[laws.rates]] / point.step
+        correction = solved(matrix, -left)[0, :n]
+        scale = relative(point.x)
+        return bool(
+            np.abs(correction / scale).max(initial=0.0) <= DESCRIBED * np.abs(moved / scale).max(initial=0.0) + STILL
+        )
 
     def _answer(self, point: _Trial, tau: Array) -> Answer | None:
         """The problem with bounds that bend; else one for each combination of their pieces."""

@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, Mask, SteadyLaws
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.newton import HALVINGS, newton, relative, solved
 
 LAST_STEP = 1e7
 """Seconds: a step of this length holds what nothing else does."""
 STILL = 1e-10
 """Unknowns that change by less, relative to one and to their size, are found."""
 CORRECTIONS, PROXIMAL = 20, 3
-"""Newton's steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
-DAMPED, HALVINGS = 40, 16
-"""Shortened steps of Newton's method, and how often each is halved."""
+"""Full steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
+DAMPED = 40
+"""Steps that are halved where full ones go astray, as they do where a torque saturates."""
 NEUTRAL = 1e6
 """Seconds: a motion that takes longer to come to rest is not held by anything."""
 LOCKED = 1e9
@@ -57,10 +58,12 @@ def corrected(
         here = Iterates(at.grid[active], y[active], modes[active], tau[active])
         there = Near(near.given[active], near.yields[active])
         begun = here
-        here, fine = _newton(laws, begun, there, side[active], lossless, CORRECTIONS)
+        here, fine = _solutions(laws, begun, there, side[active], lossless, CORRECTIONS, 0)
         if not fine.all():
             some = np.flatnonzero(~fine)
-            end, found = _damped(laws, begun.some(some), there.some(some), side[active][some], lossless)
+            end, found = _solutions(
+                laws, begun.some(some), there.some(some), side[active][some], lossless, DAMPED, HALVINGS
+            )
             here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
         here, drive = _shared(laws, here, there, side[active], lossless)
         value = laws.values(here, lossless)
@@ -90,74 +93,35 @@ def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: b
         return at, drive
     here, there = at.some(some), Near(near.given[some], near.yields[some])
     value = laws.values(here, lossless)
-    step = solved(*_bordered(laws, here, value, there, side[some], False))
+    matrix, left = bordered(laws, here, value, there, side[some], False)
+    step = solved(matrix, -left)
     tau[some] += step[:, n:]
     creep = value.speed + np.einsum("pij,pj->pi", value.speed_, step)
     drive[some] = creep - there.yields * tau[some]
     shared = Iterates(here.grid, here.y, here.modes, tau[some])
-    end, _ = _newton(laws, shared, there, side[some], lossless, PROXIMAL)
+    end, _ = _solutions(laws, shared, there, side[some], lossless, PROXIMAL, 0)
     y, tau = at.y.copy(), at.tau.copy()
     y[some], tau[some] = end.y, end.tau
     return Iterates(at.grid, y, at.modes, tau), drive
 
 
-def _newton(
-    laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, most: int
+def _solutions(
+    laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, most: int, halvings: int
 ) -> tuple[Iterates, Mask]:
-    """Newton's steps at all points, and where they became small; stuck laws yield to what their torque changes."""
-    y, tau, n = at.y.copy(), at.tau.copy(), laws.unknowns
-    fine, active = np.zeros(len(y), bool), np.arange(len(y))
-    for _ in range(most):
-        here = Iterates(at.grid[active], y[active], at.modes[active], tau[active])
-        there = Near(near.given[active], near.yields[active])
-        matrix, right = _bordered(laws, here, laws.values(here, lossless), there, side[active], True)
-        step = solved(matrix, right)
-        y[active] += step[:, :n]
-        tau[active] += step[:, n:]
-        large = 1.0 + np.abs(tau[active]).max(axis=1, initial=0.0)
-        still = (np.abs(step[:, :n]) <= STILL * (1.0 + np.abs(y[active]))).all(axis=1)
-        still &= (np.abs(step[:, n:]) <= STILL * large[:, None]).all(axis=1)
-        fine[active] = still
-        active = active[~still & np.isfinite(step).all(axis=1)]
-        if not active.size:
-            break
-    return Iterates(at.grid, y, at.modes, tau), fine
+    """Newton's steps for the modes at all points, and where they became small; stuck laws yield to what their torque changes."""
+    n = laws.unknowns
 
+    def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
+        here = Iterates(at.grid[which], z[:, :n], at.modes[which], z[:, n:])
+        return bordered(laws, here, laws.values(here, lossless), near.some(which), side[which], True)
 
-def _damped(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool) -> tuple[Iterates, Mask]:
-    """Newton's steps, each halved until it helps, and where they became small. Full steps go astray where a torque saturates.
+    def sizes(z: Array) -> Array:
+        size = relative(z)
+        size[:, n:] = size[:, n:].max(axis=1, keepdims=True, initial=1.0)
+        return size
 
-    The natural monotonicity test of P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, 3.3: a step helps if the next one
-    with the same matrix is shorter. If it is not half as long, it must not lead back either: beyond a saturation there is another one.
-    """
-    n, z = laws.unknowns, np.concatenate([at.y, at.tau], axis=1)
-    fine, active = np.zeros(len(z), bool), np.flatnonzero(np.isfinite(z).all(axis=1))
-
-    def equations(which: NDArray[np.intp], values: Array) -> tuple[Array, Array]:
-        here = Iterates(at.grid[which], values[:, :n], at.modes[which], values[:, n:])
-        return _bordered(laws, here, laws.values(here, lossless), near.some(which), side[which], True)
-
-    for _ in range(DAMPED):
-        matrix, right = equations(active, z[active])
-        scale = 1.0 + np.abs(z[active])
-        step = solved(matrix, right) / scale
-        size = np.abs(step).max(axis=1, initial=0.0)
-        fine[active], share = size <= STILL, np.ones(len(active))
-        done = helps = fine[active] | ~np.isfinite(size)
-        trial = z[active]
-        for _ in range(HALVINGS):
-            trial = z[active] + np.where(np.isfinite(step), share[:, None] * step, 0.0) * scale
-            following = solved(matrix, equations(active, trial)[1]) / scale
-            after = np.abs(following).max(axis=1, initial=0.0)
-            ahead = (following * step).sum(axis=1) >= 0.0
-            helps = done | (after <= 0.5 * size) | (ahead & (after <= (1 - share / 2) * size))
-            if helps.all():
-                break
-            share = np.where(helps, share, share / 2)
-        z[active] = trial
-        active = active[~done & helps]
-        if not active.size:
-            break
+    z = np.concatenate([at.y, at.tau], axis=1)
+    z, fine = newton(equations, z, still=STILL, most=most, halvings=halvings, sizes=sizes)
     return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
 
 
@@ -168,8 +132,8 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
     rest, in whatever unit it is. A torque is not where unit changes of the limits move it without limit.
     """
     n = laws.unknowns
-    matrix, right = _bordered(laws, at, laws.values(at), near, side, True)
-    right[:] = 0.0
+    matrix, right = bordered(laws, at, laws.values(at), near, side, True)
+    right = np.zeros_like(right)
     drifts = np.zeros(len(right), bool)
     for row, unknown in zip(laws.rates, laws.rate_of[laws.rates], strict=True):
         right[:, row] = 1.0
@@ -184,10 +148,16 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
     return np.asarray(drifts | (np.abs(torque) > LOCKED).any(axis=1))
 
 
-def _bordered(
-    laws: SteadyLaws, at: Iterates, value: LawValues, near: Near, side: Array, proximal: bool
+def bordered(
+    laws: SteadyLaws,
+    at: Iterates,
+    value: LawValues,
+    near: Near,
+    side: Array,
+    proximal: bool,
+    length: float = LAST_STEP,
 ) -> tuple[Array, Array]:
-    """Newton's equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
+    """Matrix and equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
     n, k, mode = laws.unknowns, np.arange(laws.count), at.modes[:, laws.law_modes]
     given, yields = near.given, near.yields
     mode = np.where(given & (mode == STUCK), side, mode)
@@ -201,30 +171,6 @@ def _bordered(
     bound, slope = np.where(held, 0.0, bound), np.where(held[..., None], value.speed_, -slope)
     slope[:, k, n + k] += np.where(held, -yields, 1.0)
     rows = value.rows_.copy()
-    rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / LAST_STEP
-    right = np.concatenate(
-        [value.rows, np.where(held, value.speed - (0.0 if proximal else yields * at.tau), at.tau - bound)], axis=1
-    )
-    return np.concatenate([rows, slope], axis=1), -right
-
-
-def solved(matrix: Array, right: Array) -> Array:
-    """The solutions of many small systems, with rows of size one; nan where there is none."""
-    size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
-    size[size == 0.0] = 1.0
-    whole, given = matrix / size, right / size[..., 0]
-    good = np.isfinite(whole).all(axis=(1, 2)) & np.isfinite(given).all(axis=1)
-    whole[~good] = np.eye(whole.shape[1])
-    try:
-        found = np.linalg.solve(whole, given[..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        found = np.array([_shortest(a, b) for a, b in zip(whole, given, strict=True)]).reshape(given.shape)
-    found[~good] = np.nan
-    return np.asarray(found)
-
-
-def _shortest(matrix: Array, right: Array) -> Array:
-    try:
-        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)
+    rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / length
+    left = np.where(held, value.speed - (0.0 if proximal else yields * at.tau), at.tau - bound)
+    return np.concatenate([rows, slope], axis=1), np.concatenate([value.rows, left], axis=1)

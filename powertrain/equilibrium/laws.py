@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.balance import Balance
+from powertrain.modes.tolerances import BALANCED, NO_WIDTH, RESOLVED, REST
 from powertrain.numerics.batch import Columns
 from powertrain.numerics.buffers import Array
 
@@ -16,14 +17,6 @@ Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
-REST = 1e-9
-"""A relative speed counts as rest, a condition as zero, below this share of the terms that it is the sum of."""
-KNOWN = 1e-8
-"""How well torques are known, relative to the largest."""
-NO_WIDTH = 1e-10
-"""Limits that are nearer to each other (N.m, N) are one."""
-BALANCED = 1e-7
-"""How well rows are zero, relative to their terms."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +116,7 @@ class SteadyLaws:
         A law that slides at rest is held by others; it is stuck where ``drive``, its rate against its own compliance, does not drive it.
         """
         modes, mode = at.modes.copy(), at.modes[:, self.law_modes]
-        zone, known = self.zone(value, at), KNOWN * (1.0 + np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
+        zone, known = self.zone(value, at), RESOLVED * (1.0 + np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
         high, low = np.maximum(value.lower, value.upper), np.minimum(value.lower, value.upper)
         above, below = at.tau > high + known, at.tau < low - known
         rests, sign = np.abs(value.speed) <= zone, np.sign(value.speed)

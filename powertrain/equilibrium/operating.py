@@ -13,12 +13,13 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.equilibrium.choices import BACKWARD, FORWARD, INFINITE, STUCK, choices, order
-from powertrain.equilibrium.laws import KNOWN, SteadyLaws
+from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
 from powertrain.equilibrium.search import Search
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.modes.indicators import guard_margin
+from powertrain.modes.tolerances import RESOLVED
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 
@@ -129,7 +130,7 @@ class Solver:
         for _ in range(count):
             found = self._torques(np.vstack([grid, points.u, points.modes]))
             torque, lower, upper = found[::3], found[1::3], found[2::3]
-            known = KNOWN * (1.0 + np.abs(torque).max(axis=0, initial=0.0))
+            known = RESOLVED * (1.0 + np.abs(torque).max(axis=0, initial=0.0))
             stuck = candidates & (modes == STUCK)
             above, below = stuck & (torque > upper + known), stuck & (torque < lower - known)
             if not (above | below).any():

@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from powertrain.equilibrium.corrector import LAST_STEP, solved
+from powertrain.equilibrium.corrector import LAST_STEP
 from powertrain.equilibrium.laws import Iterates, Mask, SteadyLaws
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.newton import solved
 
 FIRST, GROWTH, FALL = 1e-4, 3.0, 0.25
 """The first step in seconds, and how steps change."""

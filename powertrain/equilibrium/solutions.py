@@ -16,8 +16,9 @@ from scipy.spatial import KDTree
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, SteadyPoint
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
-from powertrain.equilibrium.laws import BACKWARD, NO_WIDTH, STUCK, Iterates, Mask, SteadyLaws
+from powertrain.equilibrium.laws import BACKWARD, STUCK, Iterates, Mask, SteadyLaws
 from powertrain.equilibrium.relaxation import relaxed
+from powertrain.modes.tolerances import NO_WIDTH
 from powertrain.numerics.buffers import Array
 
 Index = NDArray[np.intp]

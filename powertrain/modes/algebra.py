@@ -1,4 +1,4 @@
-"""The algebraic unknowns at one instant: a damped Newton iteration with pivoting, for starts and after events."""
+"""The algebraic unknowns at one instant, by damped Newton steps with pivoting, for starts and after events."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import numpy as np
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.selflocking import SelfLocking
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
+from powertrain.numerics.newton import newton
 
 _ITERATIONS = 60
 _STEP = 1e-11
+"""Steps that change no unknown by more, relative to one and to its size, are the last."""
 _ROUNDING = 1e-9
 """Where Newton's method does not converge (at a kink), the nearest point is taken if it is as close as the modes of laws are resolved."""
 
@@ -58,46 +60,21 @@ class AlgebraicSolver:
             if self._unsettled[0] == 0.0:
                 z[:] = self._nearer
                 return
+        found, fine = newton(lambda _, trial: self._equations(side, trial[0]), z[None], still=_STEP, most=_ITERATIONS)
+        z[:] = found[0]
         call()
-        best, nearest = np.inf, z.copy()
-        for _ in range(_ITERATIONS):
-            residual = self._residual.copy()
-            size = float(np.abs(residual).max())
-            if size < best:
-                best, nearest = size, z.copy()
-            step = self._newton_step(residual)
-            if not np.isfinite(step).all():
-                break
-            old, length = z.copy(), 1.0
-            while True:
-                z[:] = old - length * step
-                call()
-                new = float(np.abs(self._residual).max())
-                if (
-                    new <= size * (1.0 - 0.1 * length)
-                    or float(np.abs(length * step).max() / (1.0 + np.abs(old).max())) < 1e-9
-                ):
-                    break
-                length *= 0.5
-            if new == 0.0 or (length == 1.0 and np.all(np.abs(step) <= _STEP * (1.0 + np.abs(z))) and self._closed(z)):
-                return
-        z[:] = nearest
-        call()
-        if not best <= _ROUNDING:
+        if not (fine[0] and self._closed(z)) and not float(np.abs(self._residual).max()) <= _ROUNDING:
             self._refuse(side)
+
+    def _equations(self, side: int, trial: Array) -> tuple[Array, Array]:
+        """The matrix and the values of the equations at a trial, as of one system of many."""
+        self._y[side][self.n :] = trial
+        self._bound[side].call()
+        return self._jacobian.reshape(1, self.nz, self.nz).transpose(0, 2, 1).copy(), self._residual[None].copy()
 
     def _closed(self, z: Array) -> bool:
         terms = np.abs(self._jacobian.reshape(self.nz, self.nz, order="F")) @ (1.0 + np.abs(z))
         return bool(np.all(np.abs(self._residual) <= 1e-7 * terms))
-
-    def _newton_step(self, residual: Array) -> Array:
-        matrix = self._jacobian.reshape(self.nz, self.nz, order="F")
-        if not (np.isfinite(matrix).all() and np.isfinite(residual).all()):
-            return np.full(self.nz, np.nan)
-        try:
-            return np.asarray(np.linalg.solve(matrix, residual), dtype=np.float64)
-        except np.linalg.LinAlgError:
-            return np.asarray(np.linalg.lstsq(matrix, residual, rcond=None)[0], dtype=np.float64)
 
     def _refuse(self, side: int) -> None:
         sizes = np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.modes.lemke import Long, lemke
-from powertrain.modes.tolerances import ALONE, LEAST_TORQUE
+from powertrain.modes.tolerances import ALONE, LEAST_TORQUE, NO_WIDTH
 from powertrain.numerics.buffers import Evaluated
 
 Array = NDArray[np.float64]
@@ -139,7 +139,7 @@ class Laws:
         rest: Mask = (np.abs(near.speed) <= zone) | self.algebraic
         for k, contact in enumerate(self.dae.contacts, self.frictions):
             rest[k] = point.m[contact.index] > 0.5
-        rest &= ~(self.may_free & (near.upper - near.lower <= 1e-10))
+        rest &= ~(self.may_free & (near.upper - near.lower <= NO_WIDTH))
         return rest
 
 
@@ -235,7 +235,6 @@ class _Problem:
         n, self.places = laws.count, np.flatnonzero(rest)
         lower, upper = _finite(near.lower), _finite(near.upper)
         self.forward = (near.speed > zone) & ~rest
-        self.free = laws.may_free & (near.upper - near.lower <= 1e-10) & ~rest
         slope_l, slope_u = np.nan_to_num(near.lower_slope), np.nan_to_num(near.upper_slope)
         near_tau: Long = tau.astype(np.longdouble)  # what bounds add cancels again, and a compliance must be left
         l0, u0 = lower - slope_l @ near_tau, upper - slope_u @ near_tau
@@ -279,9 +278,12 @@ class _Problem:
             first = 1.0 if self.hangs[k] else -1.0
             mode = first if at_first else -first if at_other else 0.0
             modes[self.laws.index[k]] = mode if k < self.laws.frictions else float(mode == 0.0)
+        free = self.laws.may_free & (
+            self.width_0 + self.width_slope @ tau <= NO_WIDTH
+        )  # their torques may change limits
         for k in np.flatnonzero(~self.rest).tolist():
             if k < self.laws.frictions:
-                modes[self.laws.index[k]] = 2.0 if self.free[k] else 1.0 if self.forward[k] else -1.0
+                modes[self.laws.index[k]] = 2.0 if free[k] else 1.0 if self.forward[k] else -1.0
         nothing = LEAST_TORQUE + ALONE * scale
         for j, k in enumerate(self.bend.places, r + t):
             if z[j] > nothing or w[j] * scale > nothing:  # a condition that is zero keeps its side

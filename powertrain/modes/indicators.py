@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT
+from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT, NO_WIDTH
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
 def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:
     """The law transmits torque while upper - lower > 0; free again above twice the hysteresis only."""
     width = friction.upper - friction.lower
-    return ca.if_else(dae.m[friction.index] == 2, 2 * EPS - width, width - EPS)
+    return ca.if_else(dae.m[friction.index] == 2, 2 * NO_WIDTH - width, width - NO_WIDTH)
 
 
 def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Switch
-from powertrain.numerics.buffers import Array, Memory
+from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 
@@ -20,12 +20,8 @@ def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]
     if memory.laws is None:
         columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
         outputs = [ca.densify(ca.horzcat(*columns))]
-        memory.laws = ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
-    values = memory.laws
-    n, nz, nm, count = dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel()
-    y = memory.y[side]
-    row = values(memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:count])
-    return np.array(row).reshape(len(dae.frictions), len(fields))
+        memory.laws = Evaluated(ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs))
+    return memory.laws(*memory.instant(side))[0].reshape(len(dae.frictions), len(fields))
 
 
 def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:

@@ -19,7 +19,7 @@ from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.tolerances import ZONE
 from powertrain.modes.uniqueness import Uniqueness
-from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, view
+from powertrain.numerics.buffers import PREFIX, Array, Bound, Evaluated, Memory, view
 
 _PASSES = 20
 _ROUNDS = 10_000
@@ -209,12 +209,8 @@ class ModeResolver:
         raise SimulationError(jam_message(self.dae, self.memory, side, sorted({*laws, *against}), pieces))
 
     def _point(self, side: int) -> Point:
-        memory, dae = self.memory, self.dae
-        y = memory.y[side]
-        z = y[self.n : self.n + dae.z.numel()].copy()
-        return Point(
-            float(memory.time[0]), y[: self.n].copy(), z, memory.m[: dae.m.numel()].copy(), memory.p[: dae.p.numel()]
-        )
+        t, *values = self.memory.instant(side)
+        return Point(t, *(value.copy() for value in values))
 
     def check_unique(self, side: int) -> None:
         """Refuse modes beside which others are possible with other torques."""
@@ -285,24 +281,18 @@ class _Events:
         self.dae, self.memory = dae, memory
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         contacts = [ca.vertcat(*[getattr(c, field) for c in dae.contacts]) for field in ("speed", "restitution")]
-        self._resets = reset_values(dae)
+        self._resets = Evaluated(reset_values(dae))
         outputs = [ca.densify(e) for e in (*contacts, dae.impact_x, dae.impact_a)]
-        self._impact = ca.Function(PREFIX + "impact", inputs, outputs)
+        self._impact = Evaluated(ca.Function(PREFIX + "impact", inputs, outputs))
         self._first = {}
         count = 0
         for when in dae.whens:
             self._first[when.index] = count
             count += len(when.resets)
 
-    def _arguments(self, side: int) -> list[ca.DM]:
-        memory, n = self.memory, self.dae.x.numel()
-        y = memory.y[side]
-        nz, nm, np_ = self.dae.z.numel(), self.dae.m.numel(), self.dae.p.numel()
-        return [ca.DM(v) for v in (memory.time[0], y[:n], y[n : n + nz], memory.m[:nm], memory.p[:np_])]
-
     def reset(self, side: int, rising: Sequence[When]) -> None:
         """Assign all right sides, evaluated with the values before."""
-        values = np.array(self._resets(*self._arguments(side))).ravel()
+        values = self._resets(*self.memory.instant(side))[0].ravel()
         for when in rising:
             self.memory.m[when.index] = 1.0
             for k, reset in enumerate(when.resets, self._first[when.index]):
@@ -313,7 +303,7 @@ class _Events:
         """Impulses on the closing contacts and on closed ones that would move inwards; slow rebounds stay closed."""
         contacts: Sequence[Contact] = self.dae.contacts
         m = self.memory.m
-        speed, restitution, on_x, on_a = (np.array(v) for v in self._impact(*self._arguments(side)))
+        speed, restitution, on_x, on_a = self._impact(*self.memory.instant(side))
         speed, restitution = speed.ravel(), restitution.ravel()
         closed = [k for k, c in enumerate(contacts) if m[c.index] and speed[k] < 0.0 and k not in closing]
         struck = [*closing, *closed]

@@ -23,6 +23,13 @@ SHARED = 1e-7
 ALONE = 1e-10
 """How well a torque is known that no other law's torque meets, relative to the largest: where Newton's and Lemke's methods end."""
 
+NO_WIDTH = 1e-10
+"""Limits of a law that are nearer to each other (N.m, N) are one: nothing is transmitted, or always the same torque."""
+REST = 1e-9
+"""At an operating point: a speed counts as rest, a condition as zero, below this share of the terms that it is the sum of."""
+BALANCED = 1e-7
+"""At an operating point: how well its equations are zero, relative to their terms."""
+
 ROUND_OFF = 1e-15
 """How well a torque is known that is the difference of large ones, relative to these: some units in the last place of the states."""
 

@@ -1,1 +1,1 @@
-"""How CasADi expressions become numbers fast: tapes, sparse elimination, functions bound to arrays, the C compiler."""
+"""How expressions become numbers: functions at one point and at many, Newton steps, sparse elimination, the C compiler."""

@@ -1,12 +1,16 @@
-"""One scalar expression tape evaluated at many points: every instruction works on a thousand points before the next one begins.
+"""Expressions evaluated at many points.
 
-CasADi's virtual machine spends most of its time on finding the next instruction. The tape of a scalar function is therefore replayed on
-columns of ``lanes`` points, which keeps the interpreter busy with arithmetic and the operands in the processor's cache.
+``Lanes`` is built at once and calls a function for one point after the other: for some thousands of points. ``Columns`` is for
+millions: CasADi's virtual machine spends most of its time on finding the next instruction, so the tape of a scalar function is replayed
+on columns of points, which keeps the interpreter busy with arithmetic and the operands in the processor's cache. That takes some 20
+microseconds an instruction to build. ``Evaluated`` in ``powertrain.numerics.buffers`` is for one point.
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +20,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
+from powertrain.numerics.tape import replayed
 
 Rows = NDArray[np.float64]
 """One row per quantity, one column per point."""
@@ -23,6 +28,40 @@ Rows = NDArray[np.float64]
 
 LANES = 256
 _DEPTH = 20
+TOGETHER = 64
+"""Points of one call of ``Lanes``."""
+building = threading.RLock()
+"""Held while functions are made of expressions that several threads share."""
+
+
+class Lanes:
+    """A column of expressions of several columns, the last of which is the same for all points. Serves one thread."""
+
+    def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
+        with building:
+            function = ca.Function("powertrain_one", list(inputs), [ca.densify(outputs)])
+            wide = function.map("powertrain_lanes", "serial", TOGETHER, [len(inputs) - 1], [])
+        self.sizes, self.size = [s.numel() for s in inputs], outputs.numel()
+        self._given = [zeros(n * TOGETHER) for n in self.sizes[:-1]]
+        self._common, self._found = zeros(self.sizes[-1]), zeros(self.size * TOGETHER)
+        self._bound = Bound(wide, [*self._given, self._common], [self._found])
+
+    def __call__(self, points: Sequence[Array], common: Array) -> Array:
+        """A row of values for each point; ``points`` are arrays for all inputs but the last, a row each."""
+        count, k = len(points[0]), self.size
+        result = np.empty((count, k))
+        rows = [a[:, None] if a.ndim == 1 else a for a in points]
+        lanes = [a[: n * TOGETHER].reshape(TOGETHER, n) for a, n in zip(self._given, self.sizes, strict=False)]
+        found = self._found[: k * TOGETHER].reshape(TOGETHER, k)
+        self._common[: self.sizes[-1]] = common
+        for first in range(0, count, TOGETHER):
+            width = min(TOGETHER, count - first)
+            for lane, values in zip(lanes, rows, strict=True):
+                lane[:width] = values[first : first + width]
+                lane[width:] = values[first + width - 1]
+            self._bound.call()
+            result[first : first + width] = found[:width]
+        return result
 
 
 class Tape:
@@ -116,52 +155,29 @@ def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[
 
     ``expressions`` are those that ``scalar`` was made of.
     """
-    operations = [scalar.instruction_id(k) for k in range(scalar.n_instructions())]
-    functions = called(scalar, expressions)
     arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
     others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
-    scalars = [ca.vertsplit(o) if o.numel() else [] for o in others]
-    work: dict[int, ca.MX] = {}
-    results: dict[int, ca.MX] = {}
-    for k, operation in enumerate(operations):
-        inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
-        if operation == ca.OP_CONST:
-            work[outputs[0]] = ca.MX(scalar.instruction_constant(k))
-        elif operation == ca.OP_INPUT:
-            i, j = inputs
-            work[outputs[0]] = arguments[i] if i < varying else scalars[i - varying][j]
-        elif operation == ca.OP_OUTPUT:
-            results[outputs[0]] = work[inputs[0]]
-        elif operation == ca.OP_CALL:
-            values = _call(functions[k], [work[i] for i in inputs], lanes)
-            work |= {place: values[i] for i, place in enumerate(outputs) if place >= 0}
-        elif len(inputs) == 1:
-            work[outputs[0]] = ca.MX.unary(operation, work[inputs[0]])
-        else:
-            work[outputs[0]] = ca.MX.binary(operation, work[inputs[0]], work[inputs[1]])
+    entries = [[a] for a in arguments] + [ca.vertsplit(o) if o.numel() else [] for o in others]
+    results = replayed(scalar, expressions, lambda i, j: entries[i][j], _OfColumns(lanes))
     wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
     return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
 
 
-def called(scalar: ca.Function, expressions: Sequence[Symbol]) -> dict[int, ca.Function]:
-    """The functions behind the calls of a tape, found by following the expressions backwards along it."""
-    nodes: dict[int, Symbol] = {}
-    found: dict[int, ca.Function] = {}
-    if all(scalar.instruction_id(k) != ca.OP_CALL for k in range(scalar.n_instructions())):
-        return found
-    for k in reversed(range(scalar.n_instructions())):
-        operation, inputs, outputs = scalar.instruction_id(k), scalar.instruction_input(k), scalar.instruction_output(k)
-        if operation == ca.OP_OUTPUT:
-            nodes[inputs[0]] = ca.densify(expressions[outputs[0]]).nz[outputs[1]]
-            continue
-        results = [nodes.pop(place) for place in outputs if place in nodes]
-        if operation in (ca.OP_CONST, ca.OP_INPUT) or not results:
-            continue
-        node = results[0].dep(0) if operation == ca.OP_CALL else results[0]
-        if operation == ca.OP_CALL:
-            found[k] = node.which_function()
-        nodes |= {place: node.dep(i) for i, place in enumerate(inputs)}
-    return found
+@dataclass(frozen=True)
+class _OfColumns:
+    """Arithmetic of columns of ``lanes`` values; constants are scalars."""
+
+    lanes: int
+
+    def constant(self, value: float) -> ca.MX:
+        return ca.MX(value)
+
+    def operate(self, code: int, operands: list[ca.MX]) -> ca.MX:
+        first, last = operands[0], operands[-1]
+        return ca.MX.unary(code, first) if len(operands) == 1 else ca.MX.binary(code, first, last)
+
+    def call(self, function: ca.Function, operands: list[ca.MX]) -> list[ca.MX]:
+        return _call(function, operands, self.lanes)
 
 
 def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:

@@ -95,7 +95,8 @@ class Memory:
 
     def __init__(self, dae: HybridDae, indicators: int, timed: int) -> None:
         unknowns, held = dae.x.numel() + dae.z.numel(), dae.m.numel()
-        self.laws: ca.Function | None = None
+        self._sizes = dae.x.numel(), unknowns, held, dae.p.numel()
+        self.laws: Evaluated | None = None
         self.loaded: frozenset[int] | None = None
         self.record = zeros(3 + 5 * max(unknowns, 1))
         self.time, self.dense = self.record[1:3], self.record[3:]
@@ -121,3 +122,9 @@ class Memory:
         self.corner = zeros(3)
         self.instants = zeros(timed)
         self.jacobian = zeros(unknowns**2 if unknowns <= 100 else 0)
+
+    def instant(self, side: int) -> tuple[float, Array, Array, Array, Array]:
+        """Time, states, algebraic unknowns, held values and parameters, as they are on one side."""
+        n, unknowns, held, parameters = self._sizes
+        y = self.y[side]
+        return float(self.time[0]), y[:n], y[n:unknowns], self.m[:held], self.p[:parameters]

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import called
+from powertrain.numerics.tape import replayed
 
 
 @dataclass(frozen=True)
@@ -53,25 +53,11 @@ class _Replay:
 
     def run(self, expressions: Sequence[Symbol], symbols: Sequence[Symbol], arguments: Sequence[Form]) -> list[Form]:
         scalar = ca.Function("powertrain_row", list(symbols), list(expressions))
-        functions = called(scalar, expressions)
-        work: dict[int, Form] = {}
-        results: dict[int, Form] = {}
-        for k in range(scalar.n_instructions()):
-            operation = scalar.instruction_id(k)
-            inputs, outputs = scalar.instruction_input(k), scalar.instruction_output(k)
-            if operation == ca.OP_CALL:
-                found = self._call(functions[k], [work[i] for i in inputs])
-                work |= {place: found[i] for i, place in enumerate(outputs) if place >= 0}
-            elif operation == ca.OP_CONST:
-                value = scalar.instruction_constant(k)
-                work[outputs[0]] = Form(Symbol(value)) if value else Form()
-            elif operation == ca.OP_INPUT:
-                work[outputs[0]] = arguments[inputs[0]]
-            elif operation == ca.OP_OUTPUT:
-                results[outputs[0]] = work[inputs[0]]
-            else:
-                work[outputs[0]] = self._operate(operation, [work[i] for i in inputs])
+        results = replayed(scalar, expressions, lambda i, _: arguments[i], self)
         return [results.get(i, Form()) for i in range(scalar.n_out())]
+
+    def constant(self, value: float) -> Form:
+        return Form(Symbol(value)) if value else Form()
 
     def value(self, form: Form) -> Symbol:
         if form.curve is not None:
@@ -79,24 +65,24 @@ class _Replay:
         a = Symbol(0) if form.a is None else form.a
         return a if form.b is None else a + form.b * self.x
 
-    def _call(self, function: ca.Function, arguments: Sequence[Form]) -> list[Form]:
-        values, columns, first = [self.value(each) for each in arguments], [], 0
+    def call(self, function: ca.Function, operands: list[Form]) -> list[Form]:
+        values, columns, first = [self.value(each) for each in operands], [], 0
         for i in range(function.n_in()):
             columns.append(ca.vertcat(*values[first : first + function.nnz_in(i)]))
             first += function.nnz_in(i)
         whole: list[Any] = function.call(columns)
         results: list[Symbol] = [e for found in whole for e in ca.vertsplit(ca.densify(found))]
-        constant = all(each.constant for each in arguments)
+        constant = all(each.constant for each in operands)
         return [Form(a=e) if constant else Form(curve=e) for e in results]
 
-    def _operate(self, operation: int, f: list[Form]) -> Form:
-        if all(each.constant for each in f):
-            return Form(_plain(operation, [self.value(each) for each in f]))
-        if all(each.curve is None for each in f):
-            found = self._affine(operation, f[0], f[-1])
+    def operate(self, code: int, operands: list[Form]) -> Form:
+        if all(each.constant for each in operands):
+            return Form(_plain(code, [self.value(each) for each in operands]))
+        if all(each.curve is None for each in operands):
+            found = self._affine(code, operands[0], operands[-1])
             if found is not None:
                 return found
-        return Form(curve=_plain(operation, [self.value(each) for each in f]))
+        return Form(curve=_plain(code, [self.value(each) for each in operands]))
 
     def _affine(self, operation: int, first: Form, last: Form) -> Form | None:
         if operation == ca.OP_ADD:

@@ -1,133 +1,198 @@
-"""A symbolic sparse LU factorisation of small SX matrices: minimum-degree order, pivots on the diagonal of the matched rows."""
+"""Symbolic elimination of sparse linear systems, in an order chosen once from sparsity and numeric magnitudes.
+
+No pivoting at run time: a solution is an expression. Above some hundred unknowns expressions no longer pay; those systems are solved
+numerically, with pivoting, by SciPy's ``splu``.
+"""
 
 from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 
-Solve = Callable[[ca.SX], ca.SX]
-Factors = tuple[list[dict[int, ca.SX]], list[dict[int, ca.SX]], list[ca.SX]]
-"""The strict lower and upper rows, and the inverse pivots, in the order of elimination."""
+from powertrain.language.symbols import Symbol
+
+Row = dict[int, Symbol]
+Numbers = dict[int, float]
+Solve = Callable[[Symbol], Symbol]
+_PIVOT = 1e9
+"""What stands for the entry of a given pivot beside ones for the others."""
+
+
+class SingularBlock(Exception):
+    """Rows without a pivot: these equations depend on the others."""
+
+    def __init__(self, rows: list[int]) -> None:
+        super().__init__(str(rows))
+        self.rows = rows
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Rows of the eliminated table in the order of their pivots, and what was subtracted: (target row, pivot row, factor).
+
+    ``inverses`` are the reciprocals of the pivots by rows, where many right sides follow; else none.
+    """
+
+    table: list[Row]
+    order: list[tuple[int, int]]
+    operations: list[tuple[int, int, Symbol]]
+    inverses: Row
+
+    def solve(self, right: Sequence[Symbol]) -> dict[int, Symbol]:
+        """The x with sum_j rows[i][j] x_j = right[i]."""
+        b = list(right)
+        for target, pivot, factor in self.operations:
+            b[target] = b[target] - factor * b[pivot]
+        solution: dict[int, Symbol] = {}
+        for i, j in reversed(self.order):
+            total = b[i]
+            for n, entry in self.table[i].items():
+                if n != j:
+                    total = total - entry * solution[n]
+            solution[j] = total * self.inverses[i] if self.inverses else total / self.table[i][j]
+        return solution
+
+    def column(self, right: Symbol) -> Symbol:
+        """The same for columns."""
+        solution = self.solve(ca.vertsplit(ca.densify(right)) if right.numel() else [])
+        return ca.vertcat(*(solution[j] for j in range(len(solution))))
+
+    def values(self) -> list[Symbol]:
+        """All numbers that a solution needs."""
+        upper = [entry for i, j in self.order for n, entry in self.table[i].items() if n != j]
+        return [*(factor for *_, factor in self.operations), *upper, *self.inverses.values()]
+
+    def known(self, values: Sequence[Symbol]) -> Factors:
+        """The same factors with other ``values``."""
+        given = iter(values)
+        operations = [(target, pivot, next(given)) for target, pivot, _ in self.operations]
+        table: list[Row] = [{} for _ in self.table]
+        for i, j in self.order:
+            table[i] = {n: next(given) for n in self.table[i] if n != j}
+        return replace(self, operations=operations, table=table, inverses={i: next(given) for i in self.inverses})
+
+
+def solve(
+    rows: Sequence[Row], right: Sequence[Symbol], numbers: Sequence[Numbers], varying: Sequence[set[int]] = ()
+) -> dict[int, Symbol]:
+    """The x with sum_j rows[i][j] x_j = right[i], as expressions; see ``eliminate``."""
+    return eliminate(rows, numbers, varying).solve(right)
 
 
 def factorize(matrix: ca.SX | ca.MX, rows: Sequence[int] | None = None) -> Solve:
-    """Return ``solve(b)`` for ``matrix @ x == b``, as expressions without any pivoting at run time.
+    """Return ``solve(b)`` for ``matrix @ x == b``, for any number of right sides.
 
-    ``rows[i]`` is the row whose entry in column i serves as pivot (default: the diagonal). It must be structurally non-zero; see
-    :func:`powertrain.numerics.pivots.match_rows`.
+    ``rows[i]`` is the row whose entry in column i serves as pivot (default: the diagonal); see
+    :func:`powertrain.numerics.pivots.match_rows`. Of an ``MX`` one function gives the factors and one the solution.
+    Raises KeyError where there is no such entry.
     """
-    pivot_row = list(range(matrix.size1())) if rows is None else list(rows)
-    if isinstance(matrix, ca.MX):
-        return _called(matrix, pivot_row)
-    order, factors = _factors(matrix, pivot_row)
-    return lambda b: _substitute(pivot_row, order, factors, b)
-
-
-def _called(matrix: ca.MX, pivot_row: list[int]) -> Solve:
-    """One function that gives the factors and one for the solution, instead of their expressions."""
+    pivots = list(range(matrix.size1())) if rows is None else list(rows)
+    if not isinstance(matrix, ca.MX):
+        return _factors(matrix, pivots).column
     pattern = matrix.sparsity()
     entries, right = ca.SX.sym("entries", pattern.nnz()), ca.SX.sym("right", matrix.size1())
-    order, (lower, upper, inverse) = _factors(ca.SX(pattern, entries), pivot_row)
-    values = [value for rows in (lower, upper) for row in rows for value in row.values()] + inverse
+    factors = _factors(ca.SX(pattern, entries), pivots)
+    values = factors.values()
     known = ca.SX.sym("factors", len(values))
-    places = iter(ca.vertsplit(known))
-    below, above = ([{j: next(places) for j in row} for row in rows] for rows in (lower, upper))
-    solution = _substitute(pivot_row, order, (below, above, list(places)), right)
-    eliminate = ca.Function("powertrain_factors", [entries], ca.cse([ca.vertcat(*values)]))
+    solution = factors.known(ca.vertsplit(known)).column(right)
+    factored = ca.Function("powertrain_factors", [entries], ca.cse([ca.vertcat(*values)]))
     substitute = ca.Function("powertrain_substitute", [known, right], [solution])
-    found: Any = eliminate(matrix.nz[:])
+    found: Any = factored(matrix.nz[:])
     return lambda b: substitute(found, b)
 
 
-def _factors(matrix: ca.SX, pivot_row: list[int]) -> tuple[list[int], Factors]:
-    entries = _entries(matrix, {row: column for column, row in enumerate(pivot_row)})
-    order = _minimum_degree(len(pivot_row), entries)
-    return order, _eliminate(len(pivot_row), entries, order)
+def _factors(matrix: ca.SX, pivots: Sequence[int]) -> Factors:
+    rows: list[Row] = [{} for _ in pivots]
+    numbers: list[Numbers] = [{} for _ in pivots]
+    for k, (i, j) in enumerate(zip(*matrix.sparsity().get_triplet(), strict=True)):
+        rows[i][j], numbers[i][j] = matrix.nz[k], 1.0
+    for j, i in enumerate(pivots):
+        if j not in rows[i]:
+            raise KeyError(j)
+        numbers[i][j] = _PIVOT
+    return eliminate(rows, numbers, reciprocals=True)
 
 
-def _substitute(pivot_row: list[int], order: list[int], factors: Factors, b: ca.SX) -> ca.SX:
-    """The solution for the right side ``b``."""
-    lower, upper, inverse = factors
-    n = len(order)
-    y: list[ca.SX] = []
-    for i in range(n):
-        value = b[pivot_row[order[i]]]
-        for j, factor in lower[i].items():
-            value = value - factor * y[j]
-        y.append(value)
-    for i in range(n - 1, -1, -1):
-        value = y[i]
-        for j, factor in upper[i].items():
-            value = value - factor * y[j]
-        y[i] = value * inverse[i]
-    solution: list[ca.SX] = [ca.SX(0)] * n
-    for i in range(n):
-        solution[order[i]] = y[i]
-    return ca.vertcat(*solution)
+def eliminate(
+    rows: Sequence[Row],
+    numbers: Sequence[Numbers],
+    varying: Sequence[set[int]] = (),
+    reciprocals: bool = False,
+) -> Factors:
+    """Gaussian elimination of sparse rows, the shortest first.
 
+    ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those
+    not below a hundredth of the row's largest value. ``varying`` are the columns whose entry in a row may pass through zero later:
+    pivots only where a row has no other, and such rows come last. With ``reciprocals`` nothing is divided by a pivot more than once.
+    Raises SingularBlock where a row has no pivot left.
+    """
+    table, values = [dict(r) for r in rows], [dict(n) for n in numbers]
+    rough = [set(v) for v in varying] or [set[int]() for _ in rows]
 
-def _entries(matrix: ca.SX, position_of_row: dict[int, int]) -> list[dict[int, ca.SX]]:
-    """The non-zeros as rows of {column: value}, rows permuted so that the pivots stand on the diagonal."""
-    sparsity = matrix.sparsity()
-    rows: list[dict[int, ca.SX]] = [{} for _ in range(matrix.size1())]
-    for k, (i, j) in enumerate(zip(sparsity.row(), sparsity.get_col(), strict=True)):
-        rows[position_of_row[i]][j] = matrix.nz[k]
-    return rows
+    def rank(i: int) -> tuple[bool, int, int]:
+        return rough[i].issuperset(table[i]) and bool(rough[i]), len(table[i]), i
 
-
-def _minimum_degree(n: int, entries: list[dict[int, ca.SX]]) -> list[int]:
-    """Greedy minimum degree on the symmetrised pattern."""
-    neighbours: list[set[int]] = [set() for _ in range(n)]
-    for i, row in enumerate(entries):
+    holders: dict[int, set[int]] = {}
+    for i, row in enumerate(table):
         for j in row:
-            if i != j:
-                neighbours[i].add(j)
-                neighbours[j].add(i)
-    heap = [(len(neighbours[i]), i) for i in range(n)]
+            holders.setdefault(j, set()).add(i)
+    heap = [rank(i) for i in range(len(table))]
     heapq.heapify(heap)
-    alive = set(range(n))
-    order: list[int] = []
+    open_rows, order, inverses = set(range(len(table))), list[tuple[int, int]](), Row()
+    operations: list[tuple[int, int, Symbol]] = []
     while heap:
-        degree, i = heapq.heappop(heap)
-        if i not in alive or degree != len(neighbours[i]):
+        ranked = heapq.heappop(heap)
+        i = ranked[-1]
+        if i not in open_rows or ranked != rank(i):
             continue
-        alive.discard(i)
-        order.append(i)
-        for a in neighbours[i]:
-            neighbours[a].discard(i)
-        for a in neighbours[i]:
-            neighbours[a] |= neighbours[i] - {a}
-            heapq.heappush(heap, (len(neighbours[a]), a))
-    return order
+        largest = max((abs(v) for v in values[i].values()), default=0.0)
+        if largest == 0.0:
+            raise SingularBlock([i])
+        large = [j for j in table[i] if abs(values[i][j]) >= 0.01 * largest]
+        j = min(large, key=lambda j: (j in rough[i], len(holders[j]), j))
+        open_rows.discard(i)
+        order.append((i, j))
+        if reciprocals:
+            inverses[i] = 1 / table[i][j]
+        for k in sorted(holders.pop(j)):
+            if k in open_rows:
+                rough[k] |= set(table[i]) if j in rough[k] or j in rough[i] else rough[i] & set(table[i])
+                entry, number = table[k].pop(j), values[k].pop(j) / values[i][j]
+                factor = entry * inverses[i] if reciprocals else entry / table[i][j]
+                operations.append((k, i, factor))
+                _subtract(table, values, holders, k, i, j, factor, number)
+                heapq.heappush(heap, rank(k))
+        for n in table[i]:
+            if n in holders:
+                holders[n].discard(i)
+    return Factors(table, order, operations, inverses)
 
 
-def _eliminate(n: int, entries: list[dict[int, ca.SX]], order: list[int]) -> Factors:
-    """Gaussian elimination in ``order``."""
-    position = {v: k for k, v in enumerate(order)}
-    rows: list[dict[int, ca.SX]] = [{} for _ in range(n)]
-    below: list[set[int]] = [set() for _ in range(n)]
-    for i, row in enumerate(entries):
-        for j, value in row.items():
-            rows[position[i]][position[j]] = value
-            if position[j] < position[i]:
-                below[position[j]].add(position[i])
-    lower: list[dict[int, ca.SX]] = [{} for _ in range(n)]
-    inverse: list[ca.SX] = []
-    for k in range(n):
-        inverse.append(1 / rows[k][k])
-        right = [(j, value) for j, value in rows[k].items() if j > k]
-        for i in sorted(below[k]):
-            factor = rows[i].pop(k) * inverse[k]
-            lower[i][k] = factor
-            for j, value in right:
-                if j in rows[i]:
-                    rows[i][j] = rows[i][j] - factor * value
-                    continue
-                rows[i][j] = -factor * value
-                if j < i:
-                    below[j].add(i)
-    upper = [{j: value for j, value in row.items() if j > i} for i, row in enumerate(rows)]
-    return lower, upper, inverse
+def _subtract(
+    table: list[Row],
+    values: list[Numbers],
+    holders: dict[int, set[int]],
+    k: int,
+    i: int,
+    j: int,
+    factor: Symbol,
+    number: float,
+) -> None:
+    """Takes the pivot row i, multiplied by a factor, from row k."""
+    for n, entry in table[i].items():
+        if n == j:
+            continue
+        old, change = values[k].get(n, 0.0), number * values[i][n]
+        new = table[k][n] - factor * entry if n in table[k] else -factor * entry
+        if new.is_zero():
+            table[k].pop(n, None)
+            values[k].pop(n, None)
+            holders[n].discard(k)
+            continue
+        table[k][n] = new
+        values[k][n] = 0.0 if abs(old - change) <= 1e-11 * (abs(old) + abs(change)) else old - change
+        holders[n].add(k)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol, column
-from powertrain.numerics.batch import Columns
+from powertrain.numerics.batch import Columns, Lanes
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Lanes, Samples
+from powertrain.signals import Samples
 
 _MANY = 4096
 """From so many samples on, building the functions that work on columns of samples pays."""

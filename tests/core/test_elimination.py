@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.compiler.linear import Factors, SingularBlock, factorize, solve
+from powertrain.numerics.sparse_lu import Factors, SingularBlock, eliminate, solve
 
 Matrix = np.ndarray[Any, Any]
 
@@ -60,7 +60,7 @@ def test_rows_are_not_changed_and_factors_serve_many_right_sides() -> None:
     matrix = sparse(rng, 8, 0.4)
     names, rows, numbers = table(matrix)
     before = [dict(row) for row in rows], [dict(row) for row in numbers]
-    factors: Factors = factorize(rows, numbers)
+    factors: Factors = eliminate(rows, numbers)
     for _ in range(3):
         b = rng.normal(size=8)
         solution = factors.solve([ca.SX(float(v)) for v in b])
@@ -93,10 +93,10 @@ def test_the_pivot_is_the_entry_of_the_shortest_column_that_is_large_enough() ->
     """Of 5 and 0.1 in a row, 0.1 is a fiftieth and stands in the shorter column; 0.04 would be too small."""
     matrix = np.array([[5.0, 0.1, 0.0], [1.0, 1.0, 2.0], [3.0, 0.0, 1.0]])
     _, rows, numbers = table(matrix)
-    assert (0, 1) in factorize(rows, numbers).order
+    assert (0, 1) in eliminate(rows, numbers).order
     matrix[0, 1] = 0.04
     _, rows, numbers = table(matrix)
-    assert (0, 1) not in factorize(rows, numbers).order
+    assert (0, 1) not in eliminate(rows, numbers).order
 
 
 def test_short_rows_come_first() -> None:
@@ -104,7 +104,7 @@ def test_short_rows_come_first() -> None:
     rng = np.random.default_rng(42)
     matrix = np.tril(rng.uniform(1, 2, (7, 7)))[rng.permutation(7)][:, rng.permutation(7)]
     names, rows, numbers = table(matrix)
-    factors = factorize(rows, numbers)
+    factors = eliminate(rows, numbers)
     assert [set(t) for t in factors.table] != []
     assert all(len(factors.table[i]) == 1 for i, _ in factors.order)
     b = rng.normal(size=7)
@@ -117,18 +117,18 @@ def test_what_cancels_in_the_numbers_is_no_pivot() -> None:
     matrix = np.array([[1.0, 2.0, 0.0], [3.0, 6.0 * (1 + 1e-13), 0.0], [0.0, 1.0, 1.0]])
     _, rows, numbers = table(matrix)
     with pytest.raises(SingularBlock) as caught:
-        factorize(rows, numbers)
+        eliminate(rows, numbers)
     assert set(caught.value.rows) <= {0, 1}
     one = ca.SX(1)
     with pytest.raises(SingularBlock):
-        factorize([{0: one, 1: one}, {0: one, 1: one}], [{0: 1.0, 1: 1.0}, {0: 1.0, 1: 1.0}])
+        eliminate([{0: one, 1: one}, {0: one, 1: one}], [{0: 1.0, 1: 1.0}, {0: 1.0, 1: 1.0}])
 
 
 def test_entries_that_cancel_symbolically_leave_the_table() -> None:
     a, one = ca.SX.sym("a"), ca.SX(1)
     rows = [{0: one, 1: a, 2: one}, {0: one, 1: a, 2: -one}, {1: one, 2: a}]
     numbers = [{0: 1.0, 1: 0.5, 2: 1.0}, {0: 1.0, 1: 0.5, 2: -1.0}, {1: 1.0, 2: 0.5}]
-    factors = factorize(rows, numbers)
+    factors = eliminate(rows, numbers)
     matrix = np.array([[1, 0.5, 1], [1, 0.5, -1], [0, 1, 0.5]])
     b = np.array([1.0, -2.0, 3.0])
     found = evaluated(a, factors.solve([ca.SX(float(v)) for v in b]), ca.SX.sym("b", 3), np.array([0.5]), b)
@@ -155,18 +155,18 @@ def test_an_entry_that_may_vanish_is_a_pivot_only_where_there_is_no_other() -> N
 def test_a_firm_entry_is_the_pivot_although_its_column_is_longer() -> None:
     matrix = np.array([[0.7, 0.3, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, -1.0]])
     _, rows, numbers = table(matrix)
-    assert (0, 0) in factorize(rows, numbers).order
+    assert (0, 0) in eliminate(rows, numbers).order
     matrix = np.array([[0.7, 0.3, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, -1.0]])
     _, rows, numbers = table(matrix)
-    assert (0, 0) in factorize(rows, numbers).order
-    assert (0, 1) in factorize(rows, numbers, [{0}, set(), set()]).order
+    assert (0, 0) in eliminate(rows, numbers).order
+    assert (0, 1) in eliminate(rows, numbers, [{0}, set(), set()]).order
 
 
 def test_a_row_of_varying_entries_comes_last() -> None:
     """v x + y = 1, x + y + z = 2, z = 1 with v = 0 later: v is not the pivot although its row is short."""
     matrix = np.array([[0.7, 0.0, 0.3], [1.0, 1.0, 1.0], [0.0, 0.9, 1.0]])
     _, rows, numbers = table(matrix)
-    factors = factorize(rows, numbers, [{0, 2}, set(), set()])
+    factors = eliminate(rows, numbers, [{0, 2}, set(), set()])
     assert factors.order[-1][0] == 0
 
 
@@ -179,7 +179,7 @@ def test_the_order_follows_the_fill() -> None:
             if j < k * k and (j != i + 1 or j % k):
                 grid[i, j] = grid[j, i] = -1.0
     _, rows, numbers = table(grid)
-    assert sum(map(len, factorize(rows, numbers).table)) < 1.2 * np.count_nonzero(grid)
+    assert sum(map(len, eliminate(rows, numbers).table)) < 1.2 * np.count_nonzero(grid)
 
 
 def test_entries_that_vanish_on_the_way() -> None:
@@ -192,7 +192,7 @@ def test_entries_that_vanish_on_the_way() -> None:
         numbers = [{j: float(row[j]) for j in range(n) if row[j]} for row in matrix]
         if abs(np.linalg.det(matrix)) < 0.5:
             with pytest.raises(SingularBlock):
-                factorize(rows, numbers)
+                eliminate(rows, numbers)
             continue
         regular += 1
         b = rng.normal(size=n)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.compiler import linear
+from powertrain.numerics import sparse_lu
 
 SIZE = 6
 Numbers = tuple[tuple[float, ...], ...]
@@ -113,7 +113,7 @@ def test_elimination_with_an_entry_that_is_zero() -> None:
     """x0 + 0 x1 = 3,  x0 + x2 = 5,  x1 + x2 = 6: the zero brings nothing new into the second row."""
     rows = [{0: ca.SX(1), 1: ca.SX(0)}, {0: ca.SX(1), 2: ca.SX(1)}, {1: ca.SX(1), 2: ca.SX(1)}]
     numbers = [{j: float(entry) for j, entry in row.items()} for row in rows]
-    found = linear.solve(rows, [ca.SX(b) for b in (3, 5, 6)], numbers)
+    found = sparse_lu.solve(rows, [ca.SX(b) for b in (3, 5, 6)], numbers)
     assert [float(found[j]) for j in range(3)] == [3.0, 4.0, 2.0]
 
 

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.numerics.batch import Tape
+from powertrain.numerics.batch import TOGETHER, Columns, Lanes, Tape
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -33,3 +33,29 @@ def test_calls_are_followed_through_a_tape(seed: int) -> None:
     plain = ca.Function("plain", [x, y, c], [ca.vertcat(*outputs)])
     exact = np.array([np.array(plain(*row, common)).ravel() for row in rows.T]).T
     np.testing.assert_allclose(tape(rows), exact, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("count", [0, 1, TOGETHER - 1, TOGETHER, 2 * TOGETHER + 3])
+def test_many_points_are_those_of_one(count: int) -> None:
+    """Columns of no, one and several entries that differ from point to point, and one that does not; nothing is left of other points."""
+    rng = np.random.default_rng(count)
+    t, x, none, p = (ca.SX.sym(name, size) for name, size in (("t", 1), ("x", 3), ("none", 0), ("p", 2)))
+    outputs = ca.vertcat(t * x, ca.sin(x[0]) + p[1], p[0])
+    lanes, plain = Lanes([t, x, none, p], outputs), ca.Function("plain", [t, x, p], [outputs])
+    for _ in range(2):
+        times, points, common = rng.normal(size=count), rng.normal(size=(count, 3)), rng.normal(size=2)
+        found = lanes([times, points, np.zeros((count, 0))], common)
+        exact = np.array([np.array(plain(a, b, common)).ravel() for a, b in zip(times, points, strict=True)])
+        np.testing.assert_allclose(found, exact.reshape(count, 5), rtol=1e-14)
+
+
+def test_what_is_common_may_change_between_calls() -> None:
+    """Of tapes for few and for many points alike, and of one that is made later; columns that nothing depends on are left out."""
+    x, y, p = (ca.SX.sym(name) for name in "xyp")
+    columns = Columns("test", [x, y], p, [x * p, p + 1])
+    few, many = np.arange(6.0).reshape(2, 3), np.linspace(0, 1, 1200).reshape(2, 600)
+    assert columns.needed.tolist() == [0]
+    for common, rows in ((2.0, [few]), (3.0, [few, many]), (-5.0, [many, few])):
+        columns.set_common(np.array([common]))
+        for each in rows:
+            np.testing.assert_allclose(columns(each), [each[0] * common, np.full(each.shape[1], common + 1)])

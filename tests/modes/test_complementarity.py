@@ -322,6 +322,24 @@ def test_a_law_of_no_width_is_free() -> None:
     assert answered(given).modes[0] == 1.0
 
 
+@pytest.mark.parametrize(("pull", "mode", "torque"), [(4.0, -1.0, -3.0), (0.5, 2.0, 0.5)])
+def test_a_law_is_free_at_the_torques_that_are_found(pull: float, mode: float, torque: float) -> None:
+    """A clutch that slips backward and is pressed by another's torque, |tau| <= tau_2 - 1: below one it opens."""
+    given = Piecewise(
+        np.array([0.0, pull]),
+        np.eye(2),
+        np.array([-1.0, 9.0]),
+        speed=np.array([-5.0, 0.0]),
+        B=np.array([[0.0, 1], [0, 0]]),
+    )
+    dae, point = dae_of(given)
+    free = replace(dae, frictions=tuple(replace(f, may_free=True) for f in dae.frictions))
+    for guess in (np.zeros(2), np.array([0.0, 6.0])):
+        answer = Complementarity(free).solve(point, guess, ZONE, bends=True)
+        assert answer.modes == {0: mode, 1: 0.0}
+        np.testing.assert_allclose(np.array(answer.tau), [torque, pull], atol=1e-6)
+
+
 def test_a_speed_within_the_zone_is_rest_and_one_beyond_is_not() -> None:
     given = Piecewise(np.array([1.0, 1.0]), np.eye(2), np.full(2, 5.0), speed=np.array([0.9 * ZONE, -1.1 * ZONE]))
     assert answered(given).modes == {0: 0.0, 1: -1.0}

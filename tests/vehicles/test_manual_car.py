@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.components.body import DrivenAxle
 from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
+from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.cycle import _standing
+from powertrain.trials.gears import in_gear
+from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.manual_car import ManualCar
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
@@ -100,3 +104,31 @@ def test_idling_begins_at_idle_speed() -> None:
     for engine in (WillansEngine(), WillansEngine(tau_0=50), MappedEngine.gasoline()):
         run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 10))
         assert np.abs(run.result["engine.w"] - 85).max() < 0.1
+
+
+def on_tyres(wheel: type[Wheel]) -> pt.Component:
+    """The car in its third gear on a rolling road, with two tyres behind a differential, which an operating map leaves out."""
+    return pt.replace(on_rolling_road(in_gear(ManualCar(), 3)), front=DrivenAxle(left=wheel(), right=wheel()))
+
+
+@pytest.mark.slow
+def test_a_point_before_slipping_tyres_needs_no_neighbour() -> None:
+    """The engine idles before an open clutch. The first steps towards it are too long: along them the clutch closes and opens."""
+    point, names = {"body.speed": 4.0, "driver.accelerator_set": 0.0}, ["engine.w", "clutch.tau", "clutch.w_rel"]
+    found = pt.steady(on_tyres(SlipWheel), point, outputs=names)
+    assert found.status.item() == 0
+    assert [found[name].item() for name in names[:2]] == pytest.approx([85.0, 0.0], abs=1e-6)
+    assert found["clutch.w_rel"].item() < -10.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wheel", [SlipWheel, MagicFormulaWheel])
+def test_a_slipping_clutch_parts_the_engine_from_the_tyres(wheel: type[Wheel]) -> None:
+    """Points one by one, without neighbours: the engine's speed is that of the car whose wheels roll, at any speed of the car."""
+    rolling, slipping = pt.compile(on_rolling_road(in_gear(ManualCar(), 3))), pt.compile(on_tyres(wheel))
+    for v, accelerator in ((3.0, 0.0), (3.0, 0.3), (4.0, 0.6), (5.0, 0.3), (5.0, 0.6)):
+        point, names = {"body.speed": v, "driver.accelerator_set": accelerator}, ["engine.w", "clutch.tau"]
+        one, other = (pt.steady(plant, point, outputs=names) for plant in (rolling, slipping))
+        assert one.status.item() == other.status.item() == 0
+        for name in names:
+            assert other[name].item() == pytest.approx(one[name].item(), rel=1e-9, abs=1e-7)

@@ -1,0 +1,143 @@
+"""Newton's method for many small systems of equations at once, damped by the natural monotonicity test.
+
+    F'(z) step = -F(z),   z <- z + share step
+
+A step helps if the one after it with the same matrix, F'(z)^-1 F(z + share step), is shorter. Steps are measured in the unknowns' own
+sizes, so that neither the units of the equations nor their order make a difference. A single system is one of many.
+
+P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, section 3.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+Equations = Callable[[Index, Array], tuple[Array, Array]]
+"""(which systems, their unknowns, a row each) -> (F'(z) in any form that has a row for each system, F(z), a row each)."""
+Solver = Callable[[Array], Array]
+"""The solutions for right sides, a row each."""
+
+HALVINGS = 16
+"""How often a step is halved; one that does not help then leads nowhere."""
+
+
+def relative(z: Array) -> Array:
+    """The sizes of unknowns: one, or their own."""
+    return 1.0 + np.abs(z)
+
+
+def solved(matrix: Array, right: Array) -> Array:
+    """The solutions of many small systems, with rows of size one; the shortest where a matrix is singular, nan without values."""
+    good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    if not good.all():
+        matrix, right = matrix.copy(), right.copy()
+        matrix[~good], right[~good] = np.eye(matrix.shape[1]), 0.0
+    size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
+    size[size == 0.0] = 1.0
+    whole, given = matrix / size, right / size[..., 0]
+    try:
+        found = np.linalg.solve(whole, given[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        found = np.array([_shortest(a, b) for a, b in zip(whole, given, strict=True)]).reshape(given.shape)
+    found[~good] = np.nan
+    return np.asarray(found)
+
+
+def _shortest(matrix: Array, right: Array) -> Array:
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)
+
+
+def dense(matrix: Array) -> Solver:
+    """The solver of dense matrices."""
+    return partial(solved, matrix)
+
+
+def newton(
+    equations: Equations,
+    z: Array,
+    *,
+    still: float,
+    most: int,
+    halvings: int = HALVINGS,
+    sizes: Callable[[Array], Array] = relative,
+    factors: Callable[[Array], Solver] = dense,
+) -> tuple[Array, Mask]:
+    """The unknowns after Newton's steps from ``z``, a row for each system, and where the last step was small.
+
+    Parameters
+    ----------
+    still
+        A step is small that changes no unknown by more than this share of its ``sizes(z)``. It is taken, and is the last.
+        Where a step has no value, a full one leaves nan, a damped one the last unknowns.
+    most
+        The number of steps.
+    halvings
+        How often a step may be halved; 0 takes all steps as they are.
+    factors
+        The solver for F'(z), where this is no dense matrix.
+    """
+    z, fine = z.copy(), np.zeros(len(z), bool)
+    active = np.flatnonzero(np.isfinite(z).all(axis=1))
+    known: tuple[Array, Array] | None = None
+    for _ in range(most):
+        matrix, value = equations(active, z[active]) if known is None else known
+        if not value.any():
+            fine[active] = True
+            break
+        solve, unit = factors(matrix), sizes(z[active])
+        step = solve(-value) / unit
+        size = np.abs(step).max(axis=1, initial=0.0)
+        last = size <= still
+        fine[active] = last
+        go = np.isfinite(size) & ~last
+        if not halvings:
+            z[active] += step * unit
+            active = active[go]
+        else:
+            z[active[last]] += (step * unit)[last]
+            active, known = _helped(equations, z, active, go, solve, (step, unit, size), halvings)
+        if not active.size:
+            break
+    return z, fine
+
+
+def _helped(
+    equations: Equations,
+    z: Array,
+    active: Index,
+    go: Mask,
+    solve: Solver,
+    steps: tuple[Array, Array, Array],
+    halvings: int,
+) -> tuple[Index, tuple[Array, Array]]:
+    """Takes steps in ``z`` that are halved until they help; which systems these are, and their equations there.
+
+    A step that is followed by one half as long helps at any rate; else that must not lead back: beyond a saturation there is another one.
+    """
+    step, unit, size = steps
+    helps, trial, found = np.zeros(len(active), bool), z[active], (step[:0], step[:0])
+    if not go.any():
+        return active[helps], found
+    share, here = np.where(go, 1.0, 0.0), np.where(np.isfinite(step), step * unit, 0.0)
+    for _ in range(halvings + 1):
+        trial = z[active] + share[:, None] * here
+        found = equations(active, trial)
+        following = solve(-found[1]) / unit
+        after, ahead = np.abs(following).max(axis=1, initial=0.0), (following * step).sum(axis=1) >= 0.0
+        helps = go & ((after <= 0.5 * size) | (ahead & (after <= (1.0 - share / 2) * size)))
+        if helps[go].all():
+            break
+        share = np.where(helps, share, share / 2)
+    z[active[helps]] = trial[helps]
+    return active[helps], (found[0][helps], found[1][helps])

@@ -1,0 +1,139 @@
+"""Damped Newton steps for many systems at once, against roots that are known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from powertrain.numerics.newton import newton, solved
+
+Matrix = np.ndarray[Any, Any]
+RNG = np.random.default_rng
+
+
+def diagonal(function: Any, slope: Any) -> Any:
+    """Equations f(z) = 0 for every unknown of every system, and a list of the systems that are asked for."""
+    asked: list[list[int]] = []
+
+    def equations(which: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
+        asked.append(which.tolist())
+        return slope(z)[:, :, None] * np.eye(z.shape[1]), function(z)
+
+    return equations, asked
+
+
+ARCTAN = (np.arctan, lambda z: 1.0 / (1.0 + z**2))
+
+
+def test_many_small_systems() -> None:
+    """Against numpy one by one, of rows that differ by many orders; a singular one gets the shortest solution, one without values nan."""
+    matrices, right = RNG(0).normal(size=(6, 3, 3)), RNG(1).normal(size=(6, 3))
+    matrices[1] *= np.array([[1e-9], [1.0], [1e9]])
+    matrices[2, 2], right[2, 2] = matrices[2, 1], right[2, 1]
+    matrices[3, 0, 0], matrices[5, 2, 1] = np.nan, np.inf
+    before = matrices.copy()
+    found = solved(matrices, right)
+    for k in (0, 1, 4):
+        np.testing.assert_allclose(found[k], np.linalg.solve(matrices[k], right[k]), rtol=1e-9)
+    np.testing.assert_allclose(matrices[2] @ found[2], right[2], rtol=1e-9)
+    assert np.linalg.norm(found[2]) <= np.linalg.norm(np.linalg.pinv(matrices[2]) @ right[2]) * 10
+    assert np.isnan(found[[3, 5]]).all()
+    np.testing.assert_array_equal(matrices, before)
+
+
+def test_large_rows_are_no_better_pivots() -> None:
+    """x + 1e20 y = 1e20 and x + y = 2: unless rows count alike, x is lost."""
+    found = solved(np.array([[[1.0, 1e20], [1.0, 1.0]]]), np.array([[1e20, 2.0]]))
+    np.testing.assert_allclose(found, [[1.0, 1.0]])
+
+
+@pytest.mark.parametrize("start", [0.5, 3.0, -40.0, 1e4])
+def test_full_steps_go_astray_where_halved_ones_arrive(start: float) -> None:
+    """Full steps on arctan diverge from beyond 1.39."""
+    equations, _ = diagonal(*ARCTAN)
+    z, fine = newton(equations, np.array([[start]]), still=1e-10, most=60)
+    assert fine[0]
+    assert z[0, 0] == pytest.approx(0.0, abs=1e-12)
+    z, fine = newton(equations, np.array([[start]]), still=1e-10, most=6, halvings=0)
+    assert fine[0] == (abs(start) < 1.39)
+
+
+def test_systems_do_not_see_each_other() -> None:
+    """Each ends where it would alone, and is not asked for once it has."""
+    starts = np.array([[0.1, 2.0], [0.0, 0.0], [-30.0, 9.0], [np.nan, 1.0]])
+    equations, asked = diagonal(*ARCTAN)
+    z, fine = newton(equations, starts, still=1e-10, most=60)
+    assert fine.tolist() == [True, True, True, False]
+    for k in range(3):
+        alone, _ = newton(diagonal(*ARCTAN)[0], starts[[k]], still=1e-10, most=60)
+        np.testing.assert_array_equal(z[k], alone[0])
+    assert asked[0] == [0, 1, 2]
+    assert asked[-1] == [2]
+    assert np.isnan(starts[3, 0])
+
+
+def test_units_of_the_equations_make_no_difference() -> None:
+    """Multiplied by a matrix with entries from 1e-9 to 1e9: the same iterates but for round-off, and as many."""
+    mixed = RNG(2).normal(size=(4, 4)) * 10.0 ** np.linspace(-9, 9, 4)[:, None]
+    plain, asked = diagonal(*ARCTAN)
+    ends, counts = [], []
+    for scale in (np.eye(4), mixed):
+        asked.clear()
+
+        def equations(which: Matrix, z: Matrix, scale: Matrix = scale) -> tuple[Matrix, Matrix]:
+            matrix, value = plain(which, z)
+            return scale @ matrix, value @ scale.T
+
+        ends.append(newton(equations, np.array([[3.0, -5.0, 0.2, 50.0]]), still=1e-8, most=60)[0])
+        counts.append(len(asked))
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-7)
+    assert counts[0] == counts[1]
+
+
+def test_the_last_step_is_taken() -> None:
+    """One that is small enough ends the search at an error of its square."""
+    equations, asked = diagonal(lambda z: z**2 - 2.0, lambda z: 2.0 * z)
+    z, fine = newton(equations, np.array([[np.sqrt(2.0) + 1e-6]]), still=1e-5, most=1)
+    assert fine[0]
+    assert abs(z[0, 0] - np.sqrt(2.0)) < 1e-12
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("halvings", [0, 16])
+def test_steps_are_as_many_as_allowed(halvings: int) -> None:
+    """(z - 1)^2 halves its error with every step."""
+    equations, _ = diagonal(lambda z: (z - 1.0) ** 2, lambda z: 2.0 * (z - 1.0))
+    z, fine = newton(equations, np.array([[2.0]]), still=1e-10, most=7, halvings=halvings)
+    assert not fine[0]
+    assert z[0, 0] == 1.0 + 2.0**-7
+
+
+def test_sizes_say_what_is_small() -> None:
+    """An unknown that counts in thousands is found sooner."""
+    equations, asked = diagonal(lambda z: (z - 1.0) ** 2, lambda z: 2.0 * (z - 1.0))
+    newton(equations, np.array([[2.0]]), still=1e-6, most=50)
+    usual = len(asked)
+    newton(equations, np.array([[2.0]]), still=1e-6, most=50, sizes=lambda z: np.full(z.shape, 1e3))
+    assert len(asked) - usual == usual - 9  # 2^9 = 512 less its own size of two
+
+
+def test_steps_without_values() -> None:
+    """sqrt(z) + 1 has no root: full steps leave nan, halved ones the last point with a value."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        equations, _ = diagonal(lambda z: np.sqrt(z) + 1.0, lambda z: 0.5 / np.sqrt(z))
+        full, fine = newton(equations, np.array([[1.0]]), still=1e-10, most=9, halvings=0)
+        halved, other = newton(equations, np.array([[1.0]]), still=1e-10, most=9)
+    assert not fine[0]
+    assert not other[0]
+    assert np.isnan(full[0, 0])
+    assert halved[0, 0] >= 0.0
+
+
+def test_no_step_leads_back() -> None:
+    """A saturation: tanh(z) = 0.5 from far beyond, where the slope all but vanishes."""
+    equations, _ = diagonal(lambda z: np.tanh(z) - 0.5 + 1e-6 * z, lambda z: 1.0 - np.tanh(z) ** 2 + 1e-6)
+    z, fine = newton(equations, np.array([[8.0], [-8.0]]), still=1e-10, most=60)
+    assert fine.all()
+    np.testing.assert_allclose(z, np.arctanh(0.5), atol=1e-5)
