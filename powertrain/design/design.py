@@ -63,6 +63,7 @@ def split_path_designs(
     if not values.size:
         raise pt.ParameterError("no basic ratio is given")
     check_unit(unit)
+    demands = Demands(unit, check_limits(limits))
     if by not in get_args(Rank):
         raise pt.ParameterError(f"designs cannot be ranked by {by!r}; choose from {', '.join(get_args(Rank))}")
     if isinstance(duty, Duty) and weights is not None:
@@ -75,7 +76,6 @@ def split_path_designs(
         plant = pt.compile(SplitPathBench(transmission=pt.replace(given, layout=TYPES[number], coupling=coupling)))
         plants[coupling, number] = plant
         points[coupling, number] = EvaluatedLayout.of(plant, work, values)
-    demands = Demands(unit, check_limits(limits))
     kinds = [(c, str(number), [points[c, number]]) for c, number in cases]
     if combinations and work.low < 1 < work.high:
         kinds += _combined(points, couplings)

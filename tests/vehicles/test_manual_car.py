@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.control import StartStop
@@ -28,7 +29,7 @@ def _balanced(run: CycleRun) -> None:
     assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
 
 
-@pytest.mark.parametrize("engine", [WillansEngine(), MappedEngine.gasoline()], ids=["Willans", "mapped"])
+@pytest.mark.parametrize("engine", few([WillansEngine(), MappedEngine.gasoline()]), ids=["Willans", "mapped"])
 def test_town(engine: Engine) -> None:
     run = drive_cycle(pt.replace(ManualCar(), engine=engine), TOWN, rtol=1e-7, atol=1e-9)
     _balanced(run)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.body import AxlePath, DrivenAxle, RoadProfile
@@ -71,6 +72,7 @@ def test_wheel_speeds_in_a_bend(name: str) -> None:
     np.testing.assert_allclose(result["rear.right.w"] / result["rear.left.w"], 96.8 / 79.2, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_open_differential_spins_and_locking_cam_does_not() -> None:
     free, locked = drive("bevel", **ICE), drive("locking cam", **ICE)
     assert free["rear.left.v_slip"][-1] > 10
@@ -125,7 +127,7 @@ def test_energy_closes_and_mirrors(name: str, road: str) -> None:
         assert one[a][-1] == pytest.approx(other[b][-1], rel=1e-3)
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", few(KINDS))
 def test_in_a_bend_the_inner_wheel_gets_more(name: str) -> None:
     """Friction between the sides works against the faster outer wheel."""
     result = drive(name, **DRY)

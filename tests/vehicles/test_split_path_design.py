@@ -101,6 +101,7 @@ def test_span_of_the_unit() -> None:
     assert set(found.feasible.type) == {"1", "2", "6"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [None, (0.0, 3.0), 6.0])
 def test_refinement_finds_what_a_fine_search_finds(unit: Any) -> None:
     found = designs((0.5, 2.0), np.linspace(-4, -0.25, 6), unit=unit, couplings=["input"], combinations=False)
@@ -210,6 +211,7 @@ def test_tooth_numbers_of_positive_ratios(R_o: float) -> None:
     assert R_o > 1 or not {"pairs", "KHV"} & set(near.kind)
 
 
+@pytest.mark.slow
 def test_self_locking_and_standstill_are_said() -> None:
     locked = designs((0.5, 2.0), [1.02], combinations=False).table
     assert not locked[(locked.coupling == "input") & locked.type.isin(["3", "4"])].feasible.any()

@@ -120,6 +120,7 @@ def test_torques_losses_and_efficiency(differential: Any, torque: float) -> None
     np.testing.assert_allclose(result["parts[0].lossPower"][kept], kappa * abs(torque) / 2 * 2.0, atol=1e-5)
 
 
+@pytest.mark.slow
 @quick
 @given(st.one_of(circular(), spherical(), linkages()))
 def test_energy_closes(differential: Any) -> None:

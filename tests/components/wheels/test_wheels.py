@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from cases import few
 from wheel_rigs import SLIPPING, WHEELS, plain, tight
 
 import powertrain as pt
@@ -60,7 +61,7 @@ def test_brake_holds_on_a_slope(name: str, grade: float) -> None:
         assert result["rear.u"][-1] * stiffness == pytest.approx(result["rear.f"][-1], rel=1e-8)
 
 
-@pytest.mark.parametrize("grade", [0.25, 0.34, -0.34])
+@pytest.mark.parametrize("grade", few([0.25, 0.34, -0.34]))
 def test_locked_wheels_regain_their_grip_at_rest(grade: float) -> None:
     """On a road of mu = 0.4 a locked wheel slides at 0.21 of its load; at rest it holds almost 0.4."""
     model = plain(MagicFormulaWheel(mu=0.4), demand=Constant(k=1.0), grade=Constant(k=grade), locked_front=True)
