@@ -50,6 +50,7 @@ def test_without_noise_the_parameters_come_back(plant: pt.Plant[Engaging]) -> No
     assert np.abs(found.residuals().to_numpy()).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_noise_gives_the_errors_it_should(plant: pt.Plant[Engaging]) -> None:
     """Seven unknowns, two of them starts; over ten draws the deviations follow the covariance."""
     unknowns = [*TRUE, "engine.w", "load.w"]

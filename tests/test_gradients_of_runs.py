@@ -371,12 +371,12 @@ def _error(plant: Any, signal: str, name: str, h: float, slope: float, events: l
 
 
 def test_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert sum(checked(seed, monkeypatch) for seed in range(1, 13)) >= 10
+    assert sum(checked(seed, monkeypatch) for seed in range(1, 5)) >= 3
 
 
 @pytest.mark.slow
 def test_many_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert sum(checked(seed, monkeypatch) for seed in range(13, 110)) >= 100
+    assert sum(checked(seed, monkeypatch) for seed in range(5, 110)) >= 108
 
 
 @pytest.mark.slow

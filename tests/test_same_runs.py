@@ -68,6 +68,7 @@ def test_published_ratios_of_the_eight_speed(gear: str) -> None:
     assert run["turbine.w"][-1] / run["output.w"][-1] == pytest.approx(RATIOS[gear], abs=6e-4)
 
 
+@pytest.mark.slow
 def test_a_car_takes_off_the_same_way_each_time() -> None:
     plant = pt.compile(SplitPathCar())
     first = same(plant, 2, stop=60.0, rtol=1e-4)

@@ -80,7 +80,7 @@ def output_torques(gear: str, drive: float, eta: float) -> list[float]:
     return found
 
 
-@pytest.fixture(scope="module", params=[1.0, ETA])
+@pytest.fixture(scope="module", params=few([ETA, 1.0]))
 def plant(request: pytest.FixtureRequest) -> pt.Plant[EightSpeed]:
     return pt.compile(eight_speed(request.param, ConstantTorque(tau_constant=-1.0)))
 

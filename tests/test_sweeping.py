@@ -85,6 +85,7 @@ class Weighing(Counting):
         return super().submit(*arguments, **named)
 
 
+@pytest.mark.slow
 def test_little_is_sent_for_a_case() -> None:
     """A scheduler keeps a thousand of its last messages."""
     with Weighing() as threads:

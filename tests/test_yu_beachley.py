@@ -234,6 +234,7 @@ def test_a_load_that_is_there_at_the_start() -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_power_flow_at_both_ends_of_the_interval(plants: Any) -> None:
     """At r = 1, K and the efficiency of the power flow are those of the closed form on either side."""
     for (coupling, number), plant in plants.items():

@@ -36,6 +36,7 @@ def closes(run: CycleRun, share: float) -> None:
     assert abs(run.audit.residual) < share * work
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("v", few([0.8, 2.0, 3.0]))
 def test_no_shuffle_while_creeping(v: float) -> None:
     """Where the engine is heavy on the half shafts the driver does not keep their vibration up."""
@@ -45,7 +46,7 @@ def test_no_shuffle_while_creeping(v: float) -> None:
     assert np.ptp(torque) < 5.0  # N.m; some 700 with a foot without lag
 
 
-@pytest.mark.parametrize("tyre", TYRES)
+@pytest.mark.parametrize("tyre", few(TYRES))
 @pytest.mark.parametrize("differential", few(KINDS))
 def test_starts_and_halts(differential: str, tyre: str) -> None:
     run = drive_cycle(car(differential, tyre), DriveCycle("halt", HALT))

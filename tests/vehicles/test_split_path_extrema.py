@@ -70,6 +70,7 @@ def test_extrema_are_those_of_a_dense_grid(coupling: Any, R_o: float) -> None:
             assert row[name] == pytest.approx(value, rel=1e-5, abs=1e-7), (number, name)
 
 
+@pytest.mark.slow
 def test_extrema_do_not_depend_on_the_samples() -> None:
     """Through standstill, where from 11 to 3,001 points max K of type 4 went from 2.0 to 6.8."""
     rows = [

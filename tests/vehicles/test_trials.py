@@ -48,6 +48,7 @@ def test_numbers_of_the_table_follow_from_signals(town: CycleRun) -> None:
     assert table["carbon dioxide"] == pytest.approx(table["consumption"] * 0.745 * 3.17 * 10)
 
 
+@pytest.mark.slow
 def test_a_cycle_too_fast_is_driven_as_far_as_it_goes() -> None:
     sprint = DriveCycle("sprint", ((0.0, 0.0), (10.0, 60.0), (12.0, 60.0)))
     run = drive_cycle(SplitPathCar(), sprint)
@@ -65,6 +66,7 @@ def test_a_run_that_ends_early_is_kept() -> None:
     assert run.time_outside > 60 - run.result.time[-1] - 1e-9
 
 
+@pytest.mark.slow
 def test_standing_has_no_consumption() -> None:
     run = drive_cycle(SplitPathCar(), WLTC.part(0, 8))
     assert run.time_outside == 0
@@ -73,6 +75,7 @@ def test_standing_has_no_consumption() -> None:
     assert np.isnan(run.co2_per_km)
 
 
+@pytest.mark.slow
 def test_a_cycle_may_begin_at_any_time() -> None:
     late = DriveCycle("late", tuple((t + 30, v) for t, v in WLTC.part(0, 60).table))
     run = drive_cycle(SplitPathCar(), late)
@@ -114,6 +117,7 @@ def test_acceleration_time_against_newton(start: pt.Result[Any]) -> None:
     assert t[-1] == 20
 
 
+@pytest.mark.slow
 def test_steep_slopes_stop_the_car() -> None:
     """Full force in the lowest ratio is some 9 kN; the weight of 1,300 kg is 12.7 kN, of which a slope of 100 % asks 71 %."""
     assert climbs(SplitPathCar(), 0.5)

@@ -31,7 +31,7 @@ NOTHING = LinkMasses(LinkBody(1.0, 1e-12, 1e-12), LinkBody(0.0, 0.0, 0.0), LinkB
 CAMS = ((4, 5), (3, 4), (3, 5), (3, 6), (5, 6))
 mu = st.one_of(st.just(0.0), st.floats(0.001, 0.15))
 quick = settings(
-    max_examples=12, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
+    max_examples=6, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
 )
 
 

@@ -77,6 +77,7 @@ def balanced(cycle: Cycle, s: float) -> float:
     return float((slow - fast) / (slow + fast)) if fast + slow > 1e-6 else math.nan
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(cycles(), st.integers(0, 10**6))
 def test_no_cam_gives_energy(cycle: Cycle, seed: int) -> None:
@@ -93,6 +94,7 @@ def test_no_cam_gives_energy(cycle: Cycle, seed: int) -> None:
             assert found == pytest.approx(min(wanted, 3.0), abs=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(cycles(), st.floats(0.0, 3.0))
 def test_derivatives_by_friction(cycle: Cycle, s: float) -> None:
@@ -149,6 +151,7 @@ def test_simulation_and_design_curve_are_one(lobes: tuple[int, int], mu_contact:
     np.testing.assert_allclose(result["parts[0].kappa_back"][kept], cycle.kappa(-psi), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_friction_is_numbers_of_the_model() -> None:
     """Given to a compiled model they are the same as in the text, without friction it is the bevel, and all but one can be swept."""
     rough = CamFriction(mu_pin=0.2, pin=0.5, mu_thrust=0.1, mu_bearing=0.1)

@@ -185,7 +185,7 @@ def test_sweep_through_latent_power_reversal_and_r_of_one() -> None:
 
 
 @pytest.mark.parametrize(
-    "unit", [VBelt(r_mean=0.2), TractionDrive(e=0.2), HydrostaticUnit(D_b=8e-5, leakage=1e-11, C=1e-11)]
+    "unit", few([VBelt(r_mean=0.2), TractionDrive(e=0.2), HydrostaticUnit(D_b=8e-5, leakage=1e-11, C=1e-11)], 2)
 )
 @pytest.mark.parametrize("layout", ["bHa", "abH"])
 def test_mesh_sticks_where_the_variable_unit_gives_way(layout: Any, unit: Any) -> None:

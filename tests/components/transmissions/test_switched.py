@@ -92,12 +92,14 @@ def test_both_pairs_hold_while_a_unit_creeps(name: str) -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_output_coupled_change() -> None:
     result = shifted("abH", "baH", "output")
     assert result["J3.w"][-1] / result["J1.w"][-1] == pytest.approx(overall_ratio("baH", -1.7, 1.3, "output"), rel=1e-6)
     assert pt.energy_audit(result).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_clutch_slips_where_the_circulating_power_exceeds_its_torque() -> None:
     """Output-coupled type 4 at V = 1.3 sends several times the input power through its members: a clutch of 1000 N.m gives way."""
     result = shifted("Hba", "abH", "output")

@@ -46,7 +46,7 @@ def test_rolling_resistance_holds_up_to_its_coefficient(grade: float, rolls: boo
 
 
 @pytest.mark.parametrize("name", WHEELS)
-@pytest.mark.parametrize("grade", [0.12, -0.12])
+@pytest.mark.parametrize("grade", few([0.12, -0.12]))
 def test_brake_holds_on_a_slope(name: str, grade: float) -> None:
     """The car comes to rest and stays: the tyre's spring carries what the brake holds."""
     model = plain(WHEELS[name], grade=Constant(k=grade), demand=Constant(k=0.5))
@@ -79,7 +79,7 @@ def test_a_road_too_steep_for_its_grip_lets_locked_wheels_slide() -> None:
     assert result["body.v"][-1] < -5
 
 
-@pytest.mark.parametrize("name", SLIPPING)
+@pytest.mark.parametrize("name", few(SLIPPING))
 def test_a_car_that_stops_rocks_once_or_twice(name: str) -> None:
     """Its tyres' springs swing a car with locked rear wheels less than a tenth as far every time."""
     result = tight(plain(WHEELS[name], demand=Constant(k=0.5)), 8.0, {"body.v": 3.0}, times=np.linspace(0, 8, 8001))
@@ -92,7 +92,7 @@ def test_a_car_that_stops_rocks_once_or_twice(name: str) -> None:
     assert np.abs(v[result.time > result.time[stopped] + 1.5]).max() < 1e-2
 
 
-@pytest.mark.parametrize("name", WHEELS)
+@pytest.mark.parametrize("name", few(WHEELS))
 def test_energy_closes_through_start_slide_and_stop(name: str) -> None:
     """Torque that spins the wheels, a brake that locks them, a slope and wind: the audit closes, nothing is gained."""
     model = plain(
@@ -126,6 +126,7 @@ def test_stiff_tyre_is_a_rigid_wheel() -> None:
     assert differences[1] == pytest.approx(differences[0] / 10, rel=0.1)
 
 
+@pytest.mark.slow
 def test_wheels_start_rolling() -> None:
     """A speed of the body is a speed of its wheels unless they are given another; the contact bears the load at once."""
     for wheel in WHEELS.values():
