@@ -11,7 +11,7 @@ import powertrain as pt
 from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import CycleRun, drive_cycle
-from powertrain.trials.performance import climbs, time_between
+from powertrain.trials.performance import Hill, time_between
 from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.split_path_car import SplitPathCar
 
@@ -120,8 +120,9 @@ def test_acceleration_time_against_newton(start: pt.Result[Any]) -> None:
 @pytest.mark.slow
 def test_steep_slopes_stop_the_car() -> None:
     """Full force in the lowest ratio is some 9 kN; the weight of 1,300 kg is 12.7 kN, of which a slope of 100 % asks 71 %."""
-    assert climbs(SplitPathCar(), 0.5)
-    assert not climbs(SplitPathCar(), 1.0)
+    hill = Hill.of(SplitPathCar())
+    assert hill.climbed(0.5)
+    assert not hill.climbed(1.0)
 
 
 def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
