@@ -148,6 +148,7 @@ def test_the_program_in_c_prints_the_run(tmp_path: Path) -> None:
         assert [float(r[k]) for r in rows[1:]] == pytest.approx(wanted[name], rel=1e-6, abs=1e-8), name
 
 
+@pytest.mark.slow
 def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
     import ctypes
 

@@ -296,6 +296,7 @@ def test_a_stuck_law_keeps_its_speed_at_the_start() -> None:
     assert abs(found["first.w"]) < 1e-12 < found["second.w"]
 
 
+@pytest.mark.slow
 def test_coupled_clutches() -> None:
     """All parameters but those on the edge of a law: clutches pressed with exactly nothing, a sine that begins at the start."""
     plant = pt.compile(CoupledClutches())

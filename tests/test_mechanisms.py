@@ -112,7 +112,7 @@ def runs(seed: int, careless: bool) -> tuple[pt.Plant[Any], pt.Result[Any], pt.R
         return error
 
 
-@pytest.mark.parametrize("seed", few(range(60), 15))
+@pytest.mark.parametrize("seed", few(range(60), 10))
 def test_mechanisms(seed: int) -> None:
     examined(seed)
 

@@ -265,6 +265,7 @@ def test_run_writes_signals_picture_and_parameters(ran: tuple[str, Path]) -> Non
     assert written_values["transmission"]["cvu"]["eta_ab"] == 0.8
 
 
+@pytest.mark.slow
 def test_parameter_file_gives_the_same_run(ran: tuple[str, Path], short: str, tmp_path: Path) -> None:
     text, folder = ran
     out = tmp_path / "again.csv"
@@ -591,6 +592,7 @@ def test_split_path_space(tmp_path: Path) -> None:
     assert {"structure", "unit_size", "mean_efficiency", "front"} <= set(pd.read_csv(table).columns)
 
 
+@pytest.mark.slow
 def test_split_path_without_a_solution() -> None:
     few = ("--basic", "-2:-1.5:2", "--coupling", "input", "--no-combinations", "--unit", "1.1:1.2")
     assert "no design meets the requirements" in refused("split-path", *few, code=1)

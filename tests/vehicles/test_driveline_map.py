@@ -235,6 +235,7 @@ def test_backward_says_what_the_vehicle_lacks() -> None:
     assert backward(SplitPathCar(), sprint).missing.max() > 1000
 
 
+@pytest.mark.slow
 def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     run = drive_cycle(SplitPathCar(), DriveCycle.named("wltc").part(0, 40))
     ax = plot_driveline_map(found, run)

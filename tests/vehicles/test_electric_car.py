@@ -48,6 +48,7 @@ def test_recovers_and_brakes_alike_with_a_full_battery(run: CycleRun) -> None:
     np.testing.assert_allclose(ours, theirs, atol=0.12)
 
 
+@pytest.mark.slow
 def test_a_battery_that_takes_nothing_leaves_all_to_the_brakes() -> None:
     car = pt.replace(ElectricCar(), {"battery.soc_max": 0.55, "battery.soc_min": 0.1})
     run = drive_cycle(car, STOP)

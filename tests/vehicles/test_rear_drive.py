@@ -150,6 +150,7 @@ def test_comes_to_rest_and_stands_on_a_slope(name: str, grade: float) -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_starts_from_rest_with_its_clutch() -> None:
     car = RearDriveCar.in_one_gear(road=slope(0.05))
     result = pt.simulate(car, 6.0, inputs={"driver.accelerator_pedal": ([0, 1, 10], [0, 0.5, 0.5])})

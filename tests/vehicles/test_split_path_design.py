@@ -63,6 +63,7 @@ def test_table_is_the_closed_form(paper: SplitPathDesigns, coupling: str) -> Non
         assert [row.regimes.index(name) for name in regimes] == sorted(row.regimes.index(name) for name in regimes)
 
 
+@pytest.mark.slow
 def test_what_the_paper_says_of_curves_4_and_6(paper: SplitPathDesigns) -> None:
     """P. 16: for r from 0.5 to 2 curve 4 has the higher efficiency and less power through the unit; for a smaller range of V take 6."""
     six: Any = simple(paper)
@@ -94,6 +95,7 @@ def test_combinations_shift_at_one(paper: SplitPathDesigns) -> None:
     assert not designs((1.1, 2.0), [-1.7], couplings=["input"]).table.type.str.contains(":").any()
 
 
+@pytest.mark.slow
 def test_span_of_the_unit() -> None:
     """Fixed gears may bring V into the unit's range, so that only the span counts, in one direction."""
     found = designs((0.5, 2.0), [-1.7], unit=3.2, couplings=["input"], combinations=False)
@@ -116,6 +118,7 @@ def test_refinement_finds_what_a_fine_search_finds(unit: Any) -> None:
     assert best.mean_efficiency >= best.before
 
 
+@pytest.mark.slow
 def test_refinement_inside_and_with_a_limit_of_power() -> None:
     found = designs((0.5, 2.0), np.linspace(-4, -0.25, 6), couplings=["input"], combinations=False)
     table = found.table
@@ -155,6 +158,7 @@ def test_weights_are_shares_of_energy() -> None:
     assert row.mean_efficiency == pytest.approx(1 / (0.9 / eta[0] + 0.1 / eta[1]), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_drive_cycle() -> None:
     t = np.linspace(0, 60, 61)
     w_out = 60 + 60 * np.sin(t / 10)

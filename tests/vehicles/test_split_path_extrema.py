@@ -88,6 +88,7 @@ def test_extrema_do_not_depend_on_the_samples() -> None:
     assert rows[0].min_efficiency == 0
 
 
+@pytest.mark.slow
 def test_a_kink_between_samples_is_found() -> None:
     """A unit whose efficiency has a hole at V = 1.234: the least efficiency lies there, whatever the samples."""
     hole = pt.Map([pt.Axis("ratio", "1", [0.0, 1.2, 1.234, 1.27, 4.0], "clip")], [0.9, 0.9, 0.6, 0.9, 0.9], "1")

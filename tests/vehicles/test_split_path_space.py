@@ -119,6 +119,7 @@ def brute(network: Any, low: float, high: float) -> dict[str, float]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", few(range(4)))
 def test_extrema_are_those_of_a_dense_grid(seed: int) -> None:
     """Random two-mode designs, to 1e-6."""

@@ -95,6 +95,7 @@ def test_band_of_a_corner() -> None:
         assert (low[k], high[k]) == pytest.approx((slowest - 2 / 3.6, fastest + 2 / 3.6))
 
 
+@pytest.mark.slow
 def test_parameters_change_the_numbers_and_wrong_names_are_refused() -> None:
     plant = pt.compile(pt.replace(SplitPathCar(), cycle=pt.replace(SplitPathCar().cycle, cycle=WLTC.part(0, 60))))
     light = drive_cycle(plant, parameters={"body.m": 1000.0, "engine.fuel_density": 700.0})

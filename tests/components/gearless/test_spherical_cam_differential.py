@@ -119,6 +119,7 @@ def test_without_friction_it_is_the_bevel_differential(sharing: Sharing, torques
             assert cam[f"parts[{i}].w"][-1] == pytest.approx(bevel[f"parts[{i}].w"][-1], rel=error, abs=error)
 
 
+@pytest.mark.slow
 def test_between_the_bevel_differentials_of_its_extreme_efficiencies() -> None:
     """The mesh law with R_o = -1 and an efficiency that changes."""
     torques = (300.0, -60.0, -200.0)

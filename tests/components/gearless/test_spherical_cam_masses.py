@@ -52,6 +52,7 @@ def test_rollers_roll(cam: SphericalCam) -> None:
         assert abs(float(roller_spin(cam, u))) == pytest.approx(abs(about_the_pin(cam, float(u))), abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cam", few([SphericalCam(4, 5), SphericalCam(3, 4)]))
 def test_energy_is_that_of_cams_and_rollers(cam: SphericalCam) -> None:
     """Rollers of both sides on inner and outer cams, the latter half a stroke apart."""

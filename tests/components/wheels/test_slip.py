@@ -103,6 +103,7 @@ def test_spinning_at_standstill_and_sliding_locked(wheel: Wheel) -> None:
         assert locked == pytest.approx(formula(TYRES[0], -1.0, 4000, 0.5), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_loss_of_steady_slip_is_force_times_slip_speed() -> None:
     for wheel in (SlipWheel(Cr=0), MagicFormulaWheel(Cr=0)):
         for kappa in (0.03, 0.4):

@@ -38,7 +38,7 @@ def test_rolling_resistance_rises_with_the_speed_squared() -> None:
     np.testing.assert_allclose(result["body.v"], root * np.tan(np.arctan(40 / root) - k * result.time), rtol=1e-7)
 
 
-@pytest.mark.parametrize(("grade", "rolls"), [(0.0099, False), (-0.0099, False), (0.0101, True), (-0.0101, True)])
+@pytest.mark.parametrize(("grade", "rolls"), few([(0.0099, False), (-0.0099, False), (0.0101, True), (-0.0101, True)]))
 def test_rolling_resistance_holds_up_to_its_coefficient(grade: float, rolls: bool) -> None:
     result = tight(plain(RigidWheel(), grade=Constant(k=grade)), 5.0)
     a = np.sign(-grade) * (abs(grade) - 0.01) * G / np.sqrt(1 + grade**2) * 1500 / M if rolls else 0.0
@@ -73,6 +73,7 @@ def test_locked_wheels_regain_their_grip_at_rest(grade: float) -> None:
     assert result["front.f"][-1] + result["rear.f"][-1] == pytest.approx(pull, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_road_too_steep_for_its_grip_lets_locked_wheels_slide() -> None:
     model = plain(MagicFormulaWheel(mu=0.4), demand=Constant(k=1.0), grade=Constant(k=0.42), locked_front=True)
     result = tight(model, 6.0, {"body.v": 3.0})
@@ -114,6 +115,7 @@ def test_energy_closes_through_start_slide_and_stop(name: str) -> None:
         assert np.abs(result["front.v_slide"]).max() > 1
 
 
+@pytest.mark.slow
 def test_stiff_tyre_is_a_rigid_wheel() -> None:
     """C to infinity at one relaxation length; the difference falls with 1/C."""
     drive = Sine(amplitude=400, f=0.5)
@@ -160,7 +162,7 @@ def test_brake_may_sit_on_a_carrier() -> None:
     assert result["carrier.w"][-1] == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize("name", WHEELS)
+@pytest.mark.parametrize("name", few(WHEELS))
 def test_a_wheel_in_the_air_is_refused(name: str) -> None:
     """A high vehicle that is braked at the front lifts its rear."""
     model = plain(WHEELS[name], torque=Ramp(height=-30000, duration=5), body=VehicleBody(h=2))
