@@ -118,7 +118,7 @@ def test_from_design_is_the_design() -> None:
     np.testing.assert_allclose(result["parts[0].kappa"], cams.kappa(result["parts[0].theta"], stiffness=1.7), rtol=1e-9)
 
 
-@pytest.mark.parametrize("torques", few([(300.0, -60.0, -110.0), (-300.0, 60.0, 110.0), (50.0, 20.0, -70.0)]))
+@pytest.mark.parametrize("torques", [(300.0, -60.0, -110.0), (-300.0, 60.0, 110.0), (50.0, 20.0, -70.0)])
 def test_without_friction_it_is_the_bevel_differential(torques: tuple[float, float, float]) -> None:
     """In the limit too: the error goes with kappa."""
     bevel = run(axle(BevelDifferential(), torques), 1.0)
