@@ -147,8 +147,8 @@ def _mechanical(kind: type[pt.Component]) -> bool:
 
 
 MECHANICAL = [kind for kind in ALL if _mechanical(kind)]
-FIRST = set({kind.__module__: kind for kind in reversed(MECHANICAL)}.values())
-"""One of each file."""
+FIRST = set({kind.__module__.rpartition(".")[0]: kind for kind in reversed(MECHANICAL)}.values())
+"""One of each family."""
 BENCHED = [
     pytest.param(kind, marks=() if kind in FIRST else pytest.mark.slow, id=kind.__qualname__) for kind in MECHANICAL
 ]

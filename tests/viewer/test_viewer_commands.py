@@ -61,9 +61,11 @@ def test_a_saved_run_is_viewed(saved: Path, tmp_path: Path, monkeypatch: pytest.
 
 def test_one_vehicle_is_compared_with_itself_as_changed(tmp_path: Path) -> None:
     page = tmp_path / "c.html"
-    text = called("compare", "ManualCar", *SHORT, "--set", "body.m=1500", "--signals", "body.v", "--report", str(page))
+    text = called(
+        "compare", "ElectricCar", *SHORT, "--set", "body.m=1500", "--signals", "body.v", "--report", str(page)
+    )
     assert "as it is and body.m=1500" in text
-    assert "body.m 1300 1500 kg" in text
+    assert "body.m 1700 1500 kg" in text
     assert [run["name"] for run in Page(page).content["runs"]] == ["as it is", "body.m=1500"]
 
 
