@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from powertrain.errors import ModelError
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
-from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder
+from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
 from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
 
 Expression: TypeAlias = "Symbol | float"
@@ -110,13 +110,13 @@ def friction(
     limit counts as stuck if other laws hold it at rest.
     """
     w, torque, lower, upper, peak = (_expression("friction", value) for value in (w, torque, lower, upper, peak))
-    return FrictionLaw(w, torque, lower, upper, peak, name)
+    return to_be_yielded("friction", FrictionLaw(w, torque, lower, upper, peak, name))
 
 
 def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, name: str = "contact") -> UnilateralLaw:
     """A rigid contact: gap >= 0, force >= 0, one of them zero; closing is an impact with the given coefficient of restitution."""
     gap, force, restitution = (_expression("unilateral", value) for value in (gap, force, restitution))
-    return UnilateralLaw(gap, force, restitution, name)
+    return to_be_yielded("unilateral", UnilateralLaw(gap, force, restitution, name))
 
 
 def reinit(variable: Symbol, value: Expression) -> Reinit:
@@ -131,7 +131,7 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
-    return WhenLaw(crossing(_condition("when", condition)), resets, name)
+    return to_be_yielded("when", WhenLaw(crossing(_condition("when", condition)), resets, name))
 
 
 def switch(
@@ -196,7 +196,7 @@ def crossing(condition: Symbol) -> Symbol:
 
 def connect(*ports: Connector) -> Connection:
     """Connect ports: their potentials are equal and their flows sum to zero; connected signals are equal."""
-    return Connection(_checked(ports))
+    return to_be_yielded("connect", Connection(_checked(ports)))
 
 
 def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:

@@ -1,4 +1,4 @@
-"""The rear-driven car with every differential: which wheel spins on ice, who gets the torque, the bend, rest, and the comparison."""
+"""The rear-wheel-drive car with every differential: which wheel spins on ice, who gets the torque, the bend, rest, and the comparison."""
 
 from __future__ import annotations
 
