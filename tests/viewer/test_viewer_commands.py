@@ -74,6 +74,7 @@ def test_saved_runs_are_compared_by_the_names_of_their_files(saved: Path, tmp_pa
     other.write_bytes(saved.read_bytes())
     text = called("compare", str(saved), str(other), "--signals", "body.v", "--plot", str(tmp_path / "v.png"))
     assert "run and other, 0 to 40 s" in text
+    assert f"{saved} 1 and {saved} 2, 0 to 40 s" in called("compare", str(saved), str(saved), "--signals", "body.v")
     assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
     assert "give two runs" in called("compare", str(saved), code=2)
     assert "give two runs" in called("compare", str(saved), str(other), "--set", "body.m=3", code=2)
