@@ -215,7 +215,9 @@ def whole_run_in_c(ode: dict[str, ca.SX], x0: Array, p: Array) -> Callable[[], A
     f = ca.Function("floor_f", [ode["t"], ode["x"], ode["p"]], [ode["ode"]])
     slopes = [ca.jacobian(ode["ode"], ode["x"]), ca.densify(ca.jacobian(ode["ode"], ode["t"]))]
     jacobian, time_slope = ca.Function("floor_j", [ode["t"], ode["x"], ode["p"]], slopes)(t, ode["x"], ode["p"])
-    taken = rodas5p.step(lambda s, y: f(s, y, ode["p"]), jacobian, time_slope, n, t, h, ode["x"])
+    taken = rodas5p.step(
+        lambda s, y: f(s, y, ode["p"]), jacobian, time_slope, n, t, h, ode["x"], f(t, ode["x"], ode["p"])
+    )
     tolerance = ca.SX.sym("tolerance", 2)
     scale = tolerance[1] + tolerance[0] * ca.fmax(ca.fabs(ode["x"]), ca.fabs(taken.end))
     results = ca.cse([taken.end, ca.sqrt(ca.sumsqr(taken.error / scale) / n), ca.vec(taken.dense)])

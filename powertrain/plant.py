@@ -35,6 +35,7 @@ from powertrain.language.arguments import (
     options_checked,
     positive,
     row,
+    tolerances,
 )
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component, children
@@ -129,7 +130,7 @@ class Plant(Generic[M]):
         times: ArrayLike | None = None,
         points: int = 500,
         rtol: float = 1e-6,
-        atol: float = 1e-8,
+        atol: float | None = None,
         max_step: float = np.inf,
         method: Method = "auto",
         compile: bool = False,
@@ -155,7 +156,7 @@ class Plant(Generic[M]):
         points : int
             Number of output intervals where no ``times`` are given.
         rtol, atol : float
-            Tolerances of the states, ``atol`` in their nominal sizes.
+            Tolerances of the states; ``atol`` counts in their nominal sizes and is by default rtol/100.
         max_step : float
             Largest step [s].
         method : {"auto", "dopri5", "rodas5p"}
@@ -187,8 +188,8 @@ class Plant(Generic[M]):
         """
         grid = _grid(start, stop, times, points)
         flag("compile", compile)
-        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
-            positive(name, value)
+        positive("max_step", max_step)
+        rtol, atol = tolerances(rtol, atol)
         p = self.parameter_vector(parameters)
         if record is not None:
             signals_of(self.compiled).matching(record)
@@ -275,7 +276,7 @@ class Plant(Generic[M]):
         guesses: Mapping[str, float] | None = None,
         inputs: Mapping[str, InputValue] | None = None,
         rtol: float = 1e-6,
-        atol: float = 1e-8,
+        atol: float | None = None,
         max_step: float = np.inf,
         method: Method = "auto",
         compile: bool = False,
@@ -307,8 +308,8 @@ class Plant(Generic[M]):
         """
         from powertrain.running import Running, State
 
-        for name, value in ("rtol", rtol), ("atol", atol), ("max_step", max_step):
-            positive(name, value)
+        rtol, atol = tolerances(rtol, atol)
+        positive("max_step", max_step)
         given = by_name("inputs", inputs)
         x, z, m, report = self.initialize(number("t", t, "s"), parameters, starts, guesses, given)
         free = [s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs]

@@ -7,6 +7,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Guard, HybridDae
 from powertrain.language.units import with_unit
+from powertrain.modes.tolerances import LIMIT
 from powertrain.numerics.buffers import Array, Memory
 
 _AT_LIMIT = 1e-6
@@ -56,7 +57,7 @@ def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> 
 def guard_violation(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str | None:
     """The message for a guard whose value lies outside its limits at present, or None."""
     value, low, high = _guard_values(dae, memory, side, guard, t)
-    tolerance = 1e-9 * (1.0 + min(abs(low), abs(high)))
+    tolerance = LIMIT * (1.0 + min(abs(low), abs(high)))
     return _guard_text(guard, value, low, high, t) if value < low - tolerance or value > high + tolerance else None
 
 

@@ -11,11 +11,13 @@ from powertrain.compiler.hybrid import Guard
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.failure import guard_message, guard_violation, not_finite, underflow
 from powertrain.engine.prepared import Prepared
+from powertrain.engine.schedules import just_after
 from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.projection import project
+from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import view
 
 _STIFF = 3.25
@@ -238,7 +240,7 @@ class Run:
     def _event(self, located: bool) -> None:
         """Resolve what happens at the present instant and go on from its right limit."""
         memory, m, t = self.memory, self.memory.m, self.t
-        near = t + 1e-12 * max(1.0, abs(t))
+        near = just_after(t)
         timed = self.instant <= near or self.corner <= near
         if not (located or timed):
             return
@@ -324,7 +326,7 @@ class Run:
 
 def _depth(idle: int) -> float:
     """How far below zero an indicator counts after ``idle`` events that changed nothing: those were the noise of implicit torques."""
-    return 1e-10 * 2.0 ** min(idle, 20) if idle else 0.0
+    return EPS * 2.0 ** min(idle, 20) if idle else 0.0
 
 
 def _throttled(progress: Callable[[float], None]) -> Callable[[float], None]:

@@ -13,7 +13,7 @@ from powertrain.compiler.hybrid import Guard, HybridDae, Switch
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
 from powertrain.engine.location import Locator
-from powertrain.engine.schedules import Schedules
+from powertrain.engine.schedules import Schedules, just_after
 from powertrain.engine.waves import Waves
 from powertrain.engine.zeno import Zeno, resetting
 from powertrain.errors import InitializationError, ParameterError
@@ -163,14 +163,14 @@ class Prepared:
 
     def fire(self, t: float) -> None:
         """Mark the timed laws whose instant is ``t``, within rounding."""
-        near = 1e-12 * max(1.0, abs(t))
+        near = just_after(t) - t
         for k, instant in enumerate(self._known_instants()):
             if abs(instant - t) <= near:
                 self.memory.fire[k] = 1.0
 
     def next_instant(self, t: float) -> float:
         """The first known instant of a timed law after ``t``."""
-        after = t + 1e-12 * max(1.0, abs(t))
+        after = just_after(t)
         later = [instant for instant in self._known_instants() if instant > after]
         return min(later) if later else np.inf
 

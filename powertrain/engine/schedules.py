@@ -11,6 +11,11 @@ from powertrain.compiler.hybrid import TimeSignal
 from powertrain.numerics.buffers import Array
 
 
+def just_after(t: float) -> float:
+    """The latest time that is the instant ``t``, within rounding."""
+    return t + 1e-12 * max(1.0, abs(t))
+
+
 class Schedules:
     """All schedules of a model; breakpoints in time order. A repeated abscissa is a jump, its right limit holds at the instant."""
 

@@ -42,6 +42,8 @@ class Waves:
 
     def longest_step(self, t: float, stop: float, m: Array, p: Array) -> float:
         """In seconds, for the modes in ``m``; infinite where none of them follows a sine."""
+        if not self._laws:
+            return np.inf
         acting = np.repeat([_follows(law, m) for law, _ in self._laws], [count for _, count in self._laws])
         if not acting.any():
             return np.inf

@@ -51,4 +51,4 @@ def step(rhs: Callable[[ca.SX, ca.SX], ca.SX], t: ca.SX, h: ca.SX, y: ca.SX, k1:
     fourth = h * combined(DENSE, stages)
     dense = ca.horzcat(y, rise + bend, -bend + third + fourth, -third - 2 * fourth, fourth)
     stiffness = ca.sqrt(h**2 * ca.sumsqr(stages[6] - stages[5]) / (ca.sumsqr(end - points[5]) + 1e-300))
-    return StepResult(end=end, slope=stages[6], error=error, dense=dense, stiffness=stiffness)
+    return StepResult(end=end, error=error, dense=dense, stiffness=stiffness)

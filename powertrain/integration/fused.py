@@ -43,6 +43,7 @@ class Common:
     rates: Callable[[ca.SX, ca.SX], ca.SX]
     guards: Callable[[ca.SX, ca.SX], ca.SX]
     watch: Callable[[ca.SX, ca.SX], ca.SX]
+    reached: Callable[[ca.SX, ca.SX], list[ca.SX]]
     located: Callable[[ca.SX, ca.SX], ca.SX]
     partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
     rows: Sequence[int] | None
@@ -92,6 +93,7 @@ def common(
         rates=lambda t, u: call("rates", lambda: [rates], t, u)[0],
         guards=lambda t, u: call("guards", lambda: [counted], t, u)[0],
         watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
+        reached=lambda t, u: call("reached", lambda: [rates, found], t, u),
         located=lambda t, u: call("located", lambda: [scaled], t, u)[0],
         partials=lambda t, u: call("partials", partials, t, u),
         rows=rows,
@@ -109,13 +111,13 @@ def explicit_step(model: Common) -> ca.Function:
 
 
 def rosenbrock_step(model: Common) -> ca.Function:
-    """Rodas5P, same arguments and results as the explicit step; ``slope`` is not used."""
+    """Rodas5P, same arguments and results as the explicit step."""
     n = model.dae.x.numel()
     slope = model.kind.sym("slope", model.y.numel())
     t, h = model.time[0], model.time[1]
     jacobian, time_slope = model.partials(t, model.y)
     rows = list(range(n)) + [n + row for row in model.rows or ()]
-    taken = rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, rows)
+    taken = rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, slope, rows)
     return _step_function(model, PREFIX + "rodas5p", slope, taken)
 
 
@@ -128,10 +130,11 @@ def _step_function(
     errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)
     norm = ca.sqrt(ca.norm_2(errors)) if model.y.numel() else 0  # no less than the largest; nan if one is
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
-    samples.append(model.watch(t + h, taken.end))
+    slope_there, last = model.reached(t + h, taken.end)
+    samples.append(last)
     info = verdict_function(model.indicators)(norm, model.tolerance[2], taken.stiffness, ca.horzcat(*samples))
     outside = ca.densify(model.guards(t + h, taken.end))
-    results = [ca.densify(r) for r in (taken.end, taken.slope, info, ca.vec(taken.dense), outside)]
+    results = [ca.densify(r) for r in (taken.end, slope_there, info, ca.vec(taken.dense), outside)]
     return ca.Function(name, [model.time, model.y, model.m, model.p, slope, model.tolerance], ca.cse(results))
 
 

@@ -97,9 +97,10 @@ def step(
     t: ca.SX,
     h: ca.SX,
     y: ca.SX,
+    slope: ca.SX,
     rows: Sequence[int] | None = None,
 ) -> StepResult:
-    """A step of size ``h`` from ``(t, y)``; ``rhs`` returns (dx/dt, residual) for y = (x, z) with ``states`` entries in x.
+    """A step of size ``h`` from ``(t, y)`` with ``slope = rhs(t, y)``: (dx/dt, residual) for y = (x, z) with ``states`` entries in x.
 
     ``jacobian`` and ``time_slope`` are the derivatives of ``rhs`` at ``(t, y)`` with respect to y and t; ``rows`` the pivot rows of the
     linear solves (see :func:`powertrain.numerics.pivots.match_rows`).
@@ -108,11 +109,9 @@ def step(
     zero = type(y).zeros(n)
     mass = ca.diag(ca.vertcat(ca.DM.ones(states), ca.DM(n - states, 1)))
     solve = factorize(mass / (h * GAMMA) - jacobian, rows)
-    stages: list[ca.SX] = []
-    point, memory = y, zero
-    for i in range(8):
-        if i:
-            point, memory = y + combined(A[i], stages), combined(C[i], stages) / h
+    stages = [solve(slope + GAMMA * h * time_slope)]
+    for i in range(1, 8):
+        point, memory = y + combined(A[i], stages), combined(C[i], stages) / h
         right = rhs(t + ALPHA[i] * h, point) + ca.vertcat(memory[:states], zero[states:])
         if GAMMA_SUM[i]:
             right = right + GAMMA_SUM[i] * h * time_slope
@@ -121,4 +120,4 @@ def step(
     rise = end - y
     first, second, third = (combined(row, stages) for row in DENSE)
     dense = ca.horzcat(y, rise + first, second - first, third - second, -third)
-    return StepResult(end=end, slope=zero, error=stages[7], dense=dense, stiffness=type(y)(0))
+    return StepResult(end=end, error=stages[7], dense=dense, stiffness=type(y)(0))

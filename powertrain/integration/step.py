@@ -10,13 +10,12 @@ import casadi as ca
 
 @dataclass(frozen=True)
 class StepResult:
-    """The unknowns at the end, their slope there, the error estimate and the dense output of one step.
+    """The unknowns at the end, the error estimate and the dense output of one step.
 
     ``dense`` has five columns c0 ... c4: y(t + q h) = c0 + q (c1 + q (c2 + q (c3 + q c4))), 0 <= q <= 1.
     """
 
     end: ca.SX
-    slope: ca.SX
     error: ca.SX
     dense: ca.SX
     stiffness: ca.SX

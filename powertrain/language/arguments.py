@@ -37,6 +37,12 @@ def positive(what: str, value: Any) -> float:
     return float(value)
 
 
+def tolerances(rtol: Any, atol: Any) -> tuple[float, float]:
+    """Both; ``atol`` is a hundredth of ``rtol`` where it is None."""
+    relative = positive("rtol", rtol)
+    return relative, relative / 100 if atol is None else positive("atol", atol)
+
+
 def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float]:
     """(low, high), which may be infinite, and equal where ``closed``."""
     try:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-from powertrain.modes.tolerances import EPS, INTEGRATED
+from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT
 
 
 @dataclass(frozen=True)
@@ -109,9 +109,9 @@ def approaching(contact: Contact) -> ca.SX:
 
 
 def guard_margin(guard: Guard) -> ca.SX:
-    """Distance from the nearer limit, with a tolerance of 1e-9 of the limit."""
+    """Distance from the nearer limit, with a tolerance."""
     margins = []
     for distance, limit in ((guard.value - guard.low, guard.low), (guard.high - guard.value, guard.high)):
         size = ca.fabs(limit)
-        margins.append(distance + 1e-9 * (1.0 + ca.if_else(size < 1e300, size, 0.0)))
+        margins.append(distance + LIMIT * (1.0 + ca.if_else(size < 1e300, size, 0.0)))
     return ca.fmin(*margins)

@@ -12,6 +12,8 @@ INTEGRATED = 3e-7
 """How well a speed (rad/s, m/s) is known that follows from states which no law sets to zero: 30 times their usual tolerance."""
 SWIFT = 1e-3
 """Rates (rad/s2, m/s2) above this tell the direction of a prescribed speed that is not known: it is known again within 0.1 ms."""
+LIMIT = 1e-9
+"""A value may lie beyond its limit by this, relative to one and to the limit: rounding of what a model sets to the limit itself."""
 LEAST_TORQUE = 1e-9
 """Torques and forces (N.m, N) below this are nothing."""
 RESOLVED = 1e-8

@@ -16,7 +16,7 @@ from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import PowertrainError, SimulationError
-from powertrain.language.arguments import number, positive, row
+from powertrain.language.arguments import number, positive, row, tolerances
 from powertrain.language.component import Component
 from powertrain.native.code import SIGNALS, signal_tables
 from powertrain.numerics.buffers import Array
@@ -91,7 +91,7 @@ class CModel(Generic[M]):
         times: ArrayLike | None = None,
         points: int = 500,
         rtol: float = 1e-6,
-        atol: float = 1e-8,
+        atol: float | None = None,
         max_step: float = np.inf,
     ) -> Result[M]:
         """Run the model in C from ``start`` to ``stop`` (s); the start is made consistent in Python.
@@ -115,18 +115,13 @@ class CModel(Generic[M]):
         SimulationError
             Where the loop in C gives up, with the run so far as ``result``; what it cannot do ``plant.simulate`` may.
         """
-        for name, value in (
-            ("rtol", rtol),
-            ("atol", atol),
-            ("max_step", max_step),
-            ("step", 1.0 if step is None else step),
-        ):
+        for name, value in ("max_step", max_step), ("step", 1.0 if step is None else step):
             positive(name, value)
         first, last = number("start", start, "s"), number("stop", stop, "s")
         grid = np.linspace(first, last, points + 1) if times is None else row("times", times)
         begun = self._begin(first, parameters, starts, guesses, inputs)
         run = _Run(self.library, first, begun, signal_tables(begun.schedules))
-        self.library.pt_tolerance(run.model, *map(ctypes.c_double, (rtol, atol, max_step)))
+        self.library.pt_tolerance(run.model, *map(ctypes.c_double, (*tolerances(rtol, atol), max_step)))
         status = run.to(last, step)
         trajectory = run.trajectory(self._compiled)
         knots = {s.name: (s.times, s.values) for s in begun.schedules if s.name in (inputs or {})}

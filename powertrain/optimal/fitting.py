@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError, SimulationError, suggestion
-from powertrain.language.arguments import by_name, limits, listed, number, positive
+from powertrain.language.arguments import by_name, limits, listed, number, tolerances
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
@@ -147,7 +147,7 @@ def fit(
     first: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     rtol: float = 1e-8,
-    atol: float = 1e-10,
+    atol: float | None = None,
 ) -> Fit:
     """Fit parameters and initial values to measured signals.
 
@@ -167,7 +167,7 @@ def fit(
     bounds : mapping of str to (float, float), optional
         (low, high) by name.
     rtol, atol : float
-        Tolerances of the runs.
+        Tolerances of the runs, as of ``Plant.simulate``.
 
     Returns
     -------
@@ -189,8 +189,8 @@ def fit(
     asked = _unknowns(plant, experiments, wrt, by_name("first", first), by_name("bounds", bounds))
     if not asked:
         raise ParameterError("wrt is empty; name parameters or variables")
-    tolerances = {"rtol": positive("rtol", rtol), "atol": positive("atol", atol)}
-    problem = _LeastSquares(plant, experiments, asked, {**tolerances, "points": 1})
+    relative, absolute = tolerances(rtol, atol)
+    problem = _LeastSquares(plant, experiments, asked, {"rtol": relative, "atol": absolute, "points": 1})
     scale = np.array([u.scale for u in asked])
     bound = np.array([u.low for u in asked]) / scale, np.array([u.high for u in asked]) / scale
     start = np.clip(np.array([u.first for u in asked]) / scale, *bound)

@@ -168,7 +168,8 @@ def test_chain_has_its_ratio_and_polygon_effect() -> None:
     )  # what follows the third harmonic, sum of 2/(k z)^2 = 0.0116, and the other sprocket
     assert np.ptp(w) > 0.85 * np.ptp(expected)
     assert w.mean() == pytest.approx(5, rel=1e-3)
-    assert pt.energy_audit(run).closure < 1e-6
+    # 2 m of chain are known to 2e-16 m, times c to 2e-8 N: over these 2 m 4e-8 J of the 1e-3 J that the small load turns over
+    assert pt.energy_audit(run).closure < 1e-4
 
 
 def test_a_chain_without_polygon_is_a_gear_that_may_become_slack() -> None:
