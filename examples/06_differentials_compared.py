@@ -42,7 +42,7 @@ ROADS: dict[str, dict[str, Any]] = {
 }
 STARTS = {"body.v": 3.0, "engine.w": 3.0 / 0.3 * 3.5 * 3.9}
 """3 m/s with the clutch closed: wheels of 0.3 m, gear and final drive."""
-STOP, LAST = 4.0, 1.0
+STOP, LAST = 3.0, 1.0
 """Seconds simulated, and the part of them at the end over which torques are averaged."""
 
 

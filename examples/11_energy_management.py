@@ -19,7 +19,7 @@ from powertrain.vehicles import FlywheelHybrid
 def main(picture: str | None = None) -> MethodComparison:
     """Compares, prints and draws."""
     cycle = DriveCycle.named("udds").part(0, 340)
-    comparison = flywheel_management(FlywheelHybrid(), cycle).compare()
+    comparison = flywheel_management(FlywheelHybrid(), cycle, throttles=(0.7, 1.0)).compare()
     print(f"FlywheelHybrid on {cycle.name}\n{comparison}")
     figure, axes = plt.subplots(2, 1, figsize=(8, 6), sharex=True, layout="constrained")
     for method, run in comparison.runs.items():

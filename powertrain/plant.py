@@ -138,16 +138,54 @@ class Plant(Generic[M]):
         record: Sequence[str] | None = None,
         progress: bool | Callable[[float], None] = False,
     ) -> Result[M]:
-        """Simulate from ``start`` to ``stop`` (s).
+        """Simulate from ``start`` to ``stop``.
 
-        ``parameters``: values by name that replace those of the model; ``starts``: initial values of variables; ``guesses``: starting
-        values for solving the initial conditions; ``inputs``: the inputs of the model; ``times`` or ``points`` (intervals): output
-        times besides events; ``rtol``, ``atol``: tolerances of the states, ``atol`` in their nominal sizes (default:
-        rtol/100); ``method``: "auto", "dopri5" or "rodas5p"; ``compile``: use the C compiler of the machine, ``"background"``: while this
-        run goes on, for the runs that begin when it is done; ``record``: names or patterns of the signals to keep; ``progress``: a
-        progress bar, or a function of the time reached.
+        Parameters
+        ----------
+        stop, start : float
+            End and start of the simulated time [s].
+        parameters : mapping of str to float, optional
+            Values that replace those of the model, by name, in SI units.
+        starts : mapping of str to float, optional
+            Initial values of variables, by name.
+        guesses : mapping of str to float, optional
+            Values from which the initial conditions are solved.
+        inputs : mapping, optional
+            Inputs of the model by name: a number, or (times [s], values), linear between them; a repeated time is a jump.
+        times : array_like, optional
+            Output times [s] besides those of the events.
+        points : int
+            Number of output intervals where no ``times`` are given.
+        rtol, atol : float
+            Tolerances of the states; ``atol`` counts in their nominal sizes and is by default rtol/100.
+        max_step : float
+            Largest step [s].
+        method : {"auto", "dopri5", "rodas5p"}
+            Explicit Runge-Kutta or Rosenbrock method; by default the stiffness of the model decides.
+        compile : bool or "background"
+            Use the C compiler of the machine; "background": while this run goes on, for the runs that begin when it is done.
+        record : sequence of str, optional
+            Names or patterns of the signals to keep; by default all.
+        progress : bool or callable
+            A progress bar, or a function of the time reached.
 
-        Raises ParameterError, InitializationError, or SimulationError with the run so far as ``result``.
+        Returns
+        -------
+        Result
+            Signals, events and statistics of the run.
+
+        Raises
+        ------
+        ParameterError
+            For unknown names and values out of range.
+        InitializationError
+            If the initial conditions have no solution.
+        SimulationError
+            If the run ends early; the run so far is its ``result``.
+
+        Examples
+        --------
+        >>> plant.simulate(10.0, parameters={"body.m": 1500}, inputs={"pedal": ([0, 1], [0, 0.5])})  # doctest: +SKIP
         """
         grid = _grid(start, stop, times, points)
         positive("max_step", max_step)
@@ -183,7 +221,27 @@ class Plant(Generic[M]):
         guesses: Mapping[str, float] | None = None,
         inputs: Mapping[str, InputValue] | None = None,
     ) -> tuple[Array, Array, Array, InitialReport]:
-        """States, algebraic unknowns and held values at the start, with all modes determined, and the report."""
+        """Determine the state at the start of a run, with all modes.
+
+        Parameters
+        ----------
+        t : float
+            Time [s].
+        parameters, starts, guesses, inputs
+            As for ``simulate``.
+
+        Returns
+        -------
+        tuple
+            States, algebraic unknowns and held values, and the ``InitialReport``.
+
+        Raises
+        ------
+        ParameterError
+            For unknown names and values out of range.
+        InitializationError
+            If the initial conditions have no solution.
+        """
         number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
         held = self._set_inputs(engine, by_name("inputs", inputs), t)
@@ -224,10 +282,29 @@ class Plant(Generic[M]):
         compile: Compile = False,
         record: bool = True,
     ) -> Running[M]:
-        """A run to be advanced step by step from ``t`` (s).
+        """Start a run that is advanced step by step.
 
-        Use ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state`` and ``run.result()``. Arguments are those of ``simulate``;
-        inputs keep their values until ``step`` gives others. ``record=False`` keeps only the present state.
+        Use ``run.step(0.01, throttle=0.3)``, ``run["engine.w"]``, ``run.state`` and ``run.result()``.
+
+        Parameters
+        ----------
+        t : float
+            Time of the start [s].
+        parameters, starts, guesses, rtol, atol, max_step, method, compile
+            As for ``simulate``.
+        inputs : mapping, optional
+            Inputs by name; they keep their values until ``step`` gives others.
+        record : bool
+            False keeps only the present state.
+
+        Returns
+        -------
+        Running
+
+        Raises
+        ------
+        ParameterError, InitializationError
+            As ``simulate``.
         """
         from powertrain.running import Running, State
 

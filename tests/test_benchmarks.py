@@ -46,6 +46,7 @@ def test_chain_by_hand_agrees() -> None:
     assert [row.benchmark for row in rows] == ["chain of 3"] * 3
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_driveline_in_c_agrees() -> None:
     plant = pt.compile(driveline.Driveline(engine=driveline.Engine(torque_map=driveline.engine_map())))

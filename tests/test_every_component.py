@@ -147,9 +147,14 @@ def _mechanical(kind: type[pt.Component]) -> bool:
 
 
 MECHANICAL = [kind for kind in ALL if _mechanical(kind)]
+FIRST = set({kind.__module__.rpartition(".")[0]: kind for kind in reversed(MECHANICAL)}.values())
+"""One of each family."""
+BENCHED = [
+    pytest.param(kind, marks=() if kind in FIRST else pytest.mark.slow, id=kind.__qualname__) for kind in MECHANICAL
+]
 
 
-@pytest.mark.parametrize("kind", MECHANICAL, ids=[kind.__qualname__ for kind in MECHANICAL])
+@pytest.mark.parametrize("kind", BENCHED)
 def test_energy_closes_and_no_loss_is_negative(kind: type[pt.Component]) -> None:
     """What enters through the ports is lost, stored, or (sources) supplied; a passive part never loses less than nothing."""
     result = pt.simulate(bench(made(kind)), stop=2.0, rtol=1e-8, atol=1e-10)

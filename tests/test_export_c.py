@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
@@ -101,7 +102,7 @@ CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("method", ["dopri5", "rodas5p"])
+@pytest.mark.parametrize("method", few(["dopri5", "rodas5p"]))
 def test_the_run_is_that_of_python(case: str, method: Any, tmp_path: Path) -> None:
     make, stop, given = CASES[case]
     plant = pt.compile(make())
@@ -143,6 +144,7 @@ def test_other_parameters_and_starts_need_no_export(tmp_path: Path) -> None:
     assert found["J4.w"] == pytest.approx(wanted["J4.w"], rel=1e-12, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_long_runs_fill_the_record_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from powertrain.native import driver
 
@@ -166,6 +168,7 @@ def test_fixed_steps_converge_with_the_order_of_the_method(tmp_path: Path) -> No
     assert orders == pytest.approx([5.0, 5.0], abs=0.5)
 
 
+@pytest.mark.slow
 def test_fixed_steps_locate_events(tmp_path: Path) -> None:
     plant = pt.compile(CoupledClutches())
     found, wanted = plant.export_c(tmp_path).simulate(1.5, step=1e-3), plant.simulate(1.5, rtol=1e-10, atol=1e-12)
@@ -188,6 +191,7 @@ def test_the_program_in_c_prints_the_run(tmp_path: Path) -> None:
         assert [float(r[k]) for r in rows[1:]] == pytest.approx(wanted[name], rel=1e-6, abs=1e-8), name
 
 
+@pytest.mark.slow
 def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
     import ctypes
 

@@ -74,13 +74,13 @@ def drawn(data: st.DataObject, largest: int, careless: bool) -> Driveline:
 
 
 @given(st.data())
-@settings(WAYS, max_examples=30)
+@settings(WAYS, max_examples=12)
 def test_drivelines(data: st.DataObject) -> None:
     simulates_or_is_refused(drawn(data, 12, careless=False))
 
 
 @given(st.data())
-@settings(WAYS, max_examples=30)
+@settings(WAYS, max_examples=12)
 def test_careless_drivelines(data: st.DataObject) -> None:
     simulates_or_is_refused(drawn(data, 8, careless=True))
 

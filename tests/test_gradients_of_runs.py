@@ -308,6 +308,7 @@ def test_a_stuck_law_keeps_its_speed_at_the_start() -> None:
     assert abs(found["first.w"]) < 1e-12 < found["second.w"]
 
 
+@pytest.mark.slow
 def test_coupled_clutches() -> None:
     """All parameters but those on the edge of a law: clutches pressed with exactly nothing, a sine that begins at the start."""
     plant = pt.compile(CoupledClutches())
@@ -383,12 +384,12 @@ def _error(plant: Any, signal: str, name: str, h: float, slope: float, events: l
 
 
 def test_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert sum(checked(seed, monkeypatch) for seed in range(1, 13)) >= 10
+    assert sum(checked(seed, monkeypatch) for seed in range(1, 5)) >= 3
 
 
 @pytest.mark.slow
 def test_many_random_drivelines(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert sum(checked(seed, monkeypatch) for seed in range(13, 110)) >= 100
+    assert sum(checked(seed, monkeypatch) for seed in range(5, 110)) >= 108
 
 
 @pytest.mark.slow

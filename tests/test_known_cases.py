@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from gearsets import ONE, eight_speed
 
 import powertrain as pt
@@ -59,6 +60,7 @@ class FourSpeed(pt.Component):
             yield pt.connect(getattr(self, signal), element.f_normalized)
 
 
+@pytest.mark.slow
 def test_a_ravigneaux_four_speed_takes_off_and_shifts() -> None:
     """From rest, where elements, meshes and the load hold each other; first gear is Z_ring/Z_small; the second run is the first."""
     plant = pt.compile(FourSpeed())
@@ -96,7 +98,7 @@ class ElectricCvt(pt.Component):
         yield pt.connect(self.load.flange_b, self.ground.flange)
 
 
-@pytest.mark.parametrize("V", [-0.8, -0.15, 0.0, 0.15, 0.6, 1.0, 1.7])
+@pytest.mark.parametrize("V", few([-0.8, -0.15, 0.0, 0.15, 0.6, 1.0, 1.7]))
 @pytest.mark.parametrize("tau", [100.0, -60.0])
 def test_an_electric_cvt_without_inertia_at_the_sun_rests_where_simulations_end(V: float, tau: float) -> None:
     plant = pt.compile(ElectricCvt())
@@ -163,6 +165,7 @@ def test_a_two_mode_transmission_at_its_synchronous_point() -> None:
         np.testing.assert_allclose(found["one.w"], 3 * 400 / 3 - 2 * w, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_two_locks_on_one_lossy_mesh_do_not_chatter() -> None:
     """First and second gear of the eight-speed at once: the meshes rest, and no loss is made."""
     plant = pt.compile(eight_speed(0.98))

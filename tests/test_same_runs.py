@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from drivelines import driveline
 from gearsets import EIGHT, RATIOS, eight_speed, shifts
 from small_models import CoupledClutches
@@ -67,6 +68,7 @@ def test_published_ratios_of_the_eight_speed(gear: str) -> None:
     assert run["turbine.w"][-1] / run["output.w"][-1] == pytest.approx(RATIOS[gear], abs=6e-4)
 
 
+@pytest.mark.slow
 def test_a_car_takes_off_the_same_way_each_time() -> None:
     plant = pt.compile(SplitPathCar())
     first = same(plant, 2, stop=60.0, rtol=1e-4)
@@ -131,7 +133,7 @@ def test_coupled_clutches() -> None:
     np.testing.assert_array_equal(same(plant, 3, stop=1.5)["J4.w"], first["J4.w"])
 
 
-@pytest.mark.parametrize("seed", [pytest.param(s, marks=() if s < 15 else pytest.mark.slow) for s in range(240)])
+@pytest.mark.parametrize("seed", few(range(240), 5))
 def test_random_drivelines(seed: int) -> None:
     draws = random.Random(seed)
     model = driveline(lambda options: draws.choice(list(options)), draws.randint(3, 10), False)

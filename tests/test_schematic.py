@@ -7,6 +7,7 @@ from itertools import combinations
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pytest
+from cases import few
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
@@ -43,7 +44,7 @@ def closed() -> object:
     plt.close("all")
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", few(MODELS, 3))
 def test_boxes_stand_apart_and_within_the_picture(name: str) -> None:
     ax = pt.schematic(MODELS[name])
     found = [patch.get_bbox() for patch in ax.patches if isinstance(patch, FancyBboxPatch)]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from cases import few
 from split_path import closed_form
 
 import powertrain as pt
@@ -83,7 +84,7 @@ def test_closed_form(layout: Any) -> None:
         np.testing.assert_allclose(torque[good], np.broadcast_to(value, good.shape)[good], rtol=1e-9)
 
 
-@pytest.mark.parametrize("layout", [TYPES[1], TYPES[3], TYPES[6]])
+@pytest.mark.parametrize("layout", few([TYPES[1], TYPES[3], TYPES[6]]))
 @pytest.mark.parametrize("lines", [(61, 200), (200, 61)])
 def test_large_maps_are_the_small_ones(layout: Any, lines: tuple[int, int]) -> None:
     """By rows, by walking and point by point."""

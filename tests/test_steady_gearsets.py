@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from cases import few
 from gearsets import EIGHT, RATIOS, TEETH, EightSpeed, eight_speed
 from numpy.typing import NDArray
 
@@ -79,13 +80,13 @@ def output_torques(gear: str, drive: float, eta: float) -> list[float]:
     return found
 
 
-@pytest.fixture(scope="module", params=[1.0, ETA])
+@pytest.fixture(scope="module", params=few([ETA, 1.0]))
 def plant(request: pytest.FixtureRequest) -> pt.Plant[EightSpeed]:
     return pt.compile(eight_speed(request.param, ConstantTorque(tau_constant=-1.0)))
 
 
 @pytest.mark.parametrize("gear", list(EIGHT))
-@pytest.mark.parametrize("torque", [100.0, -100.0])
+@pytest.mark.parametrize("torque", few([100.0, -100.0]))
 def test_eight_speed(plant: pt.Plant[EightSpeed], gear: str, torque: float) -> None:
     """All ratios, and the torque of the load that the turbine drives, or that drives the turbine."""
     held = {f"p{e}": float(e in EIGHT[gear]) for e in "ABCDE"}

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -58,7 +59,7 @@ def random_chain(rng: np.random.Generator) -> Chain:
     return Chain(parts=tuple(parts), grips=tuple(float(g) for g in rng.choice([0.0, 0.5, 1.0], len(parts))))
 
 
-@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 300))])
+@pytest.mark.parametrize("seed", few(range(300), 5))
 def test_steady_is_where_simulations_end(seed: int) -> None:
     rng = np.random.default_rng(seed)
     plant = pt.compile(random_chain(rng))
@@ -226,7 +227,7 @@ def _speeds(
     return speeds
 
 
-@pytest.mark.parametrize("seed", [*range(20), *(pytest.param(k, marks=pytest.mark.slow) for k in range(20, 1000))])
+@pytest.mark.parametrize("seed", few(range(1000), 5))
 def test_steady_is_what_all_modes_say(seed: int) -> None:
     """Against all combinations of slipping clutches, what each section needs being a growing function of its speed."""
     rng = np.random.default_rng(seed)

@@ -85,6 +85,7 @@ class Weighing(Counting):
         return super().submit(*arguments, **named)
 
 
+@pytest.mark.slow
 def test_little_is_sent_for_a_case() -> None:
     """A scheduler keeps a thousand of its last messages."""
     with Weighing() as threads:
@@ -180,6 +181,7 @@ def test_a_lost_worker_is_replaced_and_its_cases_run_again(
     np.testing.assert_allclose(runs.table["w"], spin_down.exact(40), rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_case_that_ends_its_process_is_found_and_the_others_are_kept(processes: Executor) -> None:
     runs = sweep(6, scalars={"w": spin_down.deadly_above_three}, executor=processes, on_error="keep")
     assert list(runs.errors) == [4, 5]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from cases import few
 from yu_beachley import CONNECTIONS, Point, basic_ratio, lossless_fraction, only, relative_ratio, solutions, unit_ratio
 
 import powertrain as pt
@@ -161,7 +162,7 @@ class Moving(pt.Component):
         yield pt.connect(self.load, self.torque.tau)
 
 
-@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("coupling", few(COUPLINGS))
 @pytest.mark.parametrize("number", TYPES)
 def test_simulations_end_at_the_closed_form(coupling: Any, number: int) -> None:
     plant = pt.compile(Moving(transmission=SplitPathTransmission(layout=TYPES[number], coupling=coupling)))
@@ -233,6 +234,7 @@ def test_a_load_that_is_there_at_the_start() -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_power_flow_at_both_ends_of_the_interval(plants: Any) -> None:
     """At r = 1, K and the efficiency of the power flow are those of the closed form on either side."""
     for (coupling, number), plant in plants.items():

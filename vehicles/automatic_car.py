@@ -1,4 +1,4 @@
-"""A front-driven car with an automatic gearbox."""
+"""A front-wheel-drive car with an automatic gearbox."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SPEEDS = ((4.0, 2.5), (7.0, 4.5), (9.5, 6.5), (12.0, 9.0), (15.0, 11.5), (18.0, 
 
 
 class AutomaticCar(GearedCar):
-    """A front-driven car of 1,500 kg: engine, torque converter, gearbox of eight gears that shifts under load, final drive, wheels.
+    """A front-wheel-drive car of 1,500 kg: engine, torque converter, gearbox of eight gears that shifts under load, final drive, wheels.
 
     The driver follows ``cycle``; the schedule shifts by the vehicle's speed and the accelerator. ``gearbox`` knows ratios and losses only;
     ``AutomaticCar.with_gearset(Automatic.eight_speed())`` has planetary sets and shift elements, so that shifts have their torque and

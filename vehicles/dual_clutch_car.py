@@ -1,4 +1,4 @@
-"""A front-driven car with a dual-clutch gearbox."""
+"""A front-wheel-drive car with a dual-clutch gearbox."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SPEEDS = ((5.0, 3.0), (9.0, 6.5), (12.5, 10.0), (16.5, 13.5), (21.0, 17.5))
 
 
 class DualClutchCar(GearedCar):
-    """A front-driven car of 1,400 kg: engine, dual-clutch gearbox of six gears, final drive, wheels.
+    """A front-wheel-drive car of 1,400 kg: engine, dual-clutch gearbox of six gears, final drive, wheels.
 
     The clutch of the first gear starts the car, as the schedule presses it with the speed of the engine. Shifts hand over from one clutch
     to the other, with their torque and inertia phases, to a gear that its synchroniser has preselected. The loss of the meshes counts in

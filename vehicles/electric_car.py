@@ -22,7 +22,7 @@ OIL = ChurningLoss(d=8e-4)
 
 
 class ElectricCar(Car):
-    """A front-driven car of 1,700 kg with a machine of 150 kW, a fixed reduction and a battery of 54 kW.h.
+    """A front-wheel-drive car of 1,700 kg with a machine of 150 kW, a fixed reduction and a battery of 54 kW.h.
 
     The control blends recovery and friction brakes. ``gearbox`` takes one gear, or ``ElectricCar.two_speed()``'s: two that shift under
     load by a ``PowerShiftSchedule``. ``CycleRun`` tells W.h/km, range and miles per gallon of gasoline equivalent.

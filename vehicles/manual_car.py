@@ -1,4 +1,4 @@
-"""A front-driven car with a manual gearbox."""
+"""A front-wheel-drive car with a manual gearbox."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ W_OPEN, W_CLOSED = 90.0, 120.0
 
 
 class ManualCar(GearedCar):
-    """A front-driven car of 1,300 kg: engine, clutch, gearbox of six gears, final drive, wheels.
+    """A front-wheel-drive car of 1,300 kg: engine, clutch, gearbox of six gears, final drive, wheels.
 
     The driver follows ``cycle``; the schedule shifts by the vehicle's speed, with a real clutch and real synchronisers. ``start_stop``
     says whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox counts in the final

@@ -1,4 +1,4 @@
-"""A rear-driven car with a manual gearbox, whose differential can be exchanged."""
+"""A rear-wheel-drive car with a manual gearbox, whose differential can be exchanged."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from powertrain.vehicles.manual_car import ManualCar
 
 
 class RearDriveCar(ManualCar):
-    """A rear-driven car of 1,500 kg: engine, clutch, gearbox, final drive, differential, half shafts, tyres.
+    """A rear-wheel-drive car of 1,500 kg: engine, clutch, gearbox, final drive, differential, half shafts, tyres.
 
     Any ``Differential`` goes into ``rear.differential``: bevel, limited-slip, circular cam, spherical cam, linkage. The friction of the
     ground is ``rear.left.mu`` and ``rear.right.mu``; the front axle rolls along. The half shafts twist, so that a differential that

@@ -39,7 +39,7 @@ def shared_ratio(unit: RatioOfUnit, transmission: VariableTransmission) -> Equat
 
 
 class SplitPathCar(Car):
-    """A front-driven car of 1,300 kg: engine, start clutch, split-path CVT, final drive, wheels.
+    """A front-wheel-drive car of 1,300 kg: engine, start clutch, split-path CVT, final drive, wheels.
 
     The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a unit of 90 % whose ratio V
     passes zero, as that of a hydrostatic or electric one does: with V from -0.27 to 2.59 the ratio r goes from 0.2 to 2. Above r = 0.37 the

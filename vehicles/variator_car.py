@@ -1,4 +1,4 @@
-"""A front-driven car with a belt variator behind a torque converter."""
+"""A front-wheel-drive car with a belt variator behind a torque converter."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from powertrain.vehicles.car import Car
 
 
 class VariatorCar(Car):
-    """A front-driven car of 1,300 kg: engine, torque converter, belt variator, final drive, wheels.
+    """A front-wheel-drive car of 1,300 kg: engine, torque converter, belt variator, final drive, wheels.
 
     The control gives the engine the speed of least fuel for the demanded power, but not less than ``w_least``, where engine and lock-up
     still run smoothly, and torques up to ``share`` of full load: the rest stays in hand for the acceleration of the engine itself.

@@ -142,10 +142,27 @@ class DriveCycle:
         source: str = "",
         grades: Sequence[float] = (),
     ) -> Self:
-        """Speeds [m/s], and slopes [1] if given, at distances [m], between which the acceleration is constant: dt = 2 ds/(v_1 + v_2).
+        """A cycle given over distance; between two places the acceleration is constant: dt = 2 ds/(v_1 + v_2).
 
-        ``stops`` are the times [s] that the vehicle waits where the speed is zero, in order (none: it drives on at once).
-        Errors: ParameterError where two neighbouring speeds are zero, since no time passes any distance then.
+        Parameters
+        ----------
+        name : str
+            Name of the cycle.
+        distances : array_like
+            Places [m].
+        speeds : array_like
+            Speeds there [m/s].
+        stops : sequence of float
+            Times [s] that the vehicle waits where the speed is zero, in order (none: it drives on at once).
+        source : str
+            Where the data come from.
+        grades : sequence of float
+            Slopes there, tan(alpha) [1]; by default level.
+
+        Raises
+        ------
+        ParameterError
+            If two neighbouring speeds are zero, since no time passes any distance then.
         """
         s, v = np.asarray(distances, float), np.asarray(speeds, float)
         if s.shape != v.shape or s.ndim != 1:

@@ -116,7 +116,20 @@ class CrownGear(TwoFlanges):
 
     @classmethod
     def from_teeth(cls, pinion: int, crown: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
-        """The ratio is crown/pinion. Errors: ParameterError where the crown wheel is no larger than the pinion."""
+        """A crown gear of ratio crown/pinion.
+
+        Parameters
+        ----------
+        pinion, crown : int
+            Numbers of teeth.
+        eta_ab, eta_ba : float
+            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+
+        Raises
+        ------
+        ParameterError
+            If the crown wheel is no larger than the pinion.
+        """
         if crown <= pinion:
             raise ParameterError(
                 f"a crown wheel of {crown} teeth is not larger than its pinion of {pinion}: exchange them, or use a gear pair"

@@ -30,6 +30,22 @@ class FundamentalDifferential(MeshLaw):
     ) -> Self:
         """The differential of two central wheels and their planets.
 
+        Parameters
+        ----------
+        a, b : Sun or Ring
+            The central wheels, members a and b.
+        planets : Planets or Pairs
+            The planets between them.
+        eta_ab, eta_ba : float
+            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+
+        Raises
+        ------
+        ParameterError
+            If the wheels do not fit.
+
+        Examples
+        --------
         >>> from powertrain.components.differentials import Planets, Ring, Sun
         >>> float(FundamentalDifferential.from_teeth(Sun(90), Ring(153), Planets(31, n=3)).ratio)
         -1.7
@@ -38,5 +54,15 @@ class FundamentalDifferential(MeshLaw):
 
     @classmethod
     def khv(cls, planet: int, ring: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
-        """A planet (member a, through its angular velocity mechanism) in a ring (b): R_o = ring/planet > 1."""
+        """A planet in a ring: R_o = ring/planet > 1.
+
+        Parameters
+        ----------
+        planet : int
+            Teeth of the planet, member a, through its angular velocity mechanism.
+        ring : int
+            Teeth of the ring, member b.
+        eta_ab, eta_ba : float
+            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+        """
         return cls(ratio=eccentric_ratio(planet, ring), eta_ab=eta_ab, eta_ba=eta_ba)

@@ -50,7 +50,22 @@ class PlanetaryGear(_SunAndRing):
     def from_teeth(
         cls, sun: int, ring: int, planet: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
-        """The ratio is ring/sun. Errors: ParameterError where the wheels cannot be put together with n planets."""
+        """A planetary gear of ratio ring/sun.
+
+        Parameters
+        ----------
+        sun, ring, planet : int
+            Numbers of teeth.
+        n : int
+            Number of planets.
+        eta_ab, eta_ba : float
+            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+
+        Raises
+        ------
+        ParameterError
+            If the wheels cannot be put together with n planets.
+        """
         ratio = -basic_ratio(Sun(sun), Ring(ring), Planets(planet, n=n))
         return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)
 
@@ -70,7 +85,24 @@ class SteppedPlanetaryGear(_SunAndRing):
     def from_teeth(
         cls, sun: int, ring: int, first: int, second: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
-        """``first`` meshes with the sun, ``second`` with the ring. Errors: ParameterError where the wheels cannot be put together."""
+        """A planetary gear with stepped planets.
+
+        Parameters
+        ----------
+        sun, ring : int
+            Numbers of teeth of the central wheels.
+        first, second : int
+            Numbers of teeth of the planets: ``first`` meshes with the sun, ``second`` with the ring.
+        n : int
+            Number of planets.
+        eta_ab, eta_ba : float
+            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+
+        Raises
+        ------
+        ParameterError
+            If the wheels cannot be put together.
+        """
         ratio = -basic_ratio(Sun(sun), Ring(ring), Planets(first, second, n))
         return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)
 
@@ -93,6 +125,23 @@ class DoublePinionPlanetaryGear(_SunAndRing):
     def from_teeth(
         cls, sun: int, ring: int, inner: int, outer: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
-        """The ratio is ring/sun. Errors: ParameterError where the wheels cannot be put together with n pairs of planets."""
+        """A planetary gear with pairs of planets, of ratio ring/sun.
+
+        Parameters
+        ----------
+        sun, ring : int
+            Numbers of teeth of the central wheels.
+        inner, outer : int
+            Numbers of teeth of the planets at the sun and at the ring.
+        n : int
+            Number of pairs.
+        eta_ab, eta_ba : float
+            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+
+        Raises
+        ------
+        ParameterError
+            If the wheels cannot be put together with n pairs of planets.
+        """
         ratio = basic_ratio(Sun(sun), Ring(ring), Pairs(inner, outer, n))
         return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)

@@ -65,7 +65,28 @@ class PlanetTrain(Epicyclic):
         eta_ring: float = 1.0,
         J: float = 0.0,
     ) -> Self:
-        """``second`` is the wheel at the ring where the planets are stepped. Errors: ParameterError where the wheels do not fit."""
+        """Sun, ring and planets from their numbers of teeth.
+
+        Parameters
+        ----------
+        sun, ring : int
+            Numbers of teeth of the central wheels.
+        first : int
+            Teeth of the planet at the sun.
+        second : int, optional
+            Teeth of the wheel at the ring where the planets are stepped.
+        n : int
+            Number of planets.
+        eta_sun, eta_ring : float
+            Efficiencies of the meshes with the sun and with the ring [1].
+        J : float
+            Moment of inertia of a planet [kg.m2].
+
+        Raises
+        ------
+        ParameterError
+            If the wheels do not fit.
+        """
         planets = Planets(first, second, n)
         basic_ratio(Sun(sun), Ring(ring), planets)
         return cls(sun_ratio=first / sun, ring_ratio=ring / planets.at_b, eta_sun=eta_sun, eta_ring=eta_ring, J=J)
@@ -131,7 +152,26 @@ class RavigneauxGear(Component):
     def from_teeth(
         cls, large: int, small: int, ring: int, long: int, short: int, n: int = 3, *, eta: float = 1.0
     ) -> Self:
-        """From the teeth of both suns, the ring, and both planets. Errors: ParameterError where the wheels do not fit."""
+        """A Ravigneaux gear from its numbers of teeth.
+
+        Parameters
+        ----------
+        large, small : int
+            Teeth of both suns.
+        ring : int
+            Teeth of the ring.
+        long, short : int
+            Teeth of the long and of the short planets.
+        n : int
+            Number of planets of each kind.
+        eta : float
+            Efficiency of a mesh [1].
+
+        Raises
+        ------
+        ParameterError
+            If the wheels do not fit.
+        """
         basic_ratio(Sun(large), Ring(ring), Planets(long, n=n))
         basic_ratio(Sun(small), Ring(ring), Pairs(short, long, n))
         return cls(

@@ -55,10 +55,23 @@ class MappedEngine(Engine):
         method: Literal["linear", "smooth"] = "linear",
         **parameters: Any,
     ) -> Self:
-        """Tables from files such as ``speed [rpm], throttle [1], torque [N.m]`` and ``speed [rpm], torque [N.m], fuel [g/kWh]``.
+        """An engine from tables such as ``speed [rpm], throttle [1], torque [N.m]`` and ``speed [rpm], torque [N.m], fuel [g/kWh]``.
 
-        Speeds are in rpm or rad/s. Beyond the speeds and torques of a table its edge holds and the steps are counted ("clip"), or the
-        simulation ends ("error"). Errors: ParameterError with the file, for columns and what ``pt.Map.from_csv`` refuses.
+        Parameters
+        ----------
+        torque, fuel : path
+            The files. Speeds are in rpm or rad/s.
+        outside : {"clip", "error"}
+            Beyond the speeds and torques of a table its edge holds and the steps are counted, or the simulation ends.
+        method : {"linear", "smooth"}
+            Interpolation.
+        **parameters
+            Other parameters of the engine.
+
+        Raises
+        ------
+        ParameterError
+            With the file, for columns and what ``pt.Map.from_csv`` refuses.
         """
         tables = []
         for path, check in (torque, _torque_table), (fuel, _fuel_table):

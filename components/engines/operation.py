@@ -53,11 +53,29 @@ def best_fuel_line(
     share: float = 1.0,
     points: int = 30,
 ) -> FuelLine:
-    """The speed and torque at which the engine delivers each power [W] with the least fuel.
+    """The speed and torque at which the engine delivers each power with the least fuel.
 
-    Between the speeds ``w_min`` (else idle) and ``w_max`` (else where the rev limiter begins), with torques up to ``share`` of full
-    load: less than 1 leaves a torque reserve. Without ``power``: ``points`` values from zero to the largest power. Errors:
-    ParameterError for a power that the engine cannot deliver within these limits, and for limits that contain no operating points.
+    Parameters
+    ----------
+    engine : Engine
+        The engine.
+    power : array_like, optional
+        Powers [W]; by default ``points`` values from zero to the largest power.
+    w_min, w_max : float, optional
+        Speeds [rad/s] between which it runs; by default from idle to where the rev limiter begins.
+    share : float
+        Largest torque over that at full load [1]: less than 1 leaves a torque reserve.
+    points : int
+        Number of powers where none are given.
+
+    Returns
+    -------
+    FuelLine
+
+    Raises
+    ------
+    ParameterError
+        For a power that the engine cannot deliver within these limits, and for limits that contain no operating points.
     """
     engine = replace(engine)
     low = float(engine.w_idle) if w_min is None else w_min
@@ -85,6 +103,21 @@ def sparse_fuel_line(engine: Engine, share: float = 1.0, *, w_min: float | None 
 
     Beginning with both ends, the next point comes each time where the fuel between the points lies highest above the least, or the torque
     above the ``share``. So they stand close where the speed rises steeply, as towards the largest power.
+
+    Parameters
+    ----------
+    engine : Engine
+        The engine.
+    share : float
+        Largest torque over that at full load [1].
+    w_min : float, optional
+        Lowest speed [rad/s]; by default that of idle.
+    points : int
+        Number of points.
+
+    Returns
+    -------
+    FuelLine
     """
     engine = replace(engine)
     ends = best_fuel_line(engine, w_min=w_min, share=share, points=2)

@@ -92,13 +92,14 @@ def _page(entry: Entry) -> str:
         pagetext.docstring(inspect.getdoc(kind) or "", kind._fields),
         f"```python\n{_import(entry)}\n```",
     ]
-    for found in facts(kind):
+    tables = facts(kind)
+    for found in tables:
         rows = [[_cell(cell, head) for cell, head in zip(row, found.head, strict=True)] for row in found.rows]
         shown = f"```{{table}}\n:class: facts\n\n{pagetext.table(found.head, rows, found.right, code=(0,))}\n```"
         if found.title == "Slots and fields":
             shown = _KIND.sub(lambda name: _linked(name[0]), shown)
         parts.append(f"## {found.title}\n\n{shown}")
-    if any("must be given" in row for found in facts(kind) for row in found.rows):
+    if any("must be given" in row for found in tables for row in found.rows):
         parts.append("–: no default; a value must be given.")
     parts.append(f"## Equations as written\n\n```python\n{text_of(kind).strip()}\n```")
     line = inspect.getsourcelines(kind)[1]

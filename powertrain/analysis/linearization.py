@@ -38,24 +38,43 @@ def linearize(
     parameters: Mapping[str, float] | None = None,
     reduced: bool = False,
 ) -> LinearModel:
-    """The linear model at an operating point: a ``control.StateSpace`` with named states, inputs and outputs, and ``linearization``.
-
-    ``inputs``: by default the inputs of the model. Possible are an input of the model; any signal port, to which the linear input is added
-    ("torque.tau"); a flow of a port, as an external torque or force on the component ("J1.flange_a.tau"); a parameter, whose
-    column is the effect of another constant value.
-    ``outputs``: any signals; by default the outputs of the model or, if it has none, its states. Both accept names and selectors
-    (``lambda m: m.J1.w``).
-    ``at``: values as for ``simulate(starts=...)``, which may include inputs of the model and "time" (s); or ``(result, t)``, with
-    the right limit at an event. ``parameters``: other values, as for ``simulate``.
-    ``reduced``: leave out rigid-body motions and other integrals that no output sees, such as the angle of a free shaft: the motions V
-    of eigenvalue zero with A V in V and C V = 0. Angles become relative to one of them, the transfer function stays. Regulators
-    (``control.lqr``) and minimal models need this.
+    """The linear model at an operating point.
 
     Modes are those of the operating point: stuck friction and closed contacts remove states. The change of sources over time is not part of
     the linear model. If derivatives of an input occur, the states are shifted by a multiple of the input (see ``Linearization``).
 
-    Raises ParameterError for unknown names; ModelError if an output depends on the derivative of an input, if derivatives are not
-    finite, or if the algebraic equations are singular.
+    Parameters
+    ----------
+    plant : Plant or Component
+        The model.
+    inputs : sequence of str or selectors, optional
+        By default the inputs of the model. Possible are an input of the model; any signal port, to which the linear input is added
+        ("torque.tau"); a flow of a port, as an external torque or force on the component ("J1.flange_a.tau"); a parameter, whose
+        column is the effect of another constant value.
+    outputs : sequence of str or selectors, optional
+        Any signals; by default the outputs of the model or, if it has none, its states. A selector is a function such as
+        ``lambda m: m.J1.w``.
+    at : mapping or (Result, float), optional
+        Values as for ``simulate(starts=...)``, which may include inputs of the model and "time" (s); or ``(result, t)``, with
+        the right limit at an event.
+    parameters : mapping of str to float, optional
+        Other values, as for ``simulate``.
+    reduced : bool
+        Leave out rigid-body motions and other integrals that no output sees, such as the angle of a free shaft: the motions V
+        of eigenvalue zero with A V in V and C V = 0. Angles become relative to one of them, the transfer function stays. Regulators
+        (``control.lqr``) and minimal models need this.
+
+    Returns
+    -------
+    LinearModel
+        A ``control.StateSpace`` with named states, inputs and outputs, and ``linearization``.
+
+    Raises
+    ------
+    ParameterError
+        For unknown names.
+    ModelError
+        If an output depends on the derivative of an input, if derivatives are not finite, or if the algebraic equations are singular.
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     signals = signals_of(plant.compiled)

@@ -49,23 +49,47 @@ def sweep(
     progress: bool = False,
     **options: Any,
 ) -> Sweep[Any]:
-    """Simulate many cases. A case is what differs from run to run; ``options`` is common to all (see ``Plant.simulate``).
+    """Simulate many cases; the model is compiled once.
 
-    ``pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)`` does not compile again and returns the results in the
-    order of the cases.
+    Parameters
+    ----------
+    model : Component or Plant
+        The model.
+    cases : iterable of mappings
+        What differs from run to run: arguments of ``Plant.simulate``.
+    to : path, optional
+        A folder to which every case is written as a netCDF file when it ends, instead of being kept in memory. An interrupted sweep
+        continues there: finished cases are not run again, failed ones (``*.failed.nc``) only for ``on_error="raise"``.
+    record : str or sequence of str, optional
+        Names and patterns of the signals to keep; by default all, or none if there are ``scalars``.
+    scalars : mapping of str to callable, optional
+        Values to keep of each run, as functions of its result: ``{"top speed": top_speed}``. They are columns of the table of the
+        sweep, beside the parameters of the cases.
+    executor : Executor, optional
+        Any executor like those of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
+        ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; if a process is lost, its cases run again.
+    on_error : {"raise", "keep"}
+        "keep" keeps the error of a failed run in its place, with the run so far as ``result``, and returns what was run after
+        Ctrl-C. "raise" cancels the remaining cases and raises the error, which has the cases so far as ``sweep``.
+    progress : bool
+        A progress bar.
+    **options
+        Arguments of ``Plant.simulate`` that are common to all cases.
 
-    ``scalars``: values to keep of each run, as functions of its result by name: ``{"top speed": top_speed}``. They are columns of the table
-    of the sweep, beside the parameters of the cases. ``record``: names and patterns of the signals to keep; by default all, or none if
-    there are ``scalars``.
-    ``to``: a folder to which every case is written as a netCDF file when it ends, instead of being kept in memory. An interrupted sweep
-    continues there: finished cases are not run again, failed ones (``*.failed.nc``) only for "raise".
-    ``executor``: any executor like those of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
-    ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; if a process is lost, its cases run again.
-    ``on_error``: "keep" keeps the error of a failed run in its place, with the run so far as ``result``, and returns what was run after
-    Ctrl-C. "raise" cancels the remaining cases and raises the error, which has the cases so far as ``sweep``.
+    Returns
+    -------
+    Sweep
+        The results in the order of the cases.
 
-    Raises ParameterError if a case does not fit ``Plant.simulate``, if the model or a function cannot be sent to other processes, or if
-    the folder holds cases of another sweep.
+    Raises
+    ------
+    ParameterError
+        If a case does not fit ``Plant.simulate``, if the model or a function cannot be sent to other processes, or if the folder holds
+        cases of another sweep.
+
+    Examples
+    --------
+    >>> pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)  # doctest: +SKIP
     """
     plant = model if isinstance(model, Plant) else Plant(model)
     if not isinstance(on_error, str) or on_error not in ("raise", "keep"):

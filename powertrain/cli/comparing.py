@@ -92,7 +92,9 @@ def _runs(
         return {"as it is": driven(one, cycle, span), changed: driven(other, cycle, span)}
     names = [run.stem if isinstance(run, Path) else run.name for run in runs]
     if names[0] == names[1]:
-        names = [str(run) if isinstance(run, Path) else f"{run.name} {k}" for k, run in enumerate(runs, 1)]
+        names = [str(run) if isinstance(run, Path) else run.name for run in runs]
+    if names[0] == names[1]:
+        names = [f"{name} {k}" for k, name in enumerate(names, 1)]
     return {name: _run(run, cycle, span) for name, run in zip(names, runs, strict=True)}
 
 

@@ -207,16 +207,19 @@ def command(
         )
     if plot is not None:
         _draw(found, loss, eta, plot)
-    R_o = float(found.table.R_o[0])
-    if refine:
-        best = found.refine(0)
-        R_o = best.R_o
-        click.echo(
-            f"\nThe best of these layouts: R_o = {R_o:.4f}, {NAMES[best.by]} {best.value:.4f} (before: {best.before:.4f})"
-            + ("; at the edge of --basic: a wider range may hold a better one" if best.edge else "")
-        )
+    R_o = _refined(found) if refine else float(found.table.R_o[0])
     if teeth:
         click.echo(_teeth(R_o))
+
+
+def _refined(found: SplitPathDesigns) -> float:
+    """The basic ratio of the best layout after its optimisation, which is told."""
+    best = found.refine(0)
+    click.echo(
+        f"\nThe best of these layouts: R_o = {best.R_o:.4f}, {NAMES[best.by]} {best.value:.4f} (before: {best.before:.4f})"
+        + ("; at the edge of --basic: a wider range may hold a better one" if best.edge else "")
+    )
+    return best.R_o
 
 
 def report(found: SplitPathDesigns, top: int) -> str:

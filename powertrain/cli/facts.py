@@ -109,6 +109,7 @@ def _variables(kind: type[pt.Component]) -> Iterator[Row]:
 
 def _inner(kind: type[pt.Component]) -> Iterator[Row]:
     """The parameters of the parts that stand in the slots by default, by path, without those that the whole determines."""
+    from powertrain.compiler.assemble import free_parameters
     from powertrain.presets.settings import places
 
     try:
@@ -118,7 +119,7 @@ def _inner(kind: type[pt.Component]) -> Iterator[Row]:
     found = [place for place in places(model) if place.spec is not None and "." in place.path]
     if found:
         with suppress(pt.PowertrainError):  # some parts do not stand alone
-            free = pt.compile(model).parameters
+            free = free_parameters(model)
             found = [place for place in found if place.path in free]
     for place in found:
         yield _parameter(place.path, place.spec, place.value)

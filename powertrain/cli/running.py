@@ -154,8 +154,12 @@ def command(
     for path in (write_params, out, plot, chart, page):
         if path is not None and path.exists():
             click.echo(f"wrote {path}")
+    _end(run, Interrupted if watch.asked else click.ClickException)
+
+
+def _end(run: CycleRun, kind: type[click.ClickException]) -> None:
+    """An error of this kind for a run with a message."""
     if run.message:
-        kind = Interrupted if watch.asked else click.ClickException
         early = run.result.time[-1] < run.cycle.times[-1]
         raise kind(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message)
 

@@ -70,6 +70,11 @@ def compile_model(model: Component) -> Compiled:
     return compile_flat(flatten(model))
 
 
+def free_parameters(model: Component) -> set[str]:
+    """Names of the parameters that no equation of the model determines."""
+    return {constant.name for constant in bind_parameters(flatten(model)).parameters}
+
+
 def compile_flat(flat: Flat) -> Compiled:
     """The passes after flattening, in their order."""
     flat = schedule_inputs(refuse_jumps(bind_parameters(flat)))

@@ -28,11 +28,23 @@ def read(component: Component, text: Equations, active: Recorder) -> Iterator[tu
     where = component._path or "the model"
     if not isinstance(text, Iterable):
         raise ModelError(
-            f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
+            _not_yielded(active, where)
+            or f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
         )
     with guarded(component):
         for row in text:
+            active.yielded(row)
             yield active.place, row
+    if said := _not_yielded(active):
+        raise ModelError(said)
+
+
+def _not_yielded(active: Recorder, where: str = "") -> str:
+    """What is wrong with a law that was written without ``yield``; ``where`` stands for its line if that is not known."""
+    if not active.written:
+        return ""
+    place, word, _ = active.written[0]
+    return f"{where or place}: {word}(...) has no effect without yield; write  yield {word}(...)"
 
 
 @contextmanager

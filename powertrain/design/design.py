@@ -43,18 +43,43 @@ def split_path_designs(
 ) -> SplitPathDesigns:
     """Compare all six types in both couplings over basic ratios, including the nine switched combinations.
 
-    ``duty``: the required range of r, with ``weights`` over it (columns r, weight, see ``Duty.over``); or a ``Duty``, for instance of a
-    drive cycle. ``ratios``: numbers R_o, or differentials (for instance from tooth numbers). ``unit``: the range (low, high) of V of
-    the variable unit; or a number, its span V_max/V_min, if fixed gears may bring V into its range; None for any. ``transmission``: the
-    one to vary, with its efficiencies and its unit; by default eta = 0.95 and eta_v = 0.9.
-
-    ``limits``: the capacity of the unit on either shaft, "torque" [N.m], "speed" [rad/s], "power" [W], for the torque and speed of the
-    duty.
-
     The lowest efficiency, K, V and the load of the unit are extrema over the range of r, also between the points of the duty and at
     standstill. A combination uses one type up to r = 1 and another above it; at the shift both count. At r = 1 all members turn at the
-    same speed; it is the only ratio at which two of them can be exchanged without a jump in speed. Errors: ParameterError for an
-    invalid duty, unit or criterion, and for basic ratios of 0 or 1.
+    same speed; it is the only ratio at which two of them can be exchanged without a jump in speed.
+
+    Parameters
+    ----------
+    duty : Duty or (float, float)
+        The required range of r, or a ``Duty``, for instance of a drive cycle.
+    ratios : iterable of float or differentials
+        Basic ratios R_o, or differentials (for instance from tooth numbers).
+    weights : mapping or DataFrame, optional
+        Weights over a range of r: columns r, weight (see ``Duty.over``).
+    unit : (float, float), float, optional
+        The range (low, high) of V of the variable unit; or a number, its span V_max/V_min, if fixed gears may bring V into its range; by
+        default any.
+    transmission : SplitPathTransmission, optional
+        The one to vary, with its efficiencies and its unit; by default eta = 0.95 and eta_v = 0.9.
+    couplings : sequence of {"input", "output"}
+        Couplings to compare.
+    combinations : bool
+        Include the switched combinations.
+    limits : mapping of str to float, optional
+        The capacity of the unit on either shaft, "torque" [N.m], "speed" [rad/s], "power" [W], for the torque and speed of the duty.
+    by : str
+        The column that ranks the designs.
+    progress : bool
+        A progress bar.
+
+    Returns
+    -------
+    SplitPathDesigns
+        ``table`` ranks the designs, ``curves`` has their values over r.
+
+    Raises
+    ------
+    ParameterError
+        For an invalid duty, unit or criterion, and for basic ratios of 0 or 1.
     """
     from tqdm.auto import tqdm
 
@@ -63,6 +88,7 @@ def split_path_designs(
     if not values.size:
         raise pt.ParameterError("no basic ratio is given")
     check_unit(unit)
+    demands = Demands(unit, check_limits(limits))
     if by not in get_args(Rank):
         raise pt.ParameterError(f"designs cannot be ranked by {by!r}; choose from {', '.join(get_args(Rank))}")
     if isinstance(duty, Duty) and weights is not None:
@@ -75,7 +101,6 @@ def split_path_designs(
         plant = pt.compile(SplitPathBench(transmission=pt.replace(given, layout=TYPES[number], coupling=coupling)))
         plants[coupling, number] = plant
         points[coupling, number] = EvaluatedLayout.of(plant, work, values)
-    demands = Demands(unit, check_limits(limits))
     kinds = [(c, str(number), [points[c, number]]) for c, number in cases]
     if combinations and work.low < 1 < work.high:
         kinds += _combined(points, couplings)

@@ -58,10 +58,37 @@ def refine_ratio(
 ) -> Refined:
     """The R_o within bounds that is best by one column of ``SplitPathDesigns.table`` and meets the demands on the unit.
 
-    ``plants``: one, or those below and above r = 1. ``demands`` replaces ``unit`` and ``max_K``. The best ratio usually lies on a
-    ridge, where two ends of the range are equally bad or where the range of the unit ends, and derivatives do not lead there. Therefore
-    the bounds are sampled, then repeatedly the neighbourhood of the best sample, with all samples of a round in one array. Raises
-    ParameterError if the start does not meet the duty or nothing is found.
+    The best ratio usually lies on a ridge, where two ends of the range are equally bad or where the range of the unit ends, and derivatives
+    do not lead there. Therefore the bounds are sampled, then repeatedly the neighbourhood of the best sample, with all samples of a round
+    in one array.
+
+    Parameters
+    ----------
+    plants : sequence of Plant
+        One compiled bench, or those below and above r = 1.
+    duty : Duty
+        The required ratios.
+    start : float
+        Basic ratio that is improved.
+    bounds : (float, float)
+        Lowest and highest basic ratio.
+    unit : (float, float), float, optional
+        Range or span of V, as for ``split_path_designs``.
+    max_K : float
+        Largest share of the power in the unit [1].
+    demands : Demands, optional
+        Replaces ``unit`` and ``max_K``.
+    by : str
+        The column that is improved.
+
+    Returns
+    -------
+    Refined
+
+    Raises
+    ------
+    ParameterError
+        If the start does not meet the duty or nothing is found.
     """
     wanted = demands or Demands(unit, {}, max_K)
     known: dict[float, dict[str, float]] = {}

@@ -53,11 +53,39 @@ def split_path_space(
     efficiencies: Efficiencies | None = None,
     progress: bool = True,
 ) -> SplitPathSpace:
-    """Search structures and units: ``candidates`` of each in every one of ``rounds``, later ones near the best of the earlier ones.
+    """Search structures and units for high efficiency with a small unit.
 
-    ``points``: mechanical points that are tried, by default from a tenth to twice the greatest r. ``basic``: sizes |R_o| of planetaries
-    (R_o < 0). Gears beside the unit bring it to its range of V, and to its speed where that is limited. Errors: ParameterError
-    for a duty at r <= 0 alone, and for empty bounds.
+    Gears beside the unit bring it to its range of V, and to its speed where that is limited.
+
+    Parameters
+    ----------
+    duty : Duty
+        The required ratios, with torques, speeds and weights.
+    units : sequence of Variator
+        Units to choose from.
+    structures : sequence of Structure
+        Structures to choose from.
+    candidates : int
+        Designs of each structure in a round.
+    rounds : int
+        Rounds of the search; the designs of later ones lie near the best of the earlier ones.
+    points : (float, float), optional
+        Mechanical points that are tried; by default from a tenth to twice the greatest r.
+    basic : (float, float)
+        Sizes |R_o| of planetaries (R_o < 0).
+    efficiencies : Efficiencies, optional
+        Of meshes and gears.
+    progress : bool
+        A progress bar.
+
+    Returns
+    -------
+    SplitPathSpace
+
+    Raises
+    ------
+    ParameterError
+        For a duty at r <= 0 alone, and for empty bounds.
     """
     from tqdm.auto import tqdm
 

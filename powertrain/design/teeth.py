@@ -22,13 +22,31 @@ def sets_near(
 ) -> pd.DataFrame:
     """Planetary sets that can be put together with about this R_o, the nearest first.
 
-    Where R_o < 0, simple sets (2K-H(-)): columns sun, planet, ring, R_o and member a. Where ring - sun is odd, profile shift makes up for
-    half a tooth. The sun is member a where R_o < -1, the ring where R_o > -1.
+    Parameters
+    ----------
+    R_o : float
+        Basic ratio [1].
+    tolerance : float
+        Relative deviation that is allowed [1].
+    suns : iterable of int
+        Teeth of the sun; where R_o > 0, teeth of member a, and of the planet of a KHV.
+    planets : int
+        Number of planets.
 
-    Where R_o > 0 (2K-H(+) and KHV): columns kind, a, b, first, second, R_o. "two suns", "two rings": stepped planets, ``first`` meshes with
-    a and ``second`` with b, of one module; "pairs": a sun a and a ring b with pairs of planets, ``first`` at the sun; "KHV": a planet of
-    ``a`` teeth in a ring of ``b``. ``suns`` are then the teeth of a, and of the planet of a KHV.
-    Errors: ParameterError for a ratio that no set has (0, 1).
+    Returns
+    -------
+    pandas.DataFrame
+        Where R_o < 0, simple sets (2K-H(-)): columns sun, planet, ring, R_o and member a. Where ring - sun is odd, profile shift makes up
+        for half a tooth. The sun is member a where R_o < -1, the ring where R_o > -1.
+
+        Where R_o > 0 (2K-H(+) and KHV): columns kind, a, b, first, second, R_o. "two suns", "two rings": stepped planets, ``first`` meshes
+        with a and ``second`` with b, of one module; "pairs": a sun a and a ring b with pairs of planets, ``first`` at the sun; "KHV": a
+        planet of ``a`` teeth in a ring of ``b``.
+
+    Raises
+    ------
+    ParameterError
+        For a ratio that no set has (0, 1).
     """
     import pandas as pd
 

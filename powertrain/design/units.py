@@ -59,10 +59,29 @@ class Variator:
         w_a: float = 200.0,
         **limits: Any,
     ) -> Self:
-        """A unit by the maps of its model at one speed ``w_a``: over the ratio V that it has, not the one that is asked for, and torque.
+        """A unit by the maps of its model, over the ratio V that it has, not the one that is asked for, and torque.
 
-        Beyond the torque that it carries the map is held; ``torque`` limits it. Errors: ParameterError where it carries none of the
-        torques.
+        Parameters
+        ----------
+        name : str
+            What the unit is called.
+        unit : VariableUnit
+            The model.
+        ratios, torques : sequence of float
+            Ratios [1] and torques [N.m] of the map. Beyond the torque that the unit carries the map is held; ``torque`` limits it.
+        w_a : float
+            Speed of shaft a [rad/s].
+        **limits
+            Other fields of ``Variator``.
+
+        Returns
+        -------
+        Variator
+
+        Raises
+        ------
+        ParameterError
+            Where the unit carries none of the torques.
         """
         maps = [
             _measured(unit, np.asarray(ratios, float), np.asarray(torques, float), w_a, drives) for drives in (1, -1)

@@ -164,9 +164,20 @@ def parameter(
     above: float = -math.inf,
     exclude: tuple[float, ...] = (),
 ) -> Any:
-    """A tunable constant with unit, meaning and range. Without a default it must be given.
+    """A tunable constant with unit, meaning and range.
 
-    The range is min <= value <= max and value > above, without the values in ``exclude``.
+    Parameters
+    ----------
+    unit, doc : str
+        Unit and meaning.
+    default : float, optional
+        Without a default a value must be given.
+    min, max : float
+        The range, ends included.
+    above : float
+        A lower end that is not included.
+    exclude : tuple of float
+        Values inside the range that are not allowed.
     """
     return Parameter(unit, doc, default, min, max, above, exclude)
 
@@ -210,7 +221,17 @@ def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:
 
 
 def discrete(unit: str, doc: str, *, start: float = 0.0, init: Literal[False] = False) -> Any:
-    """A value held between events."""
+    """A value held between events.
+
+    Parameters
+    ----------
+    unit, doc : str
+        Unit and meaning.
+    start : float
+        Value at the start.
+    init : False
+        Not an argument of the component.
+    """
     return Discrete(unit, doc, start)
 
 

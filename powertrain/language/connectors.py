@@ -56,7 +56,16 @@ def signal_input(
 ) -> Any:
     """A causal input; with a ``default`` it need not be connected.
 
-    Unconnected at the top of a model it is an input of the model; with ``outside`` also in a part, as "driver.accelerator_pedal".
+    Parameters
+    ----------
+    unit, doc : str
+        Unit and meaning.
+    default : float, optional
+        Its value where it is not connected.
+    outside : bool
+        Unconnected at the top of a model it is an input of the model; with ``outside`` also in a part, as "driver.accelerator_pedal".
+    init : False
+        Not an argument of the component.
     """
     return Port(Input, values={"unit": unit, "doc": doc, "default": default, "outside": outside})
 

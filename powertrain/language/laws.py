@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from powertrain.errors import ModelError
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
-from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder
+from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
 from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
 
 Expression: TypeAlias = "Symbol | float"
@@ -104,19 +104,47 @@ def friction(
 
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
-    The bounds may depend on states, on time and, piecewise linearly, on unknown torques; a bound may be infinite (one-way clutch).
-    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free.
-    The mode is a signal of the component with the name ``name``: 1 forward, 0 stuck, -1 backward, 2 free. A law at its
+    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. A law at its
     limit counts as stuck if other laws hold it at rest.
+
+    Parameters
+    ----------
+    w : expression
+        Relative speed [rad/s or m/s].
+    torque : expression
+        Torque [N.m] or force [N].
+    lower, upper : expression or float
+        Bounds of the torque. They may depend on states, on time and, piecewise linearly, on unknown torques; a bound may be infinite
+        (one-way clutch).
+    peak : expression or float
+        Static over sliding friction [1].
+    name : str
+        Name of the signal of the component that tells the mode: 1 forward, 0 stuck, -1 backward, 2 free.
+
+    Examples
+    --------
+    >>> yield pt.friction(self.w_rel, self.tau, -self.tau_max, self.tau_max)  # doctest: +SKIP
     """
     w, torque, lower, upper, peak = (_expression("friction", value) for value in (w, torque, lower, upper, peak))
-    return FrictionLaw(w, torque, lower, upper, peak, name)
+    return to_be_yielded("friction", FrictionLaw(w, torque, lower, upper, peak, name))
 
 
 def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, name: str = "contact") -> UnilateralLaw:
-    """A rigid contact: gap >= 0, force >= 0, one of them zero; closing is an impact with the given coefficient of restitution."""
+    """A rigid contact: gap >= 0, force >= 0, one of them zero; closing is an impact.
+
+    Parameters
+    ----------
+    gap : expression
+        Distance [m or rad].
+    force : expression
+        Pressing force [N] or torque [N.m].
+    restitution : expression or float
+        Coefficient of restitution [1].
+    name : str
+        Name of the signal that tells whether the contact is closed.
+    """
     gap, force, restitution = (_expression("unilateral", value) for value in (gap, force, restitution))
-    return UnilateralLaw(gap, force, restitution, name)
+    return to_be_yielded("unilateral", UnilateralLaw(gap, force, restitution, name))
 
 
 def reinit(variable: Symbol, value: Expression) -> Reinit:
@@ -131,7 +159,7 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
-    return WhenLaw(crossing(_condition("when", condition)), resets, name)
+    return to_be_yielded("when", WhenLaw(crossing(_condition("when", condition)), resets, name))
 
 
 def switch(
@@ -139,9 +167,22 @@ def switch(
 ) -> Symbol:
     """``a`` while ``condition`` holds, else ``b``; the change is an exact event.
 
-    ``condition`` compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
-    ``continuous``: the branches are equal where the condition changes, so the integration need not restart there. Several switches with
-    the same condition object change together. ``name`` is the name of the events.
+    Several switches with the same condition object change together.
+
+    Parameters
+    ----------
+    condition : expression
+        Compares expressions of variables or time (``w > 0``, combined by ``ca.logic_and``, ``ca.logic_or``, ``ca.logic_not``).
+    a, b : expression or float
+        The branches.
+    continuous : bool
+        The branches are equal where the condition changes, so the integration need not restart there.
+    name : str, optional
+        Name of the events.
+
+    Returns
+    -------
+    expression
     """
     active, g = recorder(), crossing(_condition("switch", condition))
     a, b = _expression("switch", a), _expression("switch", b)
@@ -173,7 +214,19 @@ def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
 
 
 def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit: str, action: str = "error") -> None:
-    """Declare low <= value <= high. ``action`` "error" ends the simulation with a message, "count" counts the steps outside the range."""
+    """Declare low <= value <= high.
+
+    Parameters
+    ----------
+    value : expression
+        What must stay within the limits.
+    low, high : expression or float
+        The limits.
+    name, unit : str
+        What the value is called in messages, and its unit.
+    action : {"error", "count"}
+        "error" ends the simulation with a message, "count" counts the steps outside the range.
+    """
     active = recorder()
     value, low, high = (_expression("within", v) for v in (value, low, high))
     active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
@@ -196,7 +249,7 @@ def crossing(condition: Symbol) -> Symbol:
 
 def connect(*ports: Connector) -> Connection:
     """Connect ports: their potentials are equal and their flows sum to zero; connected signals are equal."""
-    return Connection(_checked(ports))
+    return to_be_yielded("connect", Connection(_checked(ports)))
 
 
 def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:

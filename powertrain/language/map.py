@@ -147,12 +147,55 @@ class Map:
         outside: Outside = "error",
         method: Method = "linear",
     ) -> Map:
-        """A map of one argument ``x``. One point makes it a constant."""
+        """A map of one argument ``x``. One point makes it a constant.
+
+        Parameters
+        ----------
+        points, values : array_like
+            Places along ``x``, in increasing order, and the values there.
+        x, x_unit : str
+            Name and unit of the argument.
+        unit, name : str
+            Unit of the values, and the name of the map in errors.
+        outside : {"error", "clip", "linear"}
+            What holds beyond the first and the last point.
+        method : {"linear", "smooth"}
+            Interpolation between the points.
+
+        Returns
+        -------
+        Map
+
+        Raises
+        ------
+        ParameterError
+            For points that do not increase and values that are not finite.
+
+        Examples
+        --------
+        >>> import powertrain as pt
+        >>> float(pt.Map.curve([0, 100], [0, 50], x="w", x_unit="rad/s", unit="N.m")(40.0))
+        20.0
+        """
         return cls((Axis(x, x_unit, points, outside),), _numbers(values, f"map {name}").ravel(), unit, name, method)
 
     @classmethod
     def constant(cls, value: float, *, x: str = "x", x_unit: str = "1", unit: str = "1", name: str = "map") -> Map:
-        """The same value everywhere."""
+        """The same value everywhere.
+
+        Parameters
+        ----------
+        value : float
+            The value.
+        x, x_unit : str
+            Name and unit of the argument that the map takes.
+        unit, name : str
+            Unit of the value, and the name of the map in errors.
+
+        Returns
+        -------
+        Map
+        """
         return cls.curve([0.0], [value], x=x, x_unit=x_unit, unit=unit, name=name, outside="linear")
 
     @classmethod

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from types import GeneratorType
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ModelError
 from powertrain.language.symbols import Symbol, key, time
+
+L = TypeVar("L")
 
 
 @dataclass(frozen=True)
@@ -102,11 +104,17 @@ class Recorder:
     """Expressions that ``der`` was asked of."""
     calls: bool = False
     """Whether an expression calls a function, as large maps do."""
+    written: list[tuple[Place, str, Any]] = field(default_factory=list)
+    """Laws that were written and not yielded yet, with the word of each."""
 
     @property
     def place(self) -> Place:
         """The line of the text that is being read."""
         return place_in(self.text, self.path)
+
+    def yielded(self, law: Any) -> None:
+        """Note that a law has become part of the model."""
+        self.written = [one for one in self.written if one[2] is not law]
 
     def derivative(self, symbol: Symbol) -> Symbol:
         """The symbol of d/dt of a symbol; 1 for time, 0 for parameters and held values."""
@@ -152,6 +160,13 @@ def recorder() -> Recorder:
 def recording() -> bool:
     """Whether the text of a model is being read."""
     return _active.get() is not None
+
+
+def to_be_yielded(word: str, law: L) -> L:
+    """A law that counts only once the component yields it."""
+    if (active := _active.get()) is not None:
+        active.written.append((active.place, word, law))
+    return law
 
 
 _as_float = ca.SX.__float__

@@ -82,11 +82,28 @@ def _numbers(name: str, values: Any) -> Array:
 
 
 def read_experiment(path: str | Path, *names: str, time: str = "time", **options: Any) -> Experiment:
-    """Read an experiment from a file: .csv with a column of times, or .mf4, .mdf and .dat, which require ``asammdf``.
+    """Read an experiment from a file.
 
-    ``names``: the signals to read, by default all other columns; ``time``: the column of times (s); other options are those of
-    ``Experiment``. Signals of a measurement file that were sampled at different times have nan where they were not measured.
-    ParameterError for other files, files that cannot be read, and missing columns.
+    Parameters
+    ----------
+    path : str or Path
+        A .csv with a column of times; or .mf4, .mdf and .dat, which require ``asammdf``.
+    *names : str
+        The signals to read; by default all columns but the time. Those of a measurement file that were sampled at other times are nan
+        where they were not measured.
+    time : str
+        The column of times [s].
+    **options
+        Other fields of ``Experiment``.
+
+    Returns
+    -------
+    Experiment
+
+    Raises
+    ------
+    ParameterError
+        For other files, files that cannot be read, and missing columns.
     """
     path = Path(argument_path("path", path))
     if path.suffix.lower() == ".csv":

@@ -151,13 +151,34 @@ def fit(
 ) -> Fit:
     """Fit parameters and initial values to measured signals.
 
-    ``data``: experiments; ``wrt``: parameters, common to all experiments, and variables with unknown initial values, one for each
-    experiment; ``first``: the initial guess (default: the plant's values and the ``starts`` of the experiments); ``bounds``: (low, high) by
-    name; ``rtol``, ``atol``: tolerances of the runs, as of ``Plant.simulate``.
-
     The derivatives come from the variational equations (see ``pt.gradient``), so there is no step size to choose, and events may move. The
-    optimiser is SciPy's trust region reflective method. Raises ParameterError for unknown names; SimulationError if the first run fails, or
-    if a run is not differentiable.
+    optimiser is SciPy's trust region reflective method.
+
+    Parameters
+    ----------
+    plant : Plant or Component
+        The model.
+    data : Experiment or sequence of Experiment
+        The measurements.
+    wrt : str or sequence of str
+        Parameters, common to all experiments, and variables with unknown initial values, one for each experiment.
+    first : mapping of str to float, optional
+        The initial guess; by default the plant's values and the ``starts`` of the experiments.
+    bounds : mapping of str to (float, float), optional
+        (low, high) by name.
+    rtol, atol : float
+        Tolerances of the runs, as of ``Plant.simulate``.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ParameterError
+        For unknown names.
+    SimulationError
+        If the first run fails, or if a run is not differentiable.
     """
     from scipy.optimize import least_squares
 

@@ -79,17 +79,41 @@ def optimal_control(
 ) -> Plan:
     """Inputs and parameters that minimise an objective, through the sequence of modes of ``guess``.
 
-    ``minimize``: ``pt.integral`` and ``pt.final`` of signals, and sums of these; ``guess``: a simulated run with the desired sequence of
-    modes, used as the initial guess; its initial state is kept. ``inputs``: (low, high) of the inputs to optimise; ``parameters``: (low,
-    high) of the parameters to optimise; ``limits``: (low, high) of signals throughout, by name or selector; ``ends``: values or (low,
-    high) of signals at the end; ``stop``: (earliest, latest) end in s, by default that of the guess; ``smooth``: weight of the changes of
-    the inputs, relative to their ranges and to the cost of the guess; ``intervals``: number of intervals per phase.
-
     The instants at which modes change are free. The limits of the modes (speeds that keep their sign, torques within bounds) are
     constraints. The method is direct collocation, solved by IPOPT. The plan is then simulated with the complete model;
     ``plan.same_modes`` says whether the modes were as planned.
 
-    Raises ParameterError for unknown names and empty ranges; SimulationError if the guess has impacts or resets, or the replay fails.
+    Parameters
+    ----------
+    plant : Plant or Component
+        The model.
+    minimize : selector or Objective
+        ``pt.integral`` and ``pt.final`` of signals, and sums of these.
+    guess : Result
+        A simulated run with the desired sequence of modes, used as the initial guess; its initial state is kept.
+    inputs, parameters : mapping of str to (float, float), optional
+        (low, high) of the inputs and of the parameters to optimise.
+    limits : mapping to (float, float), optional
+        (low, high) of signals throughout, by name or selector.
+    ends : mapping of str to float or (float, float), optional
+        Values or (low, high) of signals at the end.
+    stop : (float, float), optional
+        Earliest and latest end [s]; by default that of the guess.
+    smooth : float
+        Weight of the changes of the inputs, relative to their ranges and to the cost of the guess.
+    intervals : int
+        Number of intervals per phase.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    ParameterError
+        For unknown names and empty ranges.
+    SimulationError
+        If the guess has impacts or resets, or the replay fails.
     """
     problem = _Programme(
         plant if isinstance(plant, Plant) else Plant(plant),

@@ -51,17 +51,41 @@ def power_flow(
 ) -> PowerFlow:
     """The power flow of a simulation or of operating points.
 
-    ``power_flow(result)``: over all its samples; ``at``: at one time, or several. ``power_flow(plant, grid, ...)``: at the operating
-    points of a grid, with the options of ``pt.steady``. ``power_flow(plant, dataset)``: at points solved by
-    ``pt.steady(plant, ..., outputs={**pt.power_outputs(plant), ...})``. If a point is stuck, ``side=1`` and ``side=-1`` give the power
-    flow at either end of the interval, including K and the cases.
+    Parameters
+    ----------
+    source : Result, Plant or Component
+        A run, whose samples are taken; or a model.
+    grid : mapping or Dataset, optional
+        For a model: the grid of operating points, as for ``pt.steady``, or points solved by
+        ``pt.steady(plant, ..., outputs={**pt.power_outputs(plant), ...})``.
+    at : float or sequence of float, optional
+        For a run: one time [s], or several.
+    whole : str or sequence of str
+        Composite components (names or patterns) to be treated as one; all others are resolved into their parts.
+    outputs : mapping, optional
+        Other signals wanted besides the powers, under new names, in ``.data``.
+    variator : str, optional
+        A component whose lossless share of the power is added, by differentiation of the kinematics (see ``PowerFlow.variator``).
+    shafts : tuple of two str, optional
+        Ports of the vehicle's or transmission's input and output, for ``variator``.
+    ratio : str, optional
+        The ratio of the variator if it is not ``<variator>.ratio``.
+    **options
+        Options of ``pt.steady``. If a point is stuck, ``side=1`` and ``side=-1`` give the power flow at either end of the interval,
+        including K and the cases.
 
-    ``whole``: composite components (names or patterns) to be treated as one; all others are resolved into their parts. ``outputs``: other
-    signals wanted besides the powers, under new names, in ``.data``. ``variator`` with ``shafts`` (port at the input, port at the output):
-    adds the lossless share of the variator by differentiation of the kinematics, see ``PowerFlow.variator``; ``ratio`` names its ratio if
-    it is not ``<variator>.ratio``.
+    Returns
+    -------
+    PowerFlow
 
-    Raises ParameterError if names are wrong or the source does not fit.
+    Raises
+    ------
+    ParameterError
+        If names are wrong or the source does not fit.
+
+    Examples
+    --------
+    >>> pt.power_flow(result, at=3.0).plot()  # doctest: +SKIP
     """
     if isinstance(source, Result):
         if grid is not None or options:

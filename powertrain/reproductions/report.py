@@ -21,10 +21,28 @@ HEAD = ("quantity", "unit", "source", "printed", "computed", "agreement", "remar
 
 
 def write_report(which: str | Paper, folder: str | Path, *, progress: bool = False, dpi: int = 120) -> Path:
-    """Computes the tables and figures of a paper and writes them into ``folder``, which is made; returns the page's path.
+    """Compute the tables and figures of a paper and write them.
 
-    ``which``: a name in ``PAPERS`` (ParameterError for another one), or a Paper. The page is <folder>/<name>.md; its pictures, next to it,
-    are <name>-<picture>.png.
+    Parameters
+    ----------
+    which : str or Paper
+        A name in ``PAPERS``, or a paper.
+    folder : path
+        Where the page <name>.md and its pictures <name>-<picture>.png go; it is made.
+    progress : bool
+        A progress bar.
+    dpi : int
+        Resolution of the pictures.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    ParameterError
+        For a name that is not in ``PAPERS``.
     """
     from tqdm.auto import tqdm
 

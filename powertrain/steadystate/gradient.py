@@ -42,10 +42,30 @@ def steady_gradient(
 ) -> xr.Dataset:
     """Operating points as from ``pt.steady``, with the derivatives of the outputs.
 
-    ``wrt``: names of the grid. The derivative of ``y`` with respect to ``x`` is the variable ``d(y)/d(x)``. Modes do not change with a
-    small change of the grid, so derivatives are exact wherever the status is ``ok``; on the boundary between two modes they are those of
-    the mode that was found. If the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` are those at the ends of the law's bounds.
-    They are nan elsewhere. Other arguments and errors are those of ``pt.steady``.
+    Modes do not change with a small change of the grid, so derivatives are exact wherever the status is ``ok``; on the boundary between
+    two modes they are those of the mode that was found. If the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` are those at the ends
+    of the law's bounds. They are nan elsewhere.
+
+    Parameters
+    ----------
+    plant : Plant or Component
+        The model.
+    grid : mapping of str to array_like
+        As for ``pt.steady``.
+    wrt : str or sequence of str
+        Names of the grid.
+    outputs, parameters, inputs, free, guesses
+        As for ``pt.steady``.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs, and the derivative of ``y`` with respect to ``x`` as the variable ``d(y)/d(x)``.
+
+    Raises
+    ------
+    ParameterError
+        As ``pt.steady``.
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     q = question(plant, grid, outputs, parameters, inputs, free, guesses)

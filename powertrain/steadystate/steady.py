@@ -54,16 +54,6 @@ def steady(
 ) -> xr.Dataset:
     """Operating points of a model, at which nothing accelerates.
 
-    ``grid``: values by name, for inputs, parameters, or variables of the model. A sequence spans a dimension, named by the last part of
-    the name; a number holds at all points; a ``DataArray`` names its own dimensions. ``outputs``: names, patterns or selectors of the
-    signals wanted, or a mapping of new names to them; by default all that have a steady value. ``parameters``, ``inputs``: other values
-    for all points. ``free``: inputs or parameters to be solved for, one for each prescribed variable; by default the inputs without a
-    value if their number is right. A prescribed state without a free quantity is *held*: its own balance is left open, and
-    ``der(name)`` is its rate of change; ``held`` names these states where not all prescribed ones are. ``guesses``: starting values for
-    unknowns. ``exhaustive``: solve every point on its own,
-    see below. ``first``: if there are several solutions, return one; laws at rest are preferred to laws that slide.
-    ``side``: see below. ``progress``: a progress bar; by default for work that takes more than two seconds.
-
     If only modes are unknown, all combinations consistent with the known signs are tried. If speeds, inputs or parameters
     are implicit, modes and unknowns are solved together, starting from the values of the model and with the laws sliding forward and
     backward; a solution that none of these starts leads to is missed. In large maps of explicit models with very many combinations the
@@ -72,12 +62,54 @@ def steady(
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. If the status is ``stuck``, friction
     is at rest under a prescribed motion, and equilibrium does not determine its torque: ``<name>_low`` and ``<name>_high`` are then the
     least and the greatest value for all torques between the law's bounds, infinite where the signal has a pole between them (where
-    unknowns are implicit: at the bounds). With ``side`` = 1 or -1 the values are those at one of these ends, where the torque
-    is that of a forward or backward motion. Values at all other points that are not ``ok`` are nan; ``undefined_value`` refers to
+    unknowns are implicit: at the bounds). Values at all other points that are not ``ok`` are nan; ``undefined_value`` refers to
     signals that are nan only there, such as an efficiency at zero power. ``status_laws`` are the laws that the status refers to; the
     attribute ``problems`` explains it in words.
 
-    Raises ParameterError if names or values are wrong, or if the conditions do not determine the state.
+    Parameters
+    ----------
+    plant : Plant or Component
+        The model.
+    grid : mapping of str to array_like
+        Values of inputs, parameters or variables by name. A sequence spans a dimension, named by the last part of the name; a number
+        holds at all points; a ``DataArray`` names its own dimensions.
+    outputs : str, iterable or mapping, optional
+        Names, patterns or selectors of the signals wanted, or a mapping of new names to them; by default all that have a steady value.
+    parameters, inputs : mapping of str to float, optional
+        Other values for all points.
+    free : sequence of str, optional
+        Inputs or parameters to be solved for, one for each prescribed variable; by default the inputs without a value if their number
+        is right. A prescribed state without a free quantity is *held*: its own balance is left open, and ``der(name)`` is its rate of
+        change.
+    held : sequence of str, optional
+        The held states, where not all prescribed ones are.
+    guesses : mapping of str to float, optional
+        Values from which unknowns are sought.
+    time : float
+        Time [s] at which sources that depend on it are taken.
+    exhaustive : bool
+        Solve every point on its own, and seek all its solutions.
+    first : bool
+        If there are several solutions, return one; laws at rest are preferred to laws that slide.
+    side : {-1, 1}, optional
+        At points that are ``stuck``: the values at one end of the interval, where the torque is that of a forward (1) or backward (-1)
+        motion.
+    progress : bool, optional
+        A progress bar; by default for work that takes more than two seconds.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs over the dimensions of the grid, and their ``status``.
+
+    Raises
+    ------
+    ParameterError
+        If names or values are wrong, or if the conditions do not determine the state.
+
+    Examples
+    --------
+    >>> pt.steady(axle, {"left.w": 10.0, "torque": [50.0, 100.0]}, outputs="*.tau")  # doctest: +SKIP
     """
     if side is not None and number("side", side) not in (1, -1):
         raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")

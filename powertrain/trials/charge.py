@@ -87,11 +87,31 @@ def charge_sustaining(
 ) -> ChargeSustaining:
     """Consumption at equal charge by the method of UN Regulation No. 154, Annex B8, Appendix 2, and SAE J1711.
 
-    The cycle is driven from several states of charge, ``soc`` (by default the one the vehicle starts with) plus each of ``spread``. The
-    consumption over the electric energy is a straight line by least squares; its slope K corrects the test that changed the charge least:
+    The cycle is driven from several states of charge. The consumption over the electric energy is a straight line by least squares; its
+    slope K corrects the test that changed the charge least:
       FC_CS = FC - K_fuel EC,  EC = energy gained by the battery/distance
-    ``options`` are those of ``drive_cycle``. Errors: ParameterError for a vehicle without one battery and an engine, for fewer than two
-    different states of charge, and for a run that ended early.
+
+    Parameters
+    ----------
+    vehicle : Component
+        A vehicle with one battery and an engine.
+    cycle : DriveCycle or str, optional
+        A cycle or its name; by default that of the vehicle.
+    soc : float, optional
+        State of charge [1] around which the tests start; by default that with which the vehicle starts.
+    spread : sequence of float
+        What is added to ``soc`` [1], for each test.
+    **options
+        Options of ``drive_cycle``.
+
+    Returns
+    -------
+    ChargeSustaining
+
+    Raises
+    ------
+    ParameterError
+        For a vehicle without one battery and an engine, for fewer than two different states of charge, and for a run that ended early.
     """
     battery = _the_battery(vehicle, "charge_sustaining")
     middle = _soc_at_start(vehicle, battery) if soc is None else soc
@@ -124,12 +144,34 @@ def charge_depleting(
     most: int = 20,
     **options: Any,
 ) -> pd.DataFrame:
-    """The charge-depleting test of a plug-in hybrid: the cycle again and again from a full battery, until the charge no longer changes.
+    """The charge-depleting test of a plug-in hybrid: the cycle again and again, until the charge no longer changes.
 
-    A row per cycle, the last one included: soc at its end [1], distance [km] since the start, W.h/km from the battery, l/100 km, g/km
-    CO2, and the change of the charge over the energy demand of the cycle [1]. The test ends when that falls below 4 % (UN Regulation
-    No. 154, Annex B8, 3.2.4.5), or after ``most`` cycles. The distance before the last row is the charge-depleting cycle range.
-    Errors: ParameterError for a vehicle without one battery and an engine, and for a run that ended early.
+    The test ends when the change of the charge falls below 4 % of the energy demand of the cycle (UN Regulation No. 154, Annex B8,
+    3.2.4.5). The distance before the last row is the charge-depleting cycle range.
+
+    Parameters
+    ----------
+    vehicle : Component
+        A vehicle with one battery and an engine.
+    cycle : DriveCycle or str, optional
+        A cycle or its name; by default that of the vehicle.
+    soc : float
+        State of charge at the start [1].
+    most : int
+        Number of cycles after which the test ends anyway.
+    **options
+        Options of ``drive_cycle``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per cycle, the last one included: soc at its end [1], distance [km] since the start, W.h/km from the battery, l/100 km, g/km
+        CO2, and the change of the charge over the energy demand of the cycle [1].
+
+    Raises
+    ------
+    ParameterError
+        For a vehicle without one battery and an engine, and for a run that ended early.
     """
     battery = _the_battery(vehicle, "charge_depleting")
     plant, rows, driven = pt.compile(on_cycle(vehicle, cycle)), [], 0.0

@@ -260,12 +260,40 @@ def drive_cycle(
     progress: bool | Callable[[float], None] = False,
     **options: Any,
 ) -> CycleRun:
-    """Drive a vehicle over a cycle (``None``: the one of the vehicle; a name: a legislated cycle).
+    """Drive a vehicle over a cycle.
 
-    ``options`` are passed to ``pt.simulate``. The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a
-    cycle, it drives as well as it can. If the simulation ends early, the run so far is kept and ``message`` gives the reason; it also
-    reports an engine that stalled for good and a vehicle that did not move. Errors: those of building the model, and ParameterError for
-    wrong names.
+    The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a cycle, it drives as well as it can. If the
+    simulation ends early, the run so far is kept and ``message`` gives the reason; it also reports an engine that stalled for good and
+    a vehicle that did not move.
+
+    Parameters
+    ----------
+    vehicle : Component or Plant
+        A vehicle with a body, a driver and a cycle.
+    cycle : DriveCycle or str, optional
+        A cycle, or the name of a legislated one; by default the one of the vehicle.
+    parameters : mapping of str to float, optional
+        Values that replace those of the vehicle.
+    progress : bool or callable
+        A progress bar, or a function of the time reached.
+    **options
+        Other options of ``pt.simulate``.
+
+    Returns
+    -------
+    CycleRun
+        With ``table``, ``audit``, ``result`` and ``litres_per_100km``.
+
+    Raises
+    ------
+    ParameterError
+        For wrong names.
+    ModelError
+        If the vehicle cannot be compiled.
+
+    Examples
+    --------
+    >>> drive_cycle(ManualCar(), "wltc", parameters={"body.m": 1400}).table  # doctest: +SKIP
     """
     if isinstance(vehicle, pt.Plant):
         if cycle is not None:

@@ -26,18 +26,37 @@ def driveline_map(
     variator: str | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Operating points of a vehicle over speed [m/s] and accelerator [1]: force, input power and efficiency to the road.
+    """Operating points of a vehicle over speed and accelerator: force, input power and efficiency to the road.
 
-    Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``w`` [rad/s] and ``tau`` [N.m] of the
-    engine or machine, ``power`` [W] from the tank (``fuel_rate`` [kg/s] times the heating value) or from the battery at its charge at the
-    start, ``efficiency`` = force speed/power, ``status``. With the path of a ``variator`` also ``K`` and the ``case`` of its power flow, of
-    which Fig. 8 of Yu & Beachley 1986 shows the kinds. A vehicle with a gear schedule has the ``gear``, too: the highest that the schedule
-    keeps at that speed and accelerator.
-
-    Points without an operating point are nan, and their status gives the reason. If there are several (in overrun a centrifugal clutch may
+    A vehicle with a gear schedule has the ``gear``, too: the highest that the schedule keeps at that speed and accelerator. Points without
+    an operating point are nan, and their status gives the reason. If there are several (in overrun a centrifugal clutch may
     hold, or release the engine to idle), the status says so, and the numbers are those with the clutch holding.
-    The vehicle needs a body, pedals and one engine or machine. Errors: those of ``on_rolling_road``.
     Source: pt.steady of the vehicle on a rolling road.
+
+    Parameters
+    ----------
+    vehicle : Component
+        A vehicle with a body, pedals and one engine or machine.
+    speeds : array_like
+        Speeds of the vehicle [m/s].
+    accelerators : array_like
+        Positions of the accelerator [1].
+    variator : str, optional
+        The path of a variator, whose ``K`` and ``case`` of power flow are added (Yu & Beachley 1986, Fig. 8).
+    progress : bool
+        A progress bar.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``w`` [rad/s] and ``tau`` [N.m] of
+        the engine or machine, ``power`` [W] from the tank (``fuel_rate`` [kg/s] times the heating value) or from the battery at its
+        charge at the start, ``efficiency`` = force speed/power, and ``status``.
+
+    Raises
+    ------
+    ParameterError
+        As ``on_rolling_road``.
     """
     import xarray as xr
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.body import RoadProfile
 from powertrain.components.control import SetPedals
 from powertrain.trials.anatomy import anatomy
 
@@ -60,13 +60,24 @@ def time_between(result: pt.Result[Any], low: float, high: float) -> float:
     return float(t[np.argmax(v >= high)] - t[np.argmax(v >= low)])
 
 
-def climbs(vehicle: pt.Component, grade: float, time: float = 20.0) -> bool:
-    """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s]."""
-    road = RoadProfile(profile=pt.Map.constant(grade, x="s", x_unit="m", name="grade"))
-    parts = anatomy(vehicle)
-    uphill = pt.replace(vehicle, {parts.the("road"): road, parts.the("pedals"): SetPedals(accelerator_set=1)})
-    result = pt.simulate(uphill, time, points=100)
-    return bool(_speed(result)[-1] > 1.0 and result[f"{parts.the('body')}.s"][-1] > 0)
+@dataclass(frozen=True)
+class Hill:
+    """A vehicle on a slope with the accelerator fully pressed. The slope is an input: one compiled vehicle drives up every slope."""
+
+    plant: pt.Plant[Any]
+    slope: str
+
+    @classmethod
+    def of(cls, vehicle: pt.Component) -> Hill:
+        """The vehicle without its road."""
+        parts = anatomy(vehicle)
+        pressed = pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)})
+        return cls(pt.compile(pt.bench(pressed, without=[parts.the("road")])), f"{parts.the('road')}.grade")
+
+    def climbed(self, grade: float, time: float = 20.0) -> bool:
+        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s]."""
+        result = self.plant.simulate(time, inputs={self.slope: grade}, points=100)
+        return bool(_speed(result)[-1] > 1.0 and result[f"{anatomy(result.model).the('body')}.s"][-1] > 0)
 
 
 def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
@@ -78,10 +89,11 @@ def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bo
     """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
     from tqdm.auto import tqdm
 
+    hill = Hill.of(vehicle)
     low, high = 0.0, 1.0
     for _ in tqdm(range(math.ceil(math.log2(1 / accuracy))), desc="slopes", disable=not progress):
         middle = (low + high) / 2
-        low, high = (middle, high) if climbs(vehicle, middle) else (low, middle)
+        low, high = (middle, high) if hill.climbed(middle) else (low, middle)
     return low
 
 

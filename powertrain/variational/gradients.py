@@ -169,11 +169,31 @@ def sensitivity(
     wrt: str | Sequence[str],
     times: ArrayLike | None = None,
 ) -> xr.Dataset:
-    """The derivatives of signals over the time of a run: variables with the dimensions ``time`` and ``wrt``.
+    """The derivatives of signals over the time of a run.
 
-    ``signals``: names or selectors; ``wrt`` as for ``pt.gradient``; ``times`` (s): by default those of the result. At an event the right
-    limit is used. The derivative is taken at a fixed instant: if the signal jumps at an event whose instant moves,
-    the derivative does not include the jump. Errors are those of ``pt.gradient``.
+    The derivative is taken at a fixed instant: if the signal jumps at an event whose instant moves, the derivative does not include
+    the jump.
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+    signals : str, selector, or iterable of these
+        Names of signals, or functions such as ``lambda m: m.J1.w``.
+    wrt : str or sequence of str
+        Parameters and initial values, as for ``pt.gradient``.
+    times : array_like, optional
+        Times [s]; by default those of the result. At an event the right limit is used.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each signal, with the dimensions ``time`` and ``wrt``.
+
+    Raises
+    ------
+    ParameterError, SimulationError
+        As ``pt.gradient``.
     """
     import xarray as xr
 

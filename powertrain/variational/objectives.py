@@ -76,7 +76,23 @@ def minimum(signal: Signal) -> Objective:
 
 
 def squares(signal: Signal, times: ArrayLike, values: ArrayLike, sigma: float = 1.0) -> Objective:
-    """The sum of ((signal - value) / sigma)^2 over values measured at times (s); ``sigma`` is the standard deviation of a measurement."""
+    """The sum of ((signal - value) / sigma)^2 over measured values.
+
+    Parameters
+    ----------
+    signal : str or selector
+        The signal that was measured.
+    times : array_like
+        Times [s] of the measurements.
+    values : array_like
+        Measured values, in the signal's unit.
+    sigma : float
+        Standard deviation of a measurement, in the signal's unit.
+
+    Returns
+    -------
+    Objective
+    """
     t, v = row("times", times), row("values", values)
     if t.shape != v.shape or not t.size:
         raise ParameterError(f"squares: {t.size} times and {v.size} values; the numbers must be equal and not zero")

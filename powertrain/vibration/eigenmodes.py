@@ -66,7 +66,7 @@ def eigenmodes(
 
     Each pair of eigenvalues s = -D w_0 +- i w_0 sqrt(1 - D^2) of the linear model der(x) = A x is one ``mode``, with ``frequency``
     w_0/(2 pi) [Hz] without damping, ``damped_frequency`` [Hz], ``damping`` ratio D [1] (negative: unstable) and ``shape``: amplitude
-    and sign or phase of the signals ``shapes`` (default: the states) as complex numbers, scaled so that the largest one is 1. The
+    and sign or phase of the signals ``shapes`` as complex numbers, scaled so that the largest one is 1. The
     attribute ``zero_eigenvalues`` counts motions without restoring force: two for a rigid body that turns or moves freely, one for an
     integral such as that of the fuel flow.
 
@@ -75,8 +75,25 @@ def eigenmodes(
     change of an inertia J or of a stiffness c by a fraction e changes the squared frequency by -2 E_J e and by 2 E_c e (Rayleigh).
     A part that moves relative to a body that turns (a pendulum) may have a negative share: its energy falls with the deflection.
 
-    Modes of friction are those of the operating point: a stuck clutch joins its two sides. ``at`` and ``parameters`` as for
-    ``pt.linearize``. Raises ParameterError for a model without vibration modes, and the errors of ``pt.linearize``.
+    Parameters
+    ----------
+    plant : Plant or Component
+        The model.
+    shapes : sequence of str or selectors, optional
+        Signals whose amplitudes make up the mode shape; by default the states.
+    at, parameters
+        The operating point, as for ``pt.linearize``. Modes of friction are those of this point: a stuck clutch joins its two sides.
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    ParameterError
+        For a model without vibration modes.
+    ModelError
+        As ``pt.linearize``.
     """
     import xarray as xr
 

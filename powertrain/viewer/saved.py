@@ -26,6 +26,8 @@ class Saved:
         if "time" not in data.coords or not data.sizes.get("time", 0):
             raise ParameterError("the dataset is not a saved run: it has no samples over time")
         self._data = data
+        variables = data.variables  # a variable is at hand, its data array is made anew from all coordinates
+        self._signals = {str(name): None for name in data.data_vars if variables[name].dims == ("time",)}
         self.time: Array = np.asarray(data["time"].values, float)
         self.name = str(data.attrs.get("model", "run"))
         self.message = str(data.attrs.get("message", ""))
@@ -33,21 +35,21 @@ class Saved:
         self.events = [(float(t), str(law), str(said)) for t, law, said in json.loads(data.attrs.get("events", "[]"))]
 
     def __iter__(self) -> Iterator[str]:
-        return (str(name) for name, values in self._data.data_vars.items() if values.dims == ("time",))
+        return iter(self._signals)
 
     def __contains__(self, name: object) -> bool:
-        return name in list(self)
+        return name in self._signals
 
     def __getitem__(self, name: str) -> Array:
         if name not in self:
             raise ParameterError(f"the saved run has no signal {name}{suggestion(str(name), list(self))}")
-        return np.asarray(self._data[name].values, float)
+        return np.asarray(self._data.variables[name].values, float)
 
     @property
     def modes(self) -> dict[str, str]:
         """The kind of law of every signal that is a mode."""
         kinds = {" ".join(named.values()): kind for kind, named in MODES.items()}
-        flags = {name: str(self._data[name].attrs.get("flag_meanings", "")) for name in self}
+        flags = {name: str(self._data.variables[name].attrs.get("flag_meanings", "")) for name in self}
         return {name: kinds[said] for name, said in flags.items() if said in kinds}
 
     def names(self, pattern: str = "*") -> list[str]:
@@ -60,11 +62,11 @@ class Saved:
 
     def unit(self, name: str) -> str:
         """The unit of a signal; '' for a parameter."""
-        return str(self._data[name].attrs.get("units", "")) if name in self else ""
+        return str(self._data.variables[name].attrs.get("units", "")) if name in self else ""
 
     def description(self, name: str) -> str:
         """The description of a signal; '' for a parameter."""
-        return str(self._data[name].attrs.get("long_name", "")) if name in self else ""
+        return str(self._data.variables[name].attrs.get("long_name", "")) if name in self else ""
 
     def at(self, t: ArrayLike, what: Sequence[str]) -> dict[str, Any]:
         """Values at times within the run; at an event its right limit."""

@@ -71,6 +71,7 @@ def test_result_pickles(plant: pt.Plant[ThreeClutches]) -> None:
     np.testing.assert_array_equal(again["clutch1.tau"], result["clutch1.tau"])
 
 
+@pytest.mark.slow
 def test_two_processes_build_the_same_states() -> None:
     code = "import powertrain as pt, core_models as c; p = pt.compile(c.ThreeClutches()); "
     code += "print(p.compiled.states, p.simulate(1.0)['J4.w'][-1])"

@@ -176,6 +176,7 @@ def test_a_loop_of_stuck_clutches() -> None:
     assert [result[name][-1] for name in "abc"] == pytest.approx([0.1, 0.0, -0.1], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_notes_of_a_car_are_short() -> None:
     for note in pt.simulate(FourWheelDriveCar(), 1.0).notes:
         assert len(note) < 300

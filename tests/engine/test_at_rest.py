@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from joined import joined
 
 import powertrain as pt
@@ -94,7 +95,7 @@ class CarInBend(pt.Component):
         yield pt.connect(self.path.axle, self.body.front)
 
 
-@pytest.mark.parametrize(("torque", "speed"), [(0.0, 0.0), (200.0, 0.0), (200.0, 5.0), (-200.0, 5.0)])
+@pytest.mark.parametrize(("torque", "speed"), few([(0.0, 0.0), (200.0, 0.0), (200.0, 5.0), (-200.0, 5.0)]))
 def test_rigid_wheels_enter_a_bend(torque: float, speed: float) -> None:
     """At rest, or moving: the motion within the differential is prescribed by the path."""
     car = CarInBend(drive=rot.ConstantTorque(tau_constant=torque))

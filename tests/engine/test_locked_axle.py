@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -39,7 +40,7 @@ class TwoWheels(pt.Component):
         yield pt.connect(self.rear.road, self.body.rear)
 
 
-@pytest.mark.parametrize("eta", [1.0, 0.95])
+@pytest.mark.parametrize("eta", few([1.0, 0.95]))
 def test_two_rigid_wheels_behind_a_differential(eta: float) -> None:
     """The torque is shared alike, and nothing chatters."""
     result = pt.simulate(pt.replace(TwoWheels(), differential=BevelDifferential(eta=eta)), 4.0)

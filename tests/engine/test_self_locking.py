@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 
@@ -30,7 +31,7 @@ class Shoe(pt.Component):
 
 
 @pytest.mark.parametrize("size", ["plain", "size", "smooth"])
-@pytest.mark.parametrize(("mu", "k"), [(0.5, 3.0), (1.0, 1.5), (0.9, 20.0)])
+@pytest.mark.parametrize(("mu", "k"), few([(0.5, 3.0), (1.0, 1.5), (0.9, 20.0)]))
 def test_what_cannot_slide_is_called_self_locking(size: str, mu: float, k: float) -> None:
     with pytest.raises(pt.PowertrainError, match=r"mode .*pt\.friction\(.* is self-locking.*stiffness") as caught:
         pt.simulate(Shoe(size=size, mu=mu, k=k), 1.0)

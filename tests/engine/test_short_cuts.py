@@ -9,6 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from cases import few
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
@@ -38,7 +39,7 @@ def test_a_step_that_calls_functions_is_the_step_that_is_written_out(model: Hybr
 
 
 @COMPILER
-@pytest.mark.parametrize("method", ["dopri5", "rodas5p"])
+@pytest.mark.parametrize("method", few(["dopri5", "rodas5p"]))
 @pytest.mark.parametrize("long", [10**9, 0], ids=["written out", "called"])
 def test_compiled_runs_switch_as_interpreted_ones(
     method: Any, long: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

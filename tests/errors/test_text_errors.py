@@ -48,6 +48,28 @@ class PythonIf(pt.Component):
             yield self.J1.flange_a.tau == 1
 
 
+class Unconnected(pt.Component):
+    """Two inertias, one of whose connections is not yielded."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+    J3: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.J2.flange_a)
+        pt.connect(self.J2.flange_b, self.J3.flange_a)
+
+
+class NeverYielded(pt.Component):
+    """Equations without any yield."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:  # type: ignore[return]
+        pt.connect(self.J1.flange_b, self.J2.flange_a)
+
+
 class MixedPorts(pt.Component):
     """A shaft joined to a mass."""
 
@@ -109,6 +131,11 @@ class Partial(pt.Component):
                 "switch(condition, a, b)",
             ],
         ),
+        (
+            Unconnected,
+            ["pt.connect(self.J2.flange_b, self.J3.flange_a) (test_text_errors.py:", "no effect without yield"],
+        ),
+        (NeverYielded, ["the model: connect(...) has no effect without yield; write  yield connect(...)"]),
         (
             MixedPorts,
             [

@@ -66,17 +66,20 @@ def test_help_of_every_command_has_examples() -> None:
 
 
 def test_commands_take_a_parameter_file_in_place_of_a_vehicle(tmp_path: Path, short: str) -> None:
-    """The name in the results is the file's; --set changes what the file has set; a measured car goes by its name."""
+    """The name in the results is the file's; --set changes what the file has set."""
     path = tmp_path / "heavy.toml"
-    path.write_text('class = "ElectricCar"\n[body]\nm = "1.9t"\n')
-    run = done("run", str(path), "--cycle", short)
+    path.write_text('class = "ElectricCar"\n[body]\nm = "1.7t"\nCd = 0.3\n')
+    run = done("run", str(path), "--set", "body.m=1.9t", "--cycle", short)
     assert run.startswith("heavy over short")
-    same = done("run", "ElectricCar", "--set", "body.m=1900", "--cycle", short)
+    same = done("run", "ElectricCar", "--set", "body.m=1900", "--set", "body.Cd=0.3", "--cycle", short)
     assert run.splitlines()[1:] == same.splitlines()[1:]
-    assert done("run", str(path), "--set", "body.m=1.9t", "--cycle", short) == run
     assert "there is no file" in refused("run", str(tmp_path / "light.toml"))
     path.write_text("[body]\nm = 1900\n")
     assert "does not say which vehicle it is" in refused("run", str(path))
+
+
+@pytest.mark.slow
+def test_a_measured_car_is_run_by_its_name(short: str) -> None:
     measured = "mitsubishi-mirage-manual"
     assert done("run", measured, "--cycle", short).startswith(f"{measured} over short")
 
@@ -263,6 +266,7 @@ def test_run_writes_signals_picture_and_parameters(ran: tuple[str, Path]) -> Non
     assert written_values["transmission"]["cvu"]["eta_ab"] == 0.8
 
 
+@pytest.mark.slow
 def test_parameter_file_gives_the_same_run(ran: tuple[str, Path], short: str, tmp_path: Path) -> None:
     text, folder = ran
     out = tmp_path / "again.csv"
@@ -345,6 +349,7 @@ def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "is for RearDriveCar" in refused("run", "SplitPathCar", "--params", str(toml))
 
 
+@pytest.mark.slow
 def test_cycle_that_is_too_fast_is_driven_and_told(short: str) -> None:
     """A truck of twenty tonnes with the same engine."""
     text = done("run", "SplitPathCar", "--cycle", short, "--set", "body.m=20000")
@@ -449,6 +454,7 @@ def test_map_of_a_driveline_with_a_cycle(short: str, tmp_path: Path) -> None:
     assert plot.read_bytes().startswith(PNG)
 
 
+@pytest.mark.slow
 def test_run_draws_the_map_under_its_cycle(short: str, tmp_path: Path) -> None:
     plot = tmp_path / "map.png"
     text = done("run", "SplitPathCar", "--cycle", short, "--map", str(plot))
@@ -457,11 +463,16 @@ def test_run_draws_the_map_under_its_cycle(short: str, tmp_path: Path) -> None:
     assert plot.read_bytes().startswith(PNG)
 
 
-def test_run_of_what_stands_or_drives_without_the_engine(tmp_path: Path) -> None:
+def test_run_of_what_stands(tmp_path: Path) -> None:
     plot = tmp_path / "run.png"
     text = done("run", "SplitPathCar", "--span", "0:8", "--plot", str(plot))
     assert re.search(r"consumption +-  l/100 km", text)
     assert plot.read_bytes().startswith(PNG)
+
+
+@pytest.mark.slow
+def test_run_of_what_drives_without_the_engine(tmp_path: Path) -> None:
+    plot = tmp_path / "run.png"
     text = done("run", "FlywheelHybrid", "--span", "0:20", "--plot", str(plot))
     assert re.search(r"consumption, corrected to equal charge \(flywheel\) +-  l/100 km", text)
     assert re.search(r"mean efficiency of the engine +-  1", text)
@@ -549,6 +560,7 @@ def test_split_path_with_a_duty(tmp_path: Path) -> None:
     assert "low:high" in refused("split-path", "--ratio", "2")
 
 
+@pytest.mark.slow
 def test_split_path_with_maps_duties_and_pictures(tmp_path: Path) -> None:
     """A unit by its map, two duties with shares, a drawing; the same for the space of auxiliary gears and ranges."""
     for name, r in (("field", (0.1, 0.4)), ("road", (0.5, 1.5))):
@@ -590,17 +602,22 @@ def test_split_path_space(tmp_path: Path) -> None:
     assert {"structure", "unit_size", "mean_efficiency", "front"} <= set(pd.read_csv(table).columns)
 
 
+@pytest.mark.slow
 def test_split_path_without_a_solution() -> None:
     few = ("--basic", "-2:-1.5:2", "--coupling", "input", "--no-combinations", "--unit", "1.1:1.2")
     assert "no design meets the requirements" in refused("split-path", *few, code=1)
 
 
+def test_reproduce_knows_its_papers() -> None:
+    assert "did you mean yu-beachley" in refused("reproduce", "yu-beachly")
+
+
+@pytest.mark.slow
 def test_reproduce_prints_and_writes(tmp_path: Path) -> None:
     text = done("reproduce", "yu-beachley", "--out", str(tmp_path), "--no-pictures")
     assert "39.4" in text
     assert "agree with the print" in text
     assert (tmp_path / "yu-beachley.md").is_file()
-    assert "did you mean yu-beachley" in refused("reproduce", "yu-beachly")
 
 
 def test_what_cannot_be_written_is_refused_before_the_simulation(

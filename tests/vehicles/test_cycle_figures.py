@@ -42,6 +42,7 @@ def ax() -> Any:
     return Figure().add_subplot()
 
 
+@pytest.mark.slow
 def test_speed_marks_what_is_outside_of_the_band(ax: Any) -> None:
     assert draw.plot_speed(run(), ax=ax) is ax
     (outside,) = [line for line in ax.lines if str(line.get_label()).startswith("outside")]
@@ -91,6 +92,7 @@ def test_whole_page() -> None:
     assert isinstance(run().result, pt.Result)
 
 
+@pytest.mark.slow
 def test_whole_page_of_an_electric_car() -> None:
     """Its prime mover is a machine: speeds, powers, and its own map."""
     short = drive_cycle(ElectricCar(), DriveCycle("short", ((0.0, 0.0), (1.0, 0.0), (5.0, 5.0), (8.0, 0.0))))

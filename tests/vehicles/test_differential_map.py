@@ -3,6 +3,7 @@ from __future__ import annotations
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
@@ -32,7 +33,7 @@ def test_limited_slip_by_its_bias() -> None:
 
 @pytest.mark.parametrize(
     "kind",
-    [BevelDifferential(), CircularCamDifferential(), SphericalCamDifferential(), LinkageDifferential()],
+    few([BevelDifferential(), CircularCamDifferential(), SphericalCamDifferential(), LinkageDifferential()]),
     ids=lambda d: type(d).__name__,
 )
 def test_losses_are_never_negative_and_torques_balance(kind: Differential) -> None:

@@ -55,6 +55,7 @@ def test_overrun_ends_where_it_began(found: xr.Dataset) -> None:
     assert idling["body.force"][-1] > float(point["force"]) + 50
 
 
+@pytest.mark.slow
 def test_creeping_with_a_slipping_clutch() -> None:
     """At 2 km/h the clutch slips a hundred radians per second, far from where a search begins."""
     point = driveline_map(SplitPathCar(), [2 / 3.6], [0.5]).isel(speed=0, accelerator=0)
@@ -167,6 +168,7 @@ def test_a_vehicle_that_remembers_has_no_map(vehicle: pt.Component, said: str) -
         backward(vehicle, "wltc")
 
 
+@pytest.mark.slow
 def test_a_geared_car_is_mapped_in_the_gears_that_its_schedule_keeps() -> None:
     """Released at 10 m/s: down to third below 9.5 m/s; half pressed: 10.75 m/s; floored it kicks down to second below 12 m/s."""
     found = driveline_map(ManualCar(), [2.0, 10.0, 30.0], [0.0, 0.5, 1.0])
@@ -196,6 +198,7 @@ def test_an_electric_car_is_mapped_from_its_battery() -> None:
     assert point["efficiency"].attrs["long_name"] == "Efficiency from the battery to the road"
 
 
+@pytest.mark.slow
 def test_axles_are_lumped_on_a_rolling_road() -> None:
     """At constant speed on a straight level road a differential turns as one block: the map is that of the lumped axle."""
     ring = SplitPathCar().front.final_drive  # type: ignore[attr-defined]
@@ -239,6 +242,7 @@ def test_backward_says_what_the_vehicle_lacks() -> None:
     assert backward(SplitPathCar(), sprint).missing.max() > 1000
 
 
+@pytest.mark.slow
 def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     run = drive_cycle(SplitPathCar(), DriveCycle.named("wltc").part(0, 40))
     ax = plot_driveline_map(found, run)

@@ -37,6 +37,7 @@ def test_consumption_in_all_its_units(run: CycleRun) -> None:
     assert run.time_outside == 0
 
 
+@pytest.mark.slow
 def test_recovers_and_brakes_alike_with_a_full_battery(run: CycleRun) -> None:
     full = drive_cycle(pt.replace(ElectricCar(), {"control.F_most": 0.0}), STOP)
     assert full.audit.components["lost"]["front.brakes"] > 20 * run.audit.components["lost"]["front.brakes"]
@@ -47,6 +48,7 @@ def test_recovers_and_brakes_alike_with_a_full_battery(run: CycleRun) -> None:
     np.testing.assert_allclose(ours, theirs, atol=0.12)
 
 
+@pytest.mark.slow
 def test_a_battery_that_takes_nothing_leaves_all_to_the_brakes() -> None:
     car = pt.replace(ElectricCar(), {"battery.soc_max": 0.55, "battery.soc_min": 0.1})
     run = drive_cycle(car, STOP)
@@ -54,6 +56,7 @@ def test_a_battery_that_takes_nothing_leaves_all_to_the_brakes() -> None:
     assert run.time_outside == 0
 
 
+@pytest.mark.slow
 def test_two_speeds() -> None:
     run = drive_cycle(ElectricCar.two_speed(), STOP)
     assert run.time_outside == 0

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
@@ -71,7 +72,7 @@ def test_engine_runs_on_its_own_line(vehicle: type[pt.Component], number: int) -
         assert engine.fuel_flow(w[k], power[k] / w[k]) == pytest.approx(least, rel=0.004)
 
 
-@pytest.mark.parametrize("number", [0, 2], ids=lambda n: type(ENGINES[n]).__name__)
+@pytest.mark.parametrize("number", few([0, 2]), ids=lambda n: type(ENGINES[n]).__name__)
 def test_split_path_engine_gives_what_is_asked(number: int) -> None:
     """Power/w where the accelerator is clearly pressed; released, the drag brakes."""
     result, engine = driven("SplitPathCar", number).result, ENGINES[number]

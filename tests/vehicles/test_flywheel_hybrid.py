@@ -47,6 +47,7 @@ def _braked(run: CycleRun) -> float:
     return float(lost["front.brakes"] + lost["rear.brakes"])
 
 
+@pytest.mark.slow
 def test_recovery_is_what_the_brakes_do_not_get() -> None:
     """The flywheel gets back most of what the brakes take without recovery; losses of the transmission are between."""
     with_, without = town(1.0), town(0.0)

@@ -7,6 +7,7 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from cases import few
 
 from powertrain.components.gearless.circular_cam import TABLE_1, TORQUE
 from powertrain.components.gearless.circular_cam.forces import forces
@@ -34,15 +35,18 @@ def test_roller_and_disk_balance() -> None:
 
 @pytest.mark.parametrize(
     "picture",
-    [
-        free_bodies.roller_and_cam,
-        free_bodies.lever_and_cage,
-        sketches.singular_points,
-        sketches.mechanisms,
-        sketches.bend_and_bodies,
-        sketches.automotive_differential,
-        chaudhary.figure_table_1,
-    ],
+    few(
+        [
+            free_bodies.roller_and_cam,
+            free_bodies.lever_and_cage,
+            sketches.singular_points,
+            sketches.mechanisms,
+            sketches.bend_and_bodies,
+            sketches.automotive_differential,
+            chaudhary.figure_table_1,
+        ],
+        2,
+    ),
 )
 def test_pictures_are_drawn(picture: object) -> None:
     figure = picture()  # type: ignore[operator]

@@ -27,6 +27,7 @@ def test_tables_are_looked_up_by_force() -> None:
     np.testing.assert_allclose(found[:, 0], [0.3, 1.5 * 10 / 3, -10.0, np.nan])
 
 
+@pytest.mark.slow
 def test_operating_points_of_the_power_split_balance() -> None:
     """Power of fuel and battery less all losses is what pushes the road: checked with the losses that the parts report."""
     bench = PowerSplitBench(PowerSplitHybrid(), np.array([5.0, 20.0]), np.array([10e3, 30e3]))

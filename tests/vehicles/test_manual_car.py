@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.body import DrivenAxle
@@ -32,7 +33,7 @@ def _balanced(run: CycleRun) -> None:
     assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
 
 
-@pytest.mark.parametrize("engine", [WillansEngine(), MappedEngine.gasoline()], ids=["Willans", "mapped"])
+@pytest.mark.parametrize("engine", few([WillansEngine(), MappedEngine.gasoline()]), ids=["Willans", "mapped"])
 def test_town(engine: Engine) -> None:
     run = drive_cycle(pt.replace(ManualCar(), engine=engine), TOWN, rtol=1e-7, atol=1e-9)
     _balanced(run)
@@ -77,6 +78,7 @@ def test_an_engine_that_stalls_is_told() -> None:
     assert run.result.time[-1] == 20
 
 
+@pytest.mark.slow
 def test_a_car_that_does_not_move_is_told_and_its_starter_is_no_efficiency() -> None:
     """An engine that has hardly more than its drag is turned by its starter for ever: that is no work of its fuel."""
     engine = WillansEngine(tau_0=70, tau_max=75, tau_low=3, P_max=20e3)

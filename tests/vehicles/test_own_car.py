@@ -48,6 +48,7 @@ def test_a_row_of_parts_is_explained(tmp_path: Path) -> None:
         pt.vehicles.load(tmp_path / "car.toml")
 
 
+@pytest.mark.slow
 def test_gearsets_go_through_a_file(tmp_path: Path) -> None:
     text = 'class = "AutomaticCar"\ngearbox = "Automatic.ravigneaux_four_speed()"\n'
     text += "[schedule]\nspeeds = [[4.5, 3.0], [9.0, 7.0], [14.0, 11.0]]\n"

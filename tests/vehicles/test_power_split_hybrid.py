@@ -42,6 +42,7 @@ def test_town() -> None:
     assert 2.5 < charge_corrected(run, "battery") < 4
 
 
+@pytest.mark.slow
 def test_speeds_and_torques_of_the_gear() -> None:
     """3.6 w_carrier = w_sun + 2.6 w_ring; the engine runs near the speed of its line, with the torque that the control reckons with."""
     result = town().result
@@ -58,6 +59,7 @@ def test_speeds_and_torques_of_the_gear() -> None:
     np.testing.assert_allclose(result["engine.tau"][fires], reckoned[fires], rtol=0.03, atol=0.5)  # a coarse table
 
 
+@pytest.mark.slow
 def test_brakes_recover() -> None:
     """The friction brakes get little; the machine at the ring generates while the car brakes."""
     run = town()

@@ -1,4 +1,4 @@
-"""The rear-driven car with every differential: which wheel spins on ice, who gets the torque, the bend, rest, and the comparison."""
+"""The rear-wheel-drive car with every differential: which wheel spins on ice, who gets the torque, the bend, rest, and the comparison."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.body import AxlePath, DrivenAxle, RoadProfile
@@ -71,6 +72,7 @@ def test_wheel_speeds_in_a_bend(name: str) -> None:
     np.testing.assert_allclose(result["rear.right.w"] / result["rear.left.w"], 96.8 / 79.2, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_open_differential_spins_and_locking_cam_does_not() -> None:
     free, locked = drive("bevel", **ICE), drive("locking cam", **ICE)
     assert free["rear.left.v_slip"][-1] > 10
@@ -125,7 +127,7 @@ def test_energy_closes_and_mirrors(name: str, road: str) -> None:
         assert one[a][-1] == pytest.approx(other[b][-1], rel=1e-3)
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", few(KINDS))
 def test_in_a_bend_the_inner_wheel_gets_more(name: str) -> None:
     """Friction between the sides works against the faster outer wheel."""
     result = drive(name, **DRY)
@@ -148,6 +150,7 @@ def test_comes_to_rest_and_stands_on_a_slope(name: str, grade: float) -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_starts_from_rest_with_its_clutch() -> None:
     car = RearDriveCar.in_one_gear(road=slope(0.05))
     result = pt.simulate(car, 6.0, inputs={"driver.accelerator_pedal": ([0, 1, 10], [0, 0.5, 0.5])})

@@ -79,6 +79,7 @@ def test_verdicts() -> None:
     assert "should be 1.630" in markdown_table([right])
 
 
+@pytest.mark.slow
 def test_no_tolerance_is_set_by_hand() -> None:
     """Printed digits decide; a lever of 581.69 g is not one of 600 g."""
     rows = {

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from test_rear_drive import KINDS
 
 import powertrain as pt
@@ -35,7 +36,8 @@ def closes(run: CycleRun, share: float) -> None:
     assert abs(run.audit.residual) < share * work
 
 
-@pytest.mark.parametrize("v", [0.8, 2.0, 3.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("v", few([0.8, 2.0, 3.0]))
 def test_no_shuffle_while_creeping(v: float) -> None:
     """Where the engine is heavy on the half shafts the driver does not keep their vibration up."""
     creep = DriveCycle("creep", ((0.0, 0.0), (1.0, 0.0), (1.0 + 2 * v, v), (20.0, v)))
@@ -44,8 +46,8 @@ def test_no_shuffle_while_creeping(v: float) -> None:
     assert np.ptp(torque) < 5.0  # N.m; some 700 with a foot without lag
 
 
-@pytest.mark.parametrize("tyre", TYRES)
-@pytest.mark.parametrize("differential", KINDS)
+@pytest.mark.parametrize("tyre", few(TYRES))
+@pytest.mark.parametrize("differential", few(KINDS))
 def test_starts_and_halts(differential: str, tyre: str) -> None:
     run = drive_cycle(car(differential, tyre), DriveCycle("halt", HALT))
     closes(run, 1e-5)
@@ -53,6 +55,7 @@ def test_starts_and_halts(differential: str, tyre: str) -> None:
     assert np.abs(run.result["body.v"][(run.result.time > 14.0) & (run.result.time < 15.0)]).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_a_bend_and_ground_that_differs() -> None:
     """In a bend to the left the right wheel runs ahead by the track times the curvature; on ice the left wheel slips."""
     halt = pt.replace(car("bevel", "magic"), {"cycle.cycle": DriveCycle("halt", HALT)})

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from cases import few
 
 import powertrain as pt
 from powertrain.components.cvu import CVU
@@ -49,8 +50,8 @@ def brute(gear: SplitPathTransmission, r: Any, torque: float = 10.0) -> dict[str
     }
 
 
-@pytest.mark.parametrize("coupling", ["input", "output"])
-@pytest.mark.parametrize("R_o", [-1.7, -0.45, 2.3])
+@pytest.mark.parametrize("coupling", few(["input", "output"]))
+@pytest.mark.parametrize("R_o", few([-1.7, -0.45, 2.3]))
 def test_extrema_are_those_of_a_dense_grid(coupling: Any, R_o: float) -> None:
     """From a duty of three points."""
     found = designs(
@@ -69,6 +70,7 @@ def test_extrema_are_those_of_a_dense_grid(coupling: Any, R_o: float) -> None:
             assert row[name] == pytest.approx(value, rel=1e-5, abs=1e-7), (number, name)
 
 
+@pytest.mark.slow
 def test_extrema_do_not_depend_on_the_samples() -> None:
     """Through standstill, where from 11 to 3,001 points max K of type 4 went from 2.0 to 6.8."""
     rows = [
@@ -86,6 +88,7 @@ def test_extrema_do_not_depend_on_the_samples() -> None:
     assert rows[0].min_efficiency == 0
 
 
+@pytest.mark.slow
 def test_a_kink_between_samples_is_found() -> None:
     """A unit whose efficiency has a hole at V = 1.234: the least efficiency lies there, whatever the samples."""
     hole = pt.Map([pt.Axis("ratio", "1", [0.0, 1.2, 1.234, 1.27, 4.0], "clip")], [0.9, 0.9, 0.6, 0.9, 0.9], "1")
@@ -98,6 +101,7 @@ def test_a_kink_between_samples_is_found() -> None:
     assert row.min_efficiency <= wanted["min_efficiency"]
 
 
+@pytest.mark.slow
 def test_both_types_count_at_the_shift() -> None:
     """The least efficiency of a combination is the worse of its types at r = 1, whichever of them comes first."""
     found = designs((0.5, 2.0), [-1.7], couplings=["input"])
@@ -146,6 +150,7 @@ def test_refinement_by_what_ranks() -> None:
     assert limited.V_max <= 2.45 + 1e-9
 
 
+@pytest.mark.slow
 def test_an_optimum_at_the_edge_says_so() -> None:
     found = designs((0.5, 2.0), [-2.0, -1.8, -1.6], couplings=["input"], combinations=False, by="min_efficiency")
     assert found.at_edge()
@@ -157,6 +162,7 @@ def test_an_optimum_at_the_edge_says_so() -> None:
     assert inside.refine(int(row)).edge == (inside.refine(int(row)).R_o in (-4.0, -0.25))
 
 
+@pytest.mark.slow
 def test_no_efficiency_is_no_design() -> None:
     """At R_o = eta the differential locks itself: 1.6e-15 is no efficiency, and rounding is no regime."""
     table = designs((0.5, 2.0), [0.95], unit=3.0).table

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.cvu import CVU, HydrostaticUnit, VBelt
@@ -118,7 +119,8 @@ def brute(network: Any, low: float, high: float) -> dict[str, float]:
     return found
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", few(range(4)))
 def test_extrema_are_those_of_a_dense_grid(seed: int) -> None:
     """Random two-mode designs, to 1e-6."""
     rng = np.random.default_rng(seed)

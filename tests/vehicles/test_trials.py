@@ -11,7 +11,7 @@ import powertrain as pt
 from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import CycleRun, drive_cycle
-from powertrain.trials.performance import climbs, time_between
+from powertrain.trials.performance import Hill, time_between
 from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.split_path_car import SplitPathCar
 
@@ -48,6 +48,7 @@ def test_numbers_of_the_table_follow_from_signals(town: CycleRun) -> None:
     assert table["carbon dioxide"] == pytest.approx(table["consumption"] * 0.745 * 3.17 * 10)
 
 
+@pytest.mark.slow
 def test_a_cycle_too_fast_is_driven_as_far_as_it_goes() -> None:
     sprint = DriveCycle("sprint", ((0.0, 0.0), (10.0, 60.0), (12.0, 60.0)))
     run = drive_cycle(SplitPathCar(), sprint)
@@ -65,6 +66,7 @@ def test_a_run_that_ends_early_is_kept() -> None:
     assert run.time_outside > 60 - run.result.time[-1] - 1e-9
 
 
+@pytest.mark.slow
 def test_standing_has_no_consumption() -> None:
     run = drive_cycle(SplitPathCar(), WLTC.part(0, 8))
     assert run.time_outside == 0
@@ -73,6 +75,7 @@ def test_standing_has_no_consumption() -> None:
     assert np.isnan(run.co2_per_km)
 
 
+@pytest.mark.slow
 def test_a_cycle_may_begin_at_any_time() -> None:
     late = DriveCycle("late", tuple((t + 30, v) for t, v in WLTC.part(0, 60).table))
     run = drive_cycle(SplitPathCar(), late)
@@ -92,6 +95,7 @@ def test_band_of_a_corner() -> None:
         assert (low[k], high[k]) == pytest.approx((slowest - 2 / 3.6, fastest + 2 / 3.6))
 
 
+@pytest.mark.slow
 def test_parameters_change_the_numbers_and_wrong_names_are_refused() -> None:
     plant = pt.compile(pt.replace(SplitPathCar(), cycle=pt.replace(SplitPathCar().cycle, cycle=WLTC.part(0, 60))))
     light = drive_cycle(plant, parameters={"body.m": 1000.0, "engine.fuel_density": 700.0})
@@ -114,10 +118,12 @@ def test_acceleration_time_against_newton(start: pt.Result[Any]) -> None:
     assert t[-1] == 20
 
 
+@pytest.mark.slow
 def test_steep_slopes_stop_the_car() -> None:
     """Full force in the lowest ratio is some 9 kN; the weight of 1,300 kg is 12.7 kN, of which a slope of 100 % asks 71 %."""
-    assert climbs(SplitPathCar(), 0.5)
-    assert not climbs(SplitPathCar(), 1.0)
+    hill = Hill.of(SplitPathCar())
+    assert hill.climbed(0.5)
+    assert not hill.climbed(1.0)
 
 
 def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:

@@ -59,6 +59,7 @@ def test_equal_runs_do_not_differ() -> None:
     assert "0 parameters differ" in repr(both)
 
 
+@pytest.mark.slow
 def test_a_saved_run_compares_like_the_run(tmp_path: Path) -> None:
     SOFT.save(tmp_path / "soft.nc")
     STIFF.save(tmp_path / "stiff.nc")

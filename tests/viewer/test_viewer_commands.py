@@ -61,9 +61,11 @@ def test_a_saved_run_is_viewed(saved: Path, tmp_path: Path, monkeypatch: pytest.
 
 def test_one_vehicle_is_compared_with_itself_as_changed(tmp_path: Path) -> None:
     page = tmp_path / "c.html"
-    text = called("compare", "ManualCar", *SHORT, "--set", "body.m=1500", "--signals", "body.v", "--report", str(page))
+    text = called(
+        "compare", "ElectricCar", *SHORT, "--set", "body.m=1500", "--signals", "body.v", "--report", str(page)
+    )
     assert "as it is and body.m=1500" in text
-    assert "body.m 1300 1500 kg" in text
+    assert "body.m 1700 1500 kg" in text
     assert [run["name"] for run in Page(page).content["runs"]] == ["as it is", "body.m=1500"]
 
 
@@ -72,6 +74,7 @@ def test_saved_runs_are_compared_by_the_names_of_their_files(saved: Path, tmp_pa
     other.write_bytes(saved.read_bytes())
     text = called("compare", str(saved), str(other), "--signals", "body.v", "--plot", str(tmp_path / "v.png"))
     assert "run and other, 0 to 40 s" in text
+    assert f"{saved} 1 and {saved} 2, 0 to 40 s" in called("compare", str(saved), str(saved), "--signals", "body.v")
     assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
     assert "give two runs" in called("compare", str(saved), code=2)
     assert "give two runs" in called("compare", str(saved), str(other), "--set", "body.m=3", code=2)

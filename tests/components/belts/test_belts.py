@@ -151,6 +151,7 @@ def test_an_accessory_drive() -> None:
     assert pt.energy_audit(run).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_chain_has_its_ratio_and_polygon_effect() -> None:
     """Seven teeth: the speed of the chain between r and r cos(pi/z), with teeth_b/teeth_a in the mean."""
     chain = ChainDrive(teeth_a=7, teeth_b=70, c=1e8, d=5e3)

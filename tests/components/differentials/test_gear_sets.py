@@ -109,6 +109,7 @@ def test_ravigneaux_loses_in_every_mesh_that_carries_power() -> None:
         assert -out / into == pytest.approx(0.98**meshes, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_ravigneaux_with_four_free_shafts() -> None:
     gear = RavigneauxGear.from_teeth(**RAVIGNEAUX, n=2, eta=0.98)
     model = swinging(gear, "sun_large ring carrier", rot.Inertia(J=1.0), joints="0.sun_small=7.flange_a")

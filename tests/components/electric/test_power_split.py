@@ -55,6 +55,7 @@ def test_power_split(battery: Battery | PolarizedBattery) -> None:
     assert -result["generator.tau"][-1] == pytest.approx(result["engine.tau"][-1] / 3.6, rel=0.02)
 
 
+@pytest.mark.slow
 def test_voltage_without_delay_is_the_limit_of_one_with_delay() -> None:
     kinds = Battery(), PolarizedBattery(T=0.1), PolarizedBattery(T=0.01)
     now, late, soon = (

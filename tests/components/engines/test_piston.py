@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from numpy.typing import NDArray
 
 import powertrain as pt
@@ -72,7 +73,7 @@ def test_heat_at_the_dead_centre_makes_an_otto_cycle() -> None:
     assert run["engine.heat"][-1] * CYCLE == pytest.approx(heat, rel=1e-9)
 
 
-@pytest.mark.parametrize("throttle", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("throttle", few([0.0, 0.3, 1.0]))
 def test_work_of_the_gas_is_that_of_the_crank(throttle: float) -> None:
     """The mean torque over a cycle is sum(work)/(4 pi): the oscillating masses take none, friction is apart."""
     run = cycle(PistonEngine.inline((1, 3, 4, 2)), throttle)
@@ -178,6 +179,7 @@ class Start(pt.Component):
         yield pt.connect(self.throttle, self.engine.throttle)
 
 
+@pytest.mark.slow
 def test_a_starter_starts_and_is_overrun() -> None:
     run = pt.simulate(Start(), 2.0, inputs={"starting": ([0, 1, 1], [1, 1, 0])}, points=400)
     speed, motor = run["engine.speed"], run["starter.w_m"]

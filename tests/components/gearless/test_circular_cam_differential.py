@@ -9,6 +9,7 @@ from typing import Any, get_args
 
 import numpy as np
 import pytest
+from cases import few
 from joined import joined, run
 
 import powertrain as pt
@@ -266,7 +267,7 @@ def test_compliance_tells_how_it_seizes() -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
-@pytest.mark.parametrize("differential", KINDS, ids=repr)
+@pytest.mark.parametrize("differential", few(KINDS), ids=repr)
 def test_energy_and_mirrored_axle(differential: Differential) -> None:
     def swing(left: str, right: str, sign: float = 1.0, theta: float = 0.1) -> Any:
         parts = differential, rot.Inertia(J=0.5), rot.Inertia(J=1), rot.Inertia(J=1.2)

@@ -54,6 +54,7 @@ def test_rollers_touch_the_drawn_cams() -> None:
         plt.close("all")
 
 
+@pytest.mark.slow
 def test_animation(tmp_path: Path) -> None:
     found = drawn.animation(frames=3)
     assert isinstance(found, FuncAnimation)

@@ -31,7 +31,7 @@ NOTHING = LinkMasses(LinkBody(1.0, 1e-12, 1e-12), LinkBody(0.0, 0.0, 0.0), LinkB
 CAMS = ((4, 5), (3, 4), (3, 5), (3, 6), (5, 6))
 mu = st.one_of(st.just(0.0), st.floats(0.001, 0.15))
 quick = settings(
-    max_examples=12, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
+    max_examples=6, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
 )
 
 
@@ -120,6 +120,7 @@ def test_torques_losses_and_efficiency(differential: Any, torque: float) -> None
     np.testing.assert_allclose(result["parts[0].lossPower"][kept], kappa * abs(torque) / 2 * 2.0, atol=1e-5)
 
 
+@pytest.mark.slow
 @quick
 @given(st.one_of(circular(), spherical(), linkages()))
 def test_energy_closes(differential: Any) -> None:

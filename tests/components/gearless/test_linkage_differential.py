@@ -187,6 +187,7 @@ def on_split_ground(joints: JointFriction, crown: float) -> Any:
     return run(joined(*parts, joints=WHEELS + ground), 1.0, starts={"0.w": 0.0, "0.w_diff": 0.0})
 
 
+@pytest.mark.slow
 def test_locking() -> None:
     """kappa > 1: both sides stand still or turn together, however different their grip; below 1 the side on ice spins."""
     locked = on_split_ground(STIFF, 100.0)

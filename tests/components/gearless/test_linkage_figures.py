@@ -73,6 +73,7 @@ def test_front_and_moment() -> None:
     assert "moment" in figures.shaking_over_cycle(moment=True).get_ylabel()
 
 
+@pytest.mark.slow
 def test_animation(tmp_path: Path) -> None:
     """Its pictures are made and differ."""
     path = tmp_path / "linkage.gif"

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from joined import joined, run
 
 import powertrain as pt
@@ -78,7 +79,7 @@ def test_rollers_of_circular_cams_shake_as_they_climb(n: int) -> None:
     assert found.units["roller"] == "N"
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", few([1.0, -1.0]))
 def test_spherical_cam(sign: float) -> None:
     """Line loads carry what the side wheels get, by the flank that the torque's sign says; pairs shake with J w_cam x w_cage each."""
     result = axle(SphericalCamDifferential(friction=NO_FRICTION), (200.0 * sign, -60.0 * sign, -110.0 * sign))

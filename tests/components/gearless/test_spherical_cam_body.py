@@ -70,6 +70,7 @@ def test_size_for_a_pressure() -> None:
     assert smaller.greatest_pressure(cycle, 150.0) == pytest.approx(p / math.sqrt(0.73), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_volume_and_inertia_by_cells() -> None:
     azimuth = (np.arange(720) + 0.5) / 720 * 2 * math.pi
     points = CAM.whole_profile(2001)

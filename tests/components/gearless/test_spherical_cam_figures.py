@@ -68,6 +68,7 @@ def test_cams_of_the_mechanism_turn_with_the_carriers() -> None:
     assert first.get_title() != second.get_title()
 
 
+@pytest.mark.slow
 def test_animation(tmp_path: Path) -> None:
     moving = animation(CAM, frames=2)
     assert isinstance(moving, FuncAnimation)

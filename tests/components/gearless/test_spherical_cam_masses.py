@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from joined import joined, run
 
 import powertrain as pt
@@ -51,7 +52,8 @@ def test_rollers_roll(cam: SphericalCam) -> None:
         assert abs(float(roller_spin(cam, u))) == pytest.approx(abs(about_the_pin(cam, float(u))), abs=1e-7)
 
 
-@pytest.mark.parametrize("cam", [SphericalCam(4, 5), SphericalCam(3, 4)])
+@pytest.mark.slow
+@pytest.mark.parametrize("cam", few([SphericalCam(4, 5), SphericalCam(3, 4)]))
 def test_energy_is_that_of_cams_and_rollers(cam: SphericalCam) -> None:
     """Rollers of both sides on inner and outer cams, the latter half a stroke apart."""
     masses = CamMasses(J_cam=1e-5, J_inner=8e-6, J_outer=3e-6)

@@ -10,6 +10,7 @@ from typing import Any, get_args
 import casadi as ca
 import numpy as np
 import pytest
+from cases import few
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from joined import joined, run
@@ -76,6 +77,7 @@ def balanced(cycle: Cycle, s: float) -> float:
     return float((slow - fast) / (slow + fast)) if fast + slow > 1e-6 else math.nan
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(cycles(), st.integers(0, 10**6))
 def test_no_cam_gives_energy(cycle: Cycle, seed: int) -> None:
@@ -92,6 +94,7 @@ def test_no_cam_gives_energy(cycle: Cycle, seed: int) -> None:
             assert found == pytest.approx(min(wanted, 3.0), abs=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(cycles(), st.floats(0.0, 3.0))
 def test_derivatives_by_friction(cycle: Cycle, s: float) -> None:
@@ -135,7 +138,7 @@ def test_a_rough_cam_loses_power(lobes: tuple[int, int], sharing: Sharing) -> No
 
 
 @pytest.mark.parametrize("lobes", [(3, 6), (3, 4), (4, 5)])
-@pytest.mark.parametrize("mu_contact", [0.1, 0.3])
+@pytest.mark.parametrize("mu_contact", few([0.1, 0.3]))
 def test_simulation_and_design_curve_are_one(lobes: tuple[int, int], mu_contact: float) -> None:
     """Harmonics were off by 0.29 at (3, 6) and 0.3."""
     friction = CamFriction(mu_pin=1.0, pin=0.9, mu_thrust=1.0, mu_contact=mu_contact)
@@ -148,6 +151,7 @@ def test_simulation_and_design_curve_are_one(lobes: tuple[int, int], mu_contact:
     np.testing.assert_allclose(result["parts[0].kappa_back"][kept], cycle.kappa(-psi), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_friction_is_numbers_of_the_model() -> None:
     """Given to a compiled model they are the same as in the text, without friction it is the bevel, and all but one can be swept."""
     rough = CamFriction(mu_pin=0.2, pin=0.5, mu_thrust=0.1, mu_bearing=0.1)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.blocks import Constant, TimeTable
@@ -140,7 +141,7 @@ def test_table_of_a_gearset(name: str, torque: float) -> None:
             assert low - 1e-6 <= abs(row[element]) <= high + 1e-6
 
 
-@pytest.mark.parametrize("J", [1e-4, 0.01])
+@pytest.mark.parametrize("J", few([1e-4, 0.01]))
 def test_operating_points_do_not_depend_on_inertia(J: float) -> None:
     """At the start of the search the equations are singular up to round-off, which inertia changes."""
     scheme = RAVIGNEAUX_FOUR
@@ -181,6 +182,7 @@ def test_torque_factors_are_those_of_the_lossless_set(name: str) -> None:
             assert scheme.torque_factor(gear.name, element) == pytest.approx(low, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_gearset_in_one_gear_is_the_gearset() -> None:
     """Rigid joints in place of clutches: the same ratio and the same loss."""
     box = Automatic.lepelletier_six_speed()

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ratio_bench import RatioBench
 from test_published_machines import C1, C2, ahs2
 
 import powertrain as pt
@@ -75,37 +76,20 @@ def test_pair_has_the_efficiency_of_the_design() -> None:
         pair_of(UnitLoss(pt.Map.constant(0.9, x="ratio"), 0.9), torque=1, speed=1, power=1)
 
 
-class Bench(pt.Component):
-    """Driven at a constant speed through an elastic shaft, loaded by a torque; the wanted ratio changes at a limited rate."""
-
-    wanted: pt.Input = pt.signal_input("1", "Overall ratio that is wanted")
-    actuator: RatioActuator = RatioActuator(T=0.1, rate=0.15, ratio_start=0.3)
-    transmission: ElectricTransmission
-    drive: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=200)
-    shaft: rot.SpringDamper = rot.SpringDamper(c=2e4, d=1000)
-    engine: rot.Inertia = rot.Inertia(J=0.1)
-    output: rot.Inertia = rot.Inertia(J=2.0)
-    load: rot.ConstantTorque = rot.ConstantTorque(tau_constant=-80)
-
-    def equations(self) -> pt.Equations:
-        yield pt.connect(self.drive.flange, self.shaft.flange_a)
-        yield pt.connect(self.shaft.flange_b, self.engine.flange_a)
-        yield pt.connect(self.engine.flange_b, self.transmission.flange_a)
-        yield pt.connect(self.transmission.flange_b, self.output.flange_a)
-        yield pt.connect(self.output.flange_b, self.load.flange)
-        yield pt.connect(self.wanted, self.actuator.demand)
-        yield pt.connect(self.actuator.ratio, self.transmission.ratio)
-
-
 def torques(network: Network, w: tuple[float, float], tau_in: float, tau_out: float) -> Any:
     """Of both machines, by virtual work: tau_in w_in + tau_a w_a + tau_b w_b = tau_out w_out for every w_in, w_out."""
     return np.linalg.solve(factors_of_unit(network).T, [-tau_in, tau_out])
 
 
 @pytest.fixture(scope="module")
-def driven() -> pt.Result[Bench]:
+def driven() -> pt.Result[RatioBench]:
     pair = pair_of(UnitLoss(0.85, 0.85), torque=400, speed=2000, power=1e5)
-    model = Bench(transmission=ElectricTransmission.of(SPANS, pair))
+    model = RatioBench(
+        transmission=ElectricTransmission.of(SPANS, pair),
+        actuator=RatioActuator(T=0.1, rate=0.15, ratio_start=0.3),
+        engine=rot.Inertia(J=0.1),
+        load=rot.ConstantTorque(tau_constant=-80),
+    )
     w_a, w_b = factors_of_unit(SPANS[0][2]) @ [200.0, 60.0]
     starts = {"engine.w": 200.0, "output.w": 60.0}
     starts |= {"transmission.pair.machine_a.w": w_a, "transmission.pair.machine_b.w": w_b}
@@ -113,7 +97,7 @@ def driven() -> pt.Result[Bench]:
     return pt.simulate(model, 24.0, starts=starts, inputs=inputs, rtol=1e-7, atol=1e-7)
 
 
-def test_modes_change_at_equal_speeds_through_rest_of_a_machine(driven: pt.Result[Bench]) -> None:
+def test_modes_change_at_equal_speeds_through_rest_of_a_machine(driven: pt.Result[RatioBench]) -> None:
     """Up through both mechanical points of the second mode and back; the output passes the shift without a jerk."""
     number, place = driven["transmission.range"], driven["transmission.place"]
     assert number[0] == number[-1] == 0
@@ -134,7 +118,7 @@ def test_modes_change_at_equal_speeds_through_rest_of_a_machine(driven: pt.Resul
 
 
 @pytest.mark.parametrize(("time", "k"), [(11.9, 1), (23.9, 0)])
-def test_torques_at_rest_are_those_of_the_network(driven: pt.Result[Bench], time: float, k: int) -> None:
+def test_torques_at_rest_are_those_of_the_network(driven: pt.Result[RatioBench], time: float, k: int) -> None:
     """Of both machines by virtual work, and of the engine by the efficiency of the design, which has lossless gears here."""
     at = {name: driven.at(time, name) for name in ("output.w", "engine.w", "transmission.flange_a.tau")}
     assert driven.at(time, "transmission.locks[0].tau") == 0
@@ -150,7 +134,7 @@ def test_what_no_pair_can_drive() -> None:
     with pytest.raises(pt.ParameterError, match="two ranges meet at r = 0"):
         ElectricTransmission.of([(-1.0, 0.0, SPANS[0][2]), (0.0, 1.0, SPANS[1][2])])
     with pytest.raises(pt.ParameterError, match="the ranges do not meet"):
-        pt.compile(Bench(transmission=ElectricTransmission.of([(0.0, 0.7, SPANS[0][2]), (0.7, 2.0, SPANS[1][2])])))
+        pt.compile(RatioBench(transmission=ElectricTransmission.of([(0.0, 0.7, SPANS[0][2]), (0.7, 2.0, SPANS[1][2])])))
     with pytest.raises(pt.ParameterError, match="V_min = 500"):
         ElectricPair(V_min=500)
 

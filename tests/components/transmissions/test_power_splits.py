@@ -83,6 +83,7 @@ def test_input_split_has_one_mechanical_point() -> None:
     assert f == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_compound_split_has_two_mechanical_points() -> None:
     """Between tau_1 and tau_2, where one of the suns stands still, f = (tau - tau_1)(tau - tau_2)/(tau (tau_2 - tau_1))."""
     # w_sun = (1 + k) w_carrier - k w_ring: first (1 + k) tau - k = 0; second (1 + k) - k tau = 0

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ratio_bench import RatioBench
 
 import powertrain as pt
-from powertrain.components import rotational as rot
 from powertrain.components.cvu import CVU, RatioActuator
 from powertrain.components.transmissions import Network, RangeTransmission, UnitLoss, flow
 from powertrain.components.transmissions.ratio import factors_of_unit
@@ -27,28 +27,6 @@ CASES: list[Any] = [
 ]
 
 
-class Bench(pt.Component):
-    """Driven through an elastic shaft at a constant speed, loaded by a torque; the ratio changes at a limited rate."""
-
-    wanted: pt.Input = pt.signal_input("1", "Overall ratio that is wanted")
-    actuator: RatioActuator = RatioActuator(T=0.1, rate=0.1, ratio_start=0.3)
-    transmission: RangeTransmission
-    drive: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=200)
-    shaft: rot.SpringDamper = rot.SpringDamper(c=2e4, d=1000)
-    engine: rot.Inertia = rot.Inertia(J=0.05)
-    output: rot.Inertia = rot.Inertia(J=2.0)
-    load: rot.ConstantTorque = rot.ConstantTorque(tau_constant=-100)
-
-    def equations(self) -> pt.Equations:
-        yield pt.connect(self.drive.flange, self.shaft.flange_a)
-        yield pt.connect(self.shaft.flange_b, self.engine.flange_a)
-        yield pt.connect(self.engine.flange_b, self.transmission.flange_a)
-        yield pt.connect(self.transmission.flange_b, self.output.flange_a)
-        yield pt.connect(self.output.flange_b, self.load.flange)
-        yield pt.connect(self.wanted, self.actuator.demand)
-        yield pt.connect(self.actuator.ratio, self.transmission.ratio)
-
-
 def spans(structure: Structure, m: Any, R_o: Any, shifts: list[float]) -> list[tuple[float, float, Network]]:
     """Ranges from r = 0.3 to 1.4, the unit's shafts as fast as the input in the first one."""
     designs = Designs(structure, np.array([m]), np.array([R_o]), np.array([shifts]), np.ones((1, 2)))
@@ -56,10 +34,10 @@ def spans(structure: Structure, m: Any, R_o: Any, shifts: list[float]) -> list[t
     return [(ends[k], ends[k + 1], designs.networks(k, 0.98, 0.99)[0]) for k in range(len(structure.ranges))]
 
 
-def driven(parts: Any, times: list[float], wanted: list[float]) -> pt.Result[Bench]:
+def driven(parts: Any, times: list[float], wanted: list[float]) -> pt.Result[RatioBench]:
     """The bench with a wanted ratio, which is that of the start at first."""
     part = next(part for part in parts if part[0] <= wanted[0] <= part[1])
-    model = Bench(
+    model = RatioBench(
         transmission=pt.replace(RangeTransmission.of(parts, UNIT), range_start=parts.index(part)),
         actuator=RatioActuator(T=0.1, rate=0.1, ratio_start=wanted[0]),
     )
@@ -121,6 +99,6 @@ def test_what_are_no_ranges() -> None:
     }
     for said, given in wrong.items():
         with pytest.raises(pt.ParameterError, match=said):
-            pt.compile(Bench(transmission=RangeTransmission.of(given, UNIT)))
+            pt.compile(RatioBench(transmission=RangeTransmission.of(given, UNIT)))
     with pytest.raises(pt.ParameterError, match="do not belong to 2 ranges"):
-        pt.compile(Bench(transmission=pt.replace(RangeTransmission.of(parts), selectors_a=())))
+        pt.compile(RatioBench(transmission=pt.replace(RangeTransmission.of(parts), selectors_a=())))

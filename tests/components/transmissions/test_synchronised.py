@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
@@ -42,7 +43,7 @@ def run(gearbox: SynchronisedGearbox, levers: tuple[tuple[float, float], ...], s
     return pt.simulate(Shifted(lever=TimeTable(table=levers), gearbox=gearbox), stop, starts=starts, rtol=1e-8)
 
 
-@pytest.mark.parametrize(("gear", "ratio"), [(1, 3.0), (2, 2.0), (3, 1.25)])
+@pytest.mark.parametrize(("gear", "ratio"), few([(1, 3.0), (2, 2.0), (3, 1.25)]))
 def test_a_gear_takes_the_time_of_its_cone(gear: int, ratio: float) -> None:
     """From neutral with the input at rest: J r^2 w_out/T between contact and passage, whichever side of its rail it is on."""
     result = run(box(), ((0.0, gear - 0.5), (0.01, gear - 0.5), (0.01, float(gear))), 0.6, 0.0)

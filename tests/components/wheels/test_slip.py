@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from wheel_rigs import Drum, plain, tight
 
 import powertrain as pt
@@ -89,7 +90,7 @@ def test_magic_formula_has_a_relaxation_length() -> None:
     np.testing.assert_allclose(result["wheel.f"], expected, atol=2e-3 * steady_force)
 
 
-@pytest.mark.parametrize("wheel", [SlipWheel(mu=0.5), MagicFormulaWheel(mu=0.5)], ids=["linear", "magic"])
+@pytest.mark.parametrize("wheel", few([SlipWheel(mu=0.5), MagicFormulaWheel(mu=0.5)]), ids=["linear", "magic"])
 def test_spinning_at_standstill_and_sliding_locked(wheel: Wheel) -> None:
     """No speed over the road, or no speed of the wheel: the limit of friction, in the direction of slip."""
     limit = 2000.0
@@ -102,6 +103,7 @@ def test_spinning_at_standstill_and_sliding_locked(wheel: Wheel) -> None:
         assert locked == pytest.approx(formula(TYRES[0], -1.0, 4000, 0.5), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_loss_of_steady_slip_is_force_times_slip_speed() -> None:
     for wheel in (SlipWheel(Cr=0), MagicFormulaWheel(Cr=0)):
         for kappa in (0.03, 0.4):
@@ -127,7 +129,7 @@ class Cornering(pt.Component):
         yield pt.connect(self.side.y, self.drum.wheel.side)
 
 
-@pytest.mark.parametrize("wheel", [SlipWheel(mu=0.5), MagicFormulaWheel(mu=0.5)], ids=["linear", "magic"])
+@pytest.mark.parametrize("wheel", few([SlipWheel(mu=0.5), MagicFormulaWheel(mu=0.5)]), ids=["linear", "magic"])
 def test_a_side_force_takes_of_the_grip(wheel: Wheel) -> None:
     """Kamm's circle: 0.6 of the grip to the side leave 0.8 of it along the road; more than all of it leaves next to nothing."""
     drum = Drum(

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from cases import few
 from wheel_rigs import SLIPPING, WHEELS, plain, tight
 
 import powertrain as pt
@@ -37,7 +38,7 @@ def test_rolling_resistance_rises_with_the_speed_squared() -> None:
     np.testing.assert_allclose(result["body.v"], root * np.tan(np.arctan(40 / root) - k * result.time), rtol=1e-7)
 
 
-@pytest.mark.parametrize(("grade", "rolls"), [(0.0099, False), (-0.0099, False), (0.0101, True), (-0.0101, True)])
+@pytest.mark.parametrize(("grade", "rolls"), few([(0.0099, False), (-0.0099, False), (0.0101, True), (-0.0101, True)]))
 def test_rolling_resistance_holds_up_to_its_coefficient(grade: float, rolls: bool) -> None:
     result = tight(plain(RigidWheel(), grade=Constant(k=grade)), 5.0)
     a = np.sign(-grade) * (abs(grade) - 0.01) * G / np.sqrt(1 + grade**2) * 1500 / M if rolls else 0.0
@@ -45,7 +46,7 @@ def test_rolling_resistance_holds_up_to_its_coefficient(grade: float, rolls: boo
 
 
 @pytest.mark.parametrize("name", WHEELS)
-@pytest.mark.parametrize("grade", [0.12, -0.12])
+@pytest.mark.parametrize("grade", few([0.12, -0.12]))
 def test_brake_holds_on_a_slope(name: str, grade: float) -> None:
     """The car comes to rest and stays: the tyre's spring carries what the brake holds."""
     model = plain(WHEELS[name], grade=Constant(k=grade), demand=Constant(k=0.5))
@@ -60,7 +61,7 @@ def test_brake_holds_on_a_slope(name: str, grade: float) -> None:
         assert result["rear.u"][-1] * stiffness == pytest.approx(result["rear.f"][-1], rel=1e-8)
 
 
-@pytest.mark.parametrize("grade", [0.25, 0.34, -0.34])
+@pytest.mark.parametrize("grade", few([0.25, 0.34, -0.34]))
 def test_locked_wheels_regain_their_grip_at_rest(grade: float) -> None:
     """On a road of mu = 0.4 a locked wheel slides at 0.21 of its load; at rest it holds almost 0.4."""
     model = plain(MagicFormulaWheel(mu=0.4), demand=Constant(k=1.0), grade=Constant(k=grade), locked_front=True)
@@ -72,13 +73,14 @@ def test_locked_wheels_regain_their_grip_at_rest(grade: float) -> None:
     assert result["front.f"][-1] + result["rear.f"][-1] == pytest.approx(pull, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_road_too_steep_for_its_grip_lets_locked_wheels_slide() -> None:
     model = plain(MagicFormulaWheel(mu=0.4), demand=Constant(k=1.0), grade=Constant(k=0.42), locked_front=True)
     result = tight(model, 6.0, {"body.v": 3.0})
     assert result["body.v"][-1] < -5
 
 
-@pytest.mark.parametrize("name", SLIPPING)
+@pytest.mark.parametrize("name", few(SLIPPING))
 def test_a_car_that_stops_rocks_once_or_twice(name: str) -> None:
     """Its tyres' springs swing a car with locked rear wheels less than a tenth as far every time."""
     result = tight(plain(WHEELS[name], demand=Constant(k=0.5)), 8.0, {"body.v": 3.0}, times=np.linspace(0, 8, 8001))
@@ -91,7 +93,7 @@ def test_a_car_that_stops_rocks_once_or_twice(name: str) -> None:
     assert np.abs(v[result.time > result.time[stopped] + 1.5]).max() < 1e-2
 
 
-@pytest.mark.parametrize("name", WHEELS)
+@pytest.mark.parametrize("name", few(WHEELS))
 def test_energy_closes_through_start_slide_and_stop(name: str) -> None:
     """Torque that spins the wheels, a brake that locks them, a slope and wind: the audit closes, nothing is gained."""
     model = plain(
@@ -113,6 +115,7 @@ def test_energy_closes_through_start_slide_and_stop(name: str) -> None:
         assert np.abs(result["front.v_slide"]).max() > 1
 
 
+@pytest.mark.slow
 def test_stiff_tyre_is_a_rigid_wheel() -> None:
     """C to infinity at one relaxation length; the difference falls with 1/C."""
     drive = Sine(amplitude=400, f=0.5)
@@ -125,6 +128,7 @@ def test_stiff_tyre_is_a_rigid_wheel() -> None:
     assert differences[1] == pytest.approx(differences[0] / 10, rel=0.1)
 
 
+@pytest.mark.slow
 def test_wheels_start_rolling() -> None:
     """A speed of the body is a speed of its wheels unless they are given another; the contact bears the load at once."""
     for wheel in WHEELS.values():
@@ -158,7 +162,7 @@ def test_brake_may_sit_on_a_carrier() -> None:
     assert result["carrier.w"][-1] == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize("name", WHEELS)
+@pytest.mark.parametrize("name", few(WHEELS))
 def test_a_wheel_in_the_air_is_refused(name: str) -> None:
     """A high vehicle that is braked at the front lifts its rear."""
     model = plain(WHEELS[name], torque=Ramp(height=-30000, duration=5), body=VehicleBody(h=2))
