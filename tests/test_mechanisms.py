@@ -78,8 +78,8 @@ def happened(plant: pt.Plant[Any], result: pt.Result[Any]) -> dict[str, list[tup
             seen = found.setdefault(name, [])
             if seen and instant.time - seen[-1][0] < TOGETHER:  # of shafts that stop together one may be seen to go on
                 seen.pop()
-            elif seen and seen[-1][1] != old:  # it broke loose without a rate, which no instant shows
-                seen.append((_last_event(result, name, instant.time), old))
+            elif seen and seen[-1][1] != old:  # no instant shows it: it broke loose without a rate, or died away
+                seen.append((np.nan if old == "at rest" else _last_event(result, name, instant.time), old))
             if not seen or seen[-1][1] != now:  # between two of the same it did what cannot be told from noise
                 seen.append((instant.time, now))
     return found
@@ -106,7 +106,8 @@ def examined(seed: int, careless: bool = False) -> bool:
     for name in sorted(seldom.keys() | often.keys()):
         one, other = seldom.get(name, []), often.get(name, [])
         assert [what for _, what in one] == [what for _, what in other], (seed, name, one, other)
-        assert [t for t, _ in one] == pytest.approx([t for t, _ in other], abs=NEAR), (seed, name)
+        apart = np.array([t for t, _ in one]) - [t for t, _ in other]
+        assert not (np.abs(apart) > NEAR).any(), (seed, name, one, other)  # speeds that die away rest at no time (nan)
     return True
 
 

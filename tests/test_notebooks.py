@@ -44,4 +44,8 @@ def test_notebook_runs(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
     kinds = {kind for output in outputs for kind in output.get("data", {})}
     assert {"text/html", "image/png"} <= kinds or path.stem == "gradient"
-    assert not [output for output in outputs if output.output_type == "error" or output.get("name") == "stderr"]
+    assert not [output for output in outputs if output.output_type == "error"]
+    complaints = "".join(output.text for output in outputs if output.get("name") == "stderr").splitlines()
+    assert not [
+        line for line in complaints if not line.startswith("findfont: ")
+    ]  # which fonts a machine has is its own affair
