@@ -7,7 +7,7 @@ that of its nearest neighbour, and what is left then is solved by continuation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,10 +42,14 @@ class SolvedPoints:
     given: Mask
     yields: Array
 
+    def some(self, which: Index) -> SolvedPoints:
+        """Some of them."""
+        return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
+
     def take(self, which: Mask, other: SolvedPoints) -> None:
         """Takes over some of the solutions of others."""
-        for name in ("done", "y", "modes", "tau", "given", "yields"):
-            getattr(self, name)[which] = getattr(other, name)[which]
+        for f in fields(self):
+            getattr(self, f.name)[which] = getattr(other, f.name)[which]
 
     def put(self, p: int, found: SteadyPoint) -> None:
         """Takes over one solution."""
@@ -79,8 +83,9 @@ class Solutions:
         best, begun = self._nothing(start.near), list[Array]()
         for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
             found = self._from(start.start + speed * start.sliding, grid, side, start.near, begun)
-            both = best.done & found.done
-            other = both & self._differ(grid, best, found)
+            other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
+            if both.size:
+                other[both] = self._differ(grid[both], best.some(both), found.some(both))
             number[other] = 2
             differing |= other[:, None] & (best.modes != found.modes)
             new = found.done & ~best.done
@@ -91,9 +96,13 @@ class Solutions:
         self._rest_of(best, grid, side)
         number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
-        at = Iterates(grid[known], best.y[known], best.modes[known], best.tau[known])
-        number[known[undetermined(laws, at, Near(best.given[known], best.yields[known]), side[known])]] = 2
-        return Best(best, number, self._rest(grid, best), differing)
+        at = Iterates(grid, best.y, best.modes, best.tau).some(known)
+        value, near = laws.values(at), Near(best.given, best.yields).some(known)
+        number[known[undetermined(laws, at, value, near, side[known])]] = 2
+        still = np.abs(value.speed) <= laws.zone(value, at)
+        rest = np.zeros_like(best.given)
+        rest[known] = near.given & still & (value.upper - value.lower > NO_WIDTH)
+        return Best(best, number, rest, differing)
 
     def _nothing(self, near: Near) -> SolvedPoints:
         laws, count = self.laws, len(near.given)
@@ -166,23 +175,13 @@ class Solutions:
 
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a law that slides."""
+        at = Iterates(grid, one.y, one.modes, one.tau)
+        value = self.laws.values(at)
+        slides = np.abs(value.speed) > self.laws.zone(value, at)
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
-        slides = ~self._at_rest(grid, one)
         large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
         return np.asarray(y.any(axis=1) | tau.any(axis=1))
-
-    def _at_rest(self, grid: Array, found: SolvedPoints) -> Mask:
-        at = Iterates(grid, found.y, found.modes, found.tau)
-        value = self.laws.values(at)
-        return np.asarray(np.abs(value.speed) <= self.laws.zone(value, at))
-
-    def _rest(self, grid: Array, found: SolvedPoints) -> Mask:
-        """The laws at rest under a given motion, whose torque is not determined."""
-        at = Iterates(grid, found.y, found.modes, found.tau)
-        value = self.laws.values(at)
-        still = np.abs(value.speed) <= self.laws.zone(value, at)
-        return np.asarray(found.done[:, None] & found.given & still & (value.upper - value.lower > NO_WIDTH))
 
     def _rank(self, found: SolvedPoints) -> NDArray[np.intp]:
         """Laws at rest come before laws that slide, and forward before backward."""
