@@ -136,7 +136,7 @@ DATA = OutputFile(".nc", ".csv")
 PAGE = OutputFile(".html")
 
 
-class Held(click.ParamType):
+class Held(ArgumentType):
     """A discrete variable or a state, and its value."""
 
     name = "held"
