@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def test_operating_points_are_those_above_half_the_voltage(guess: float) -> None
     """The other root, below 100 V, is not what a machine that draws more and more comes to; beyond 20 kW there is none."""
     rig = Supply(battery=Battery(ocv=FLAT, R=0.5, Q=1e9))
     demand = np.array([0.4, 2.0, 3.9, 4.1])
-    grid = {"battery.soc": 0.5, "load.demand": demand}
+    grid: dict[str, Any] = {"battery.soc": 0.5, "load.demand": demand}
     found = pt.steady(rig, grid, outputs=["battery.bus.v"], guesses={"battery.bus.v": guess, "battery.i": guess - 200})
     v = (200 + np.sqrt(200**2 - 4 * 0.5 * 5e3 * demand[:3])) / 2
     assert found["battery.bus.v"].values[:3] == pytest.approx(v, rel=1e-9)
