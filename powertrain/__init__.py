@@ -12,21 +12,10 @@ if not (_package / "components" / "__init__.py").is_file():
     __path__.append(str(_package.parent))
 
 from powertrain.errors import InitializationError, ModelError, ParameterError, PowertrainError, SimulationError
-from powertrain.language.component import (
-    Component,
-    Discrete,
-    Equations,
-    Parameter,
-    Variable,
-    discrete,
-    flow,
-    parameter,
-    port,
-    support,
-    variable,
-)
+from powertrain.language.component import Component, Equations
 from powertrain.language.connectors import Connector, Input, Output, Signal, signal_input, signal_output
 from powertrain.language.cutting import bench
+from powertrain.language.fields import Discrete, Parameter, Variable, discrete, flow, parameter, port, support, variable
 from powertrain.language.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
 from powertrain.language.map import Axis, Map
 from powertrain.language.replacing import replace

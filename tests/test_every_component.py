@@ -16,7 +16,8 @@ from powertrain.components import rotational, translational
 from powertrain.components.blocks import Sine
 from powertrain.components.electric import DCTerminal, VoltageSource
 from powertrain.components.engines import MappedEngine
-from powertrain.language.component import Parameter, Port, Quantity, children
+from powertrain.language.component import children
+from powertrain.language.fields import Parameter, Port, Quantity
 
 # What a class needs beside numbers, and numbers that 1 does not serve.
 GIVEN: dict[str, dict[str, Any]] = {

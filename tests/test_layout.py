@@ -28,6 +28,7 @@ ORDER = [
     "language: recorder",
     "language: checks",
     "language: law",
+    "language: fields",
     "language: component",
     "language: connectors",
     "language: laws",

@@ -72,10 +72,23 @@ class HarmonicDrive(_Reducer):
     ) -> Self:
         """From teeth and catalogue values.
 
-        Parameters: teeth of flexspline and circular spline; efficiency where the wave generator drives, and ``back`` where the flexspline
-        does; no-load starting torque at the wave generator and no-load back-driving torque at the flexspline [N.m]; stiffness as rows
-        (torque from which it holds N.m, stiffness N.m/rad); damping of the wind-up [N.m.s/rad]. Errors: ParameterError for a circular
-        spline without more teeth than the flexspline.
+        Parameters
+        ----------
+        flexspline, circular : int
+            Teeth of the flexspline and of the circular spline.
+        efficiency, back : float
+            Efficiency where the wave generator drives, and where the flexspline does [1].
+        starting, backdriving : float
+            No-load starting torque at the wave generator, and no-load back-driving torque at the flexspline [N.m].
+        stiffness : table
+            Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
+        d : float
+            Damping of the wind-up [N.m.s/rad].
+
+        Raises
+        ------
+        ParameterError
+            For a circular spline without more teeth than the flexspline.
         """
         if not 0 < flexspline < circular:
             raise ParameterError(
@@ -113,9 +126,25 @@ class CycloidalDrive(_Reducer):
         stiffness: Table = ((0.0, 5e4), (15.0, 2e5)),
         d: float = 50.0,
     ) -> Self:
-        """From the lobes of the disc, the pins of the ring and catalogue values as in ``HarmonicDrive.of``.
+        """From lobes, pins and catalogue values.
 
-        Errors: ParameterError unless there are more pins than lobes.
+        Parameters
+        ----------
+        lobes, pins : int
+            Lobes of the disc, and pins of the ring.
+        efficiency, back : float
+            Efficiency where the eccentric drives, and where the output does [1].
+        starting, backdriving : float
+            No-load starting torque at the eccentric, and no-load back-driving torque at the output [N.m].
+        stiffness : table
+            Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
+        d : float
+            Damping of the wind-up [N.m.s/rad].
+
+        Raises
+        ------
+        ParameterError
+            Unless there are more pins than lobes.
         """
         if not 0 < lobes < pins:
             raise ParameterError(f"a disc of {lobes} lobes does not turn in {pins} pins; it needs more pins than lobes")

@@ -12,7 +12,25 @@ def stribeck_table(
 ) -> Table:
     """Friction force F_Coulomb + F_prop v + F_Stribeck exp(-fexp v) at equally spaced speeds from 0 to v_max.
 
-    Units: N.s/m, N, N, s/m, m/s.
+    Parameters
+    ----------
+    F_prop : float
+        Viscous friction [N.s/m].
+    F_Coulomb : float
+        Coulomb friction [N].
+    F_Stribeck : float
+        Stribeck effect [N].
+    fexp : float
+        Exponential decay [s/m].
+    v_max : float
+        Largest speed [m/s].
+    rows : int
+        Number of speeds.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Speeds [m/s] and forces [N].
     """
     speeds = [v_max * i / (rows - 1) for i in range(rows)]
     return tuple((v, F_Coulomb + F_prop * v + F_Stribeck * math.exp(-fexp * v)) for v in speeds)

@@ -68,7 +68,19 @@ class Automatic(ClutchToClutch):
 
     @classmethod
     def of(cls, scheme: GearScheme, *, torque: float = TORQUE, J: float = J_SHAFT, **parts: Any) -> Self:
-        """The parts of a scheme whose elements hold ``torque`` [N.m] at the input in every gear, on shafts of inertia J [kg.m2] each."""
+        """The component of a scheme.
+
+        Parameters
+        ----------
+        scheme : GearScheme
+            Planetary sets, shift elements and gears.
+        torque : float
+            Torque at the input that the shift elements hold in every gear [N.m].
+        J : float
+            Moment of inertia of each shaft [kg.m2].
+        **parts
+            Other parts and parameters of the component.
+        """
         made = {"levers": _levers(scheme), "shafts": _shafts(scheme, J), "elements": _elements(scheme, torque)}
         return cls(scheme=scheme, **(made | parts))
 

@@ -40,17 +40,46 @@ class ShiftElement:
 
 
 def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0) -> Lever:
-    """A simple planetary gear on three shafts; ``teeth`` are those of sun and ring, ``eta`` the efficiency with the carrier fixed."""
+    """A simple planetary gear.
+
+    Parameters
+    ----------
+    name : str
+        Name of the set.
+    sun, ring, carrier : str
+        Names of its shafts.
+    teeth : tuple of int
+        Tooth numbers of sun and ring.
+    eta : float
+        Efficiency with the carrier fixed [1].
+
+    Returns
+    -------
+    Lever
+    """
     return Lever(name, sun, ring, carrier, -teeth[1] / teeth[0], eta)
 
 
 def ravigneaux(
     large: str, small: str, ring: str, carrier: str, *, teeth: tuple[int, int, int], eta: float = 1.0
 ) -> tuple[Lever, Lever]:
-    """A Ravigneaux set on four shafts; ``teeth`` are those of large sun, small sun and ring.
+    """A Ravigneaux set as two levers with one ring and one carrier.
 
-    Two levers with one ring and one carrier: the large sun meshes with the ring through one planet, the small sun through two. ``eta`` is
-    the efficiency of the first, with the carrier fixed; the second has one mesh more: eta^(3/2).
+    The large sun meshes with the ring through one planet, the small sun through two.
+
+    Parameters
+    ----------
+    large, small, ring, carrier : str
+        Names of the shafts of the large sun, the small sun, the ring and the carrier.
+    teeth : tuple of int
+        Tooth numbers of large sun, small sun and ring.
+    eta : float
+        Efficiency of the set of the large sun with the carrier fixed [1]; the other has one mesh more, eta^(3/2).
+
+    Returns
+    -------
+    tuple of Lever
+        The sets of the large and of the small sun.
     """
     Z_large, Z_small, Z_ring = teeth
     return (
@@ -109,7 +138,24 @@ class GearScheme:
         input: str = "in",
         output: str = "out",
     ) -> Self:
-        """Elements as "shaft-shaft" or "shaft-housing", and for each gear the names of those that are engaged in it."""
+        """A scheme from texts.
+
+        Parameters
+        ----------
+        *levers : Lever
+            Planetary sets, from ``planetary`` and ``ravigneaux``.
+        elements : mapping of str to str
+            Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake.
+        gears : mapping of str to str
+            Name of each gear, and the elements that are engaged in it, separated by spaces.
+        input, output : str
+            Names of the input and the output shaft.
+
+        Raises
+        ------
+        ParameterError
+            For a scheme that leaves other than one degree of freedom in a gear, or whose neighbouring gears exchange more than one element.
+        """
         pairs = joints(*elements.values())
         made = tuple(ShiftElement(name, *pair) for name, pair in zip(elements, pairs, strict=True))
         return cls(

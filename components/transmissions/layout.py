@@ -59,13 +59,58 @@ def relative_ratio(layout: str, R_o: Any) -> Any:
 
 
 def overall_ratio(layout: str, R_o: float, V: float, coupling: Coupling = "input") -> float:
-    """The ratio r = w_3/w_1 over V = w_2/w_1 (input-coupled, eq. 24) or V = w_2/w_3 (output-coupled: r (1 - V + R V) = R)."""
+    """The ratio r = w_3/w_1 for a ratio of the variable unit.
+
+        input-coupled, V = w_2/w_1:   r = R + (1 - R) V                        (24)
+        output-coupled, V = w_2/w_3:  r (1 - V + R V) = R
+
+    Parameters
+    ----------
+    layout : str
+        The layout, which gives the relative ratio R from the basic ratio.
+    R_o : float
+        Basic ratio of the planetary gear [1].
+    V : float
+        Ratio of the variable unit [1].
+    coupling : {"input", "output"}
+        The shaft with which the variable unit is coupled.
+
+    Returns
+    -------
+    float
+        r [1].
+    """
     R = relative_ratio(layout, R_o)
     return R + (1 - R) * V if checked(coupling) == "input" else R / (1 - V + R * V)
 
 
 def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") -> float:
-    """V that gives r: (r - R)/(1 - R) (eq. 23), or (1 - R/r)/(1 - R). Errors: ParameterError where no finite V does."""
+    """The ratio V of the variable unit that gives the ratio r.
+
+        input-coupled:   V = (r - R)/(1 - R)                                   (23)
+        output-coupled:  V = (1 - R/r)/(1 - R)
+
+    Parameters
+    ----------
+    layout : str
+        The layout, which gives the relative ratio R from the basic ratio.
+    R_o : float
+        Basic ratio of the planetary gear [1].
+    r : float
+        The ratio w_3/w_1 [1].
+    coupling : {"input", "output"}
+        The shaft with which the variable unit is coupled.
+
+    Returns
+    -------
+    float
+        V [1].
+
+    Raises
+    ------
+    ParameterError
+        Where no finite V gives r.
+    """
     R = relative_ratio(layout, R_o)
     if checked(coupling) == "input":
         return (r - R) / (1 - R)

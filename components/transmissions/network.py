@@ -82,10 +82,21 @@ class Network:
 
     @classmethod
     def split_path(cls, layout: Layout, coupling: Coupling, R_o: float, eta: float = 1.0) -> Self:
-        """One of the six types of Yu & Beachley 1986, input- or output-coupled, without its unit's loss (``SplitPathTransmission``).
+        """One of the six layouts of Yu & Beachley 1986, input- or output-coupled, without the loss of its variable unit.
 
         The unit's shaft a is the one on the side of the input, so that K > 0 is power towards the output in both couplings; V = w_b/w_a of
         the output-coupled one is the inverse of the paper's.
+
+        Parameters
+        ----------
+        layout : str
+            The layout.
+        coupling : {"input", "output"}
+            The shaft with which the variable unit is coupled.
+        R_o : float
+            Basic ratio of the planetary gear [1].
+        eta : float
+            Its efficiency with the carrier fixed [1].
         """
         place = dict(zip(members(layout), ("in", "2", "out"), strict=True))
         lever = Lever("differential", place["a"], place["b"], place["carrier"], R_o, eta)

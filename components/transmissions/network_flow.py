@@ -98,15 +98,39 @@ def flow(
     ratios: ArrayLike | None = None,
     thorough: bool = True,
 ) -> Flow:
-    """Operating points over r = w_out/w_in for the ``torque`` that the output delivers, N.m, negative where the output drives.
+    """Operating points of a network over its ratio.
 
-    ``ratios``: ratios of the levers of many candidates, shape (candidates, levers); results then have candidates before points, and r,
-    torque and w_in may be (candidates, points).
+    Unknown are one torque of every lever and both of the unit. In every node but the input the torques are balanced; for the unit
+    eta T_a w_a + T_b w_b = 0 where a drives, T_a w_a + eta T_b w_b = 0 where b does. That is linear for given directions of the latent
+    powers and of the unit's power. All directions are tried, and those kept that agree with the torques they give.
 
-    Unknown are one torque of every lever and both of the unit. In every node but the input torques are balanced; for the unit eta T_a
-    w_a + T_b w_b = 0 where a drives, T_a w_a + eta T_b w_b = 0 where b does. That is linear for given directions of the latent powers
-    and of the unit's power. All directions are tried, and those kept that agree with the torques that they give. Where not ``thorough``,
-    directions are those of the torques before, beginning without loss, until they stay: one solution is found, and none where they do not.
+    Parameters
+    ----------
+    network : Network
+        The network.
+    r : array_like
+        Ratios w_out/w_in [1], of shape (points,) or (candidates, points).
+    torque : array_like
+        Torque that the output delivers [N.m], negative where the output drives; shape as for ``r``.
+    w_in : array_like
+        Speed of the input [rad/s]; shape as for ``r``.
+    loss : UnitLoss, optional
+        Loss of the variable unit; by default none.
+    ratios : array_like, optional
+        Basic ratios of the levers of many candidates, of shape (candidates, levers); by default those of the network.
+    thorough : bool
+        Whether all directions are tried. Otherwise they are those of the torques before, beginning without loss, until they stay:
+        this finds one solution, and none where they do not settle.
+
+    Returns
+    -------
+    Flow
+        Arrays of shape (points,), or (candidates, points) with ``ratios``.
+
+    Raises
+    ------
+    ParameterError
+        For points of another number of candidates.
     """
     unit = loss or UnitLoss()
     given = np.atleast_2d(network.ratios if ratios is None else np.asarray(ratios, float))

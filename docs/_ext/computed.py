@@ -11,6 +11,7 @@ import io
 import json
 import multiprocessing
 import os
+import pkgutil
 import runpy
 import sys
 import tempfile
@@ -93,13 +94,21 @@ def compute(*, recompute: bool = True, report: Callable[[str], None] = print) ->
     os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     # A process that has imported the library once is forked for each job: importing would take a third of the time.
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["matplotlib.pyplot", "powertrain.measured", "powertrain.vehicles.manual_car"])
+    context.set_forkserver_preload(["matplotlib.backends.backend_agg", "matplotlib.pyplot", *_modules()])
     with ProcessPoolExecutor(min(os.cpu_count() or 1, 4), context, max_tasks_per_child=1) as pool:
         done = {pool.submit(perform, job): job for job in wanted}
         for finished in as_completed(done):
             job, seconds = done[finished], finished.result()
             (job.folder / STAMP).write_text(job.fingerprint(state), encoding="utf-8")
             report(f"{job.kind} {job.name}: {seconds:.1f} s")
+
+
+def _modules() -> list[str]:
+    """All modules of the library but the command line's."""
+    import powertrain
+
+    names = [module.name for module in pkgutil.walk_packages(powertrain.__path__, "powertrain.")]
+    return [name for name in names if not name.startswith(("powertrain.cli", "powertrain.__main__"))]
 
 
 def _is_there(job: Job, fingerprint: str, recompute: bool) -> bool:

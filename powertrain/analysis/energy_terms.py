@@ -6,7 +6,6 @@ in it or, in a boundary (source, ground), taken out of the model.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -22,7 +21,7 @@ from powertrain.language.recorder import Recorder, reading
 from powertrain.language.symbols import Symbol, column, free_symbols
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.tape import COMPARISONS, CallsFunction, operations
+from powertrain.numerics.tape import COMPARISONS, operations
 from powertrain.signals import Samples, Signals, signals_of
 
 Matrix = NDArray[np.float64]
@@ -112,15 +111,11 @@ class EnergyTerms:
     def instants(self, p: Array) -> list[float]:
         """When conditions of time alone change in losses: switches that only ``loss()`` has are no events of the run."""
         dae = self._dae
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        leaves = [*map(ca.vertsplit, inputs[:-1]), [Symbol(value) for value in p]]
-        found: list[float] = []
-        for loss in self._losses:
-            if ca.depends_on(loss, dae.t):
-                with suppress(CallsFunction):
-                    lines = (line for line in operations(loss, inputs, leaves) if line.code in COMPARISONS)
-                    found += [t for line in lines for t in _zero(line.operands[0] - line.operands[1], dae.t)]
-        return found
+        leaves = [[dae.t], None, None, None, [Symbol(value) for value in p]]
+        timed = column([loss for loss in self._losses if ca.depends_on(loss, dae.t)])
+        lines = operations(timed, [dae.t, dae.x, dae.z, dae.m, dae.p], leaves)
+        conditions = [line.operands for line in lines if line.code in COMPARISONS]
+        return [t for left, right in conditions for t in _zero(left - right, dae.t)]
 
     def values(self, samples: Samples, p: Array) -> EnergyValues:
         """The terms at the samples. ModelError where one is not finite."""

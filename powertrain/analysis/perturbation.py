@@ -16,8 +16,9 @@ from powertrain.analysis.operating_point import Array, OperatingPoint
 from powertrain.compiler.assemble import Compiled, compile_flat
 from powertrain.compiler.flatten import Equation, Flat, flatten
 from powertrain.errors import ModelError
-from powertrain.language.component import Component, Variable
+from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Output, Signal
+from powertrain.language.fields import Variable
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place, reading

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import powertrain as pt
-from powertrain.language.component import _MISSING, Port
+from powertrain.language.fields import MISSING, Port
 from powertrain.presets.catalogue import fitting
 
 HELPER = re.compile(r"\bself\.(_\w+)\(")
@@ -82,7 +82,7 @@ def _slots(kind: type[pt.Component]) -> Iterator[Row]:
 
 
 def _default(spec: Any) -> str:
-    if spec is _MISSING:
+    if spec is MISSING:
         return "must be given"
     text = type(spec).__name__ if isinstance(spec, pt.Component) else repr(spec)
     return text if len(text) <= 30 else f"a {type(spec).__name__}"

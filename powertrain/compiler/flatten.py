@@ -16,16 +16,9 @@ import casadi as ca
 from powertrain.compiler.texts import read, residual_of
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import checked_condition
-from powertrain.language.component import (
-    Component,
-    Discrete,
-    Parameter,
-    Port,
-    Quantity,
-    Variable,
-    children,
-)
+from powertrain.language.component import Component, children
 from powertrain.language.connectors import Connector, Input, Output, Signal, declared
+from powertrain.language.fields import Discrete, Parameter, Port, Quantity, Variable
 from powertrain.language.law import Law
 from powertrain.language.laws import Connection
 from powertrain.language.recorder import Place, Recorder, reading

@@ -13,7 +13,7 @@ import numpy as np
 
 from powertrain.compiler.calls import marks
 from powertrain.compiler.flatten import Flat, rewritten
-from powertrain.compiler.operations import JUMPING, STEPS, Ways, behind_jumps, may_jump, nodes_of
+from powertrain.compiler.operations import JUMPING, KINKS, STEPS, Ways, behind_jumps, may_jump, nodes_of
 from powertrain.compiler.walks import Jump, Setting, find_jump
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.laws import WhenLaw
@@ -21,6 +21,8 @@ from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 
 _JUMPS, _CALLS, _NAN, _MOVES, _BENDS = 1, 2, 4, 8, 16
+_TOLD = JUMPING | KINKS | {ca.OP_DIV, ca.OP_TAN}
+"""Operations that add a mark to those of their operands."""
 _LONGEST = 60
 _REPEATS = (
     "for a signal of time write schedule(times, values), or switch(time >= t, a, b); for one that repeats count the periods in a discrete "
@@ -69,6 +71,8 @@ def _marks(flat: Flat, expressions: Sequence[Symbol]) -> list[int]:
             return _NAN if np.isnan(tape.instruction_constant(k)) else 0
         if operation == ca.OP_CALL:
             return _CALLS
+        if operation not in _TOLD:
+            return 0
         of = [Ways(bool(bits & _MOVES), bool(bits & _BENDS)) for bits in inner]
         return _JUMPS * may_jump(operation, of) | _BENDS * Ways.of(operation, of).bends
 

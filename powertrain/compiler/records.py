@@ -99,7 +99,7 @@ def opened_record(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
         lower=column([*(f.lower for f in friction), *(Symbol(-np.inf) for _ in contacts)]),
         upper=column([*(f.upper for f in friction), *(Symbol(0) for _ in contacts)]),
         peak=column([*(f.peak for f in friction), *(Symbol(1) for _ in contacts)]),
-        reach=column([resolver.open_reach(place[id(t)]) for t in [*laws, *contacts]]),
+        reach=column([resolver.open_reaches[place[id(t)]] for t in [*laws, *contacts]]),
         compliance=column([resolver.open_compliance(place[id(t)]) for t in [*laws, *contacts]]),
         conditions=column(resolver.open_conditions()),
     )

@@ -160,12 +160,17 @@ class Resolver:
 
     def reach(self, k: int) -> Symbol:
         """How much the torque of a law changes its own rate; 1 where it does not."""
-        return self.close([self.open_reach(k)])[0]
+        return self._reaches[k]
 
-    def open_reach(self, k: int) -> Symbol:
-        """The same for given torques."""
-        slope = ca.jacobian(self.laws[k].rate, self.tau[k])
-        return Symbol(1) if slope.is_zero() else mobility(slope)
+    @cached_property
+    def _reaches(self) -> list[Symbol]:
+        return self.close(self.open_reaches)
+
+    @cached_property
+    def open_reaches(self) -> list[Symbol]:
+        """The reach of every law for given torques."""
+        slopes = [ca.jacobian(law.rate, own) for law, own in zip(self.laws, self.tau, strict=True)]
+        return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
 
     def open_compliance(self, k: int) -> Symbol:
         """How much a law yields while it is stuck, for given torques."""

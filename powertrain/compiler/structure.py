@@ -8,8 +8,9 @@ from powertrain.compiler.index import Differentiated
 from powertrain.compiler.matching import Matching
 from powertrain.compiler.torques import LawTorque
 from powertrain.errors import ModelError
-from powertrain.language.component import Port, Variable, children
+from powertrain.language.component import children
 from powertrain.language.connectors import Connector
+from powertrain.language.fields import Port, Variable
 from powertrain.language.symbols import free_symbols, key
 
 

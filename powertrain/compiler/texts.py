@@ -11,13 +11,14 @@ from typing import Any
 import casadi as ca
 
 from powertrain.errors import ModelError, PowertrainError, suggestion
-from powertrain.language.component import Component, Equations, Frozen
+from powertrain.language.component import Component, Equations
+from powertrain.language.fields import Frozen
 from powertrain.language.recorder import Place, Recorder
 from powertrain.language.symbols import Symbol
 
 _CORE = [
     str(Path(__file__).parents[1] / "language" / f"{name}.py")
-    for name in ("component", "laws", "map", "recorder", "checks")
+    for name in ("fields", "component", "laws", "map", "recorder", "checks")
 ]
 _NOT_TEXT = (str(Path(__file__)), str(Path(__file__).with_name("flatten.py")), str(Path(ca.__file__).parent), *_CORE)
 

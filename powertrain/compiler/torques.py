@@ -224,7 +224,7 @@ def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     slope = ca.jacobian(t.rate, own)
     if slope.is_zero():
         return Symbol(0)
-    return mobility(slope) if shares(t, own, tau) else ca.if_else(_given(slope), terms(slope), 0)
+    return _or_terms(slope, ca.fabs(slope) if shares(t, own, tau) else Symbol(0))
 
 
 def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
@@ -235,11 +235,13 @@ def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
 
 def mobility(slope: Symbol) -> Symbol:
     """|G_ii|, how much a law's torque changes its own rate; the size of its terms where the motion is given and they cancel."""
-    return ca.if_else(_given(slope), terms(slope), ca.fabs(slope))
+    return _or_terms(slope, ca.fabs(slope))
 
 
-def _given(slope: Symbol) -> Symbol:
-    return ca.fabs(slope) <= _GIVEN * terms(slope)
+def _or_terms(slope: Symbol, otherwise: Symbol) -> Symbol:
+    """The size of the slope's terms where they cancel."""
+    size = terms(slope)
+    return ca.if_else(ca.fabs(slope) <= _GIVEN * size, size, otherwise)
 
 
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 
 import casadi as ca
 import numpy as np
 
+from powertrain.compiler.calls import marks
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae
+from powertrain.language.symbols import column, free_symbols, key
 from powertrain.modes.indicators import Indicator
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.tape import CallsFunction, operations
 
 PART = 1 / 8
 """Part of a period that a step may take: a parabola through a sine's samples at quarters of it is right to 1e-5 of its amplitude."""
@@ -21,9 +21,11 @@ class Waves:
     """The sines and cosines of time that the indicators of a model contain."""
 
     def __init__(self, dae: HybridDae, indicators: Sequence[Indicator]) -> None:
-        found = [(i.law, _speeds(dae, i.value)) for i in indicators if ca.depends_on(i.value, dae.t)]
-        self._laws = [(law, len(speeds)) for law, speeds in found if speeds]
-        values = ca.vertcat(ca.SX(0, 1), *[speed for _, speeds in found for speed in speeds])
+        timed = [i for i in indicators if ca.depends_on(i.value, dae.t)]
+        speeds = _Speeds(dae, [i.value for i in timed])
+        found = [(i.law, of) for k, i in enumerate(timed) if (of := speeds.of(k))]
+        self._laws = [(law, len(of)) for law, of in found]
+        values = ca.vertcat(ca.SX(0, 1), *[speed for _, of in found for speed in of])
         self._speeds = ca.Function("powertrain_waves", [dae.t, dae.m, dae.p], [ca.fabs(values)])
         self._sizes = dae.m.numel(), dae.p.numel()
         self._symbols = dae.t, dae.m, dae.p
@@ -68,15 +70,56 @@ def _following(law: object, m: ca.SX) -> ca.SX:
     return m[law.index] > 0.5 if isinstance(law, Contact) else ca.SX(1)
 
 
-def _speeds(dae: HybridDae, expression: ca.SX) -> list[ca.SX]:
-    """The rates (rad/s) of the angles whose sine or cosine is taken, where these are functions of time alone."""
-    inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-    found: dict[int, ca.SX] = {}
-    with suppress(CallsFunction):
-        for line in operations(expression, inputs, [ca.vertsplit(symbols) for symbols in inputs]):
-            if line.code in (ca.OP_SIN, ca.OP_COS):
-                (angle,) = line.operands
-                speed = ca.jacobian(angle, dae.t)
-                if not speed.is_zero() and not ca.depends_on(angle, ca.vertcat(dae.x, dae.z)):
-                    found[speed.element_hash()] = speed
-    return list(found.values())
+class _Speeds:
+    """The rates (rad/s) of the angles whose sine or cosine expressions take, where these are functions of time alone.
+
+    One pass finds those of all expressions, as they share most of what they are computed from.
+    """
+
+    def __init__(self, dae: HybridDae, expressions: Sequence[ca.SX]) -> None:
+        self._time, self._states = dae.t, set(map(key, ca.vertsplit(ca.vertcat(dae.x, dae.z))))
+        self._symbols = free_symbols(column(list(expressions)))
+        self._values: dict[int, ca.SX] = {}  # of the instructions that no state enters
+        self._speeds: list[ca.SX] = []
+        self._found = marks(expressions, self._mark)
+
+    def of(self, i: int) -> list[ca.SX]:
+        """Those in the i-th expression, each once."""
+        mine = [speed for k, speed in enumerate(self._speeds) if self._found[i] >> k & 1]
+        return list({key(speed): speed for speed in mine}.values())
+
+    def _mark(self, tape: ca.Function, k: int, _: list[int]) -> int:
+        """A bit of its own for each sine of time."""
+        code, operands = tape.instruction_id(k), self._operands(tape, k)
+        value = None if operands is None else _value(tape, k, operands)
+        for target in tape.instruction_output(k):
+            self._values.pop(target, None)
+            if value is not None:
+                self._values[target] = value
+        if operands is None or code not in (ca.OP_SIN, ca.OP_COS):
+            return 0
+        speed = ca.jacobian(operands[0], self._time)
+        if speed.is_zero():
+            return 0
+        self._speeds.append(speed)
+        return 1 << (len(self._speeds) - 1)
+
+    def _operands(self, tape: ca.Function, k: int) -> list[ca.SX] | None:
+        """What an operation is done on (a symbol on itself), or None where a state or a call enters."""
+        code, sources = tape.instruction_id(k), tape.instruction_input(k)
+        if code == ca.OP_INPUT:
+            symbol = self._symbols[sources[1]]
+            return None if key(symbol) in self._states else [symbol]
+        if code == ca.OP_CALL or not all(i in self._values for i in sources):
+            return None
+        return [self._values[i] for i in sources]
+
+
+def _value(tape: ca.Function, k: int, operands: Sequence[ca.SX]) -> ca.SX:
+    """The result of one operation."""
+    code = tape.instruction_id(k)
+    if code == ca.OP_CONST:
+        return ca.SX(tape.instruction_constant(k))
+    if code == ca.OP_INPUT:
+        return operands[0]
+    return ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)

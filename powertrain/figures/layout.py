@@ -12,8 +12,9 @@ from itertools import pairwise
 
 from powertrain.compiler.flatten import flatten
 from powertrain.errors import ParameterError
-from powertrain.language.component import Component, Variable
+from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Output, Signal
+from powertrain.language.fields import Variable
 
 LINES = {
     "N.m": ("rotation", "#2f6fa8"),

@@ -13,8 +13,8 @@ from powertrain.numerics.buffers import Array
 Calls: TypeAlias = list[Callable[[], None]]
 """A step in both directions of the double buffer; machine code takes its place in the list when it is there."""
 Build: TypeAlias = Callable[[str, ca.SX], Calls]
-OFTEN = 300
-"""Steps of one run in the same modes after which it takes a function for these modes: building one costs as much as some thousand steps."""
+OFTEN = 3000
+"""Steps of one run in the same modes after which it takes a function for these modes: building one costs as much as it saves in so many."""
 
 
 class SpecialSteps:

@@ -1,4 +1,4 @@
-"""What a component's text is written with: typed fields, frozen components, slots, tuples of components, ``replace``.
+"""Components: frozen values of declared fields, slots for parts, tuples of parts, and the equations between them.
 
 A class declares its fields once; the annotation tells type checkers and editors what an equation sees (``self.flange_a.tau``
 is a symbol), the field specifier gives unit, meaning and default:
@@ -12,238 +12,41 @@ is a symbol), the field specifier gives unit, meaning and default:
 
 from __future__ import annotations
 
-import math
 import reprlib
 import sys
 import typing
 from collections.abc import Generator, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, TypeVar, dataclass_transform, overload
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, dataclass_transform
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext
 from powertrain.language.checks import check_conditions, check_kind, check_rows, is_rows
-from powertrain.language.quantities import has_unit, quantity
+from powertrain.language.fields import (
+    MISSING,
+    Frozen,
+    Parameter,
+    Port,
+    Quantity,
+    discrete,
+    flow,
+    frozen,
+    is_default,
+    is_given,
+    is_symbolic,
+    parameter,
+    port,
+    support,
+    variable,
+)
 from powertrain.language.symbols import Symbol
-from powertrain.language.units import checked_unit, told_apart, with_unit
 
 if TYPE_CHECKING:
     from powertrain.language.law import Law
 
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
-_MISSING: Any = object()
 LONGEST_TEXT = 400
 """Characters of the text of a component from which its parts are abridged."""
 shortened = reprlib.Repr()
-P = TypeVar("P", bound="Component")
-
-
-class Frozen(AttributeError):
-    """An attempt to assign to a field of a component."""
-
-
-class Quantity:
-    """A declared scalar of a component: name, unit and meaning. Inside equations it reads as its symbol."""
-
-    name: str
-
-    def __init__(self, unit: str, doc: str) -> None:
-        self.unit, self.doc = checked_unit(unit), doc
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    @overload
-    def __get__(self, component: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, component: Component, owner: type) -> Symbol: ...
-    def __get__(self, component: Component | None, owner: type) -> Self | Symbol:
-        if component is None:
-            return self
-        return component._symbol(self)
-
-    def __set__(self, component: Component, value: float) -> None:
-        raise Frozen(_frozen(component, self.name, value), name=self.name, obj=component)
-
-
-def _frozen(component: Component, name: str, value: Any) -> str:
-    return f"{type(component).__name__} is frozen: use replace(component, {name}={value!r})"
-
-
-class Parameter(Quantity):
-    """A constant of one simulation. It can be changed between runs without compiling again."""
-
-    def __init__(
-        self,
-        unit: str,
-        doc: str,
-        default: float | None,
-        min: float,
-        max: float,
-        above: float,
-        exclude: tuple[float, ...],
-    ) -> None:
-        super().__init__(unit, doc)
-        self.default, self.min, self.max, self.above, self.exclude = default, min, max, above, exclude
-
-    @property
-    def range(self) -> str:
-        """The allowed values as a string: '(0, 1]', '[0, inf) without 1'."""
-        low = f"({self.above:g}" if self.above >= self.min else f"[{self.min:g}"
-        high = f"{self.max:g}{')' if self.max in self.exclude else ']'}" if math.isfinite(self.max) else "inf)"
-        others = [f"{value:g}" for value in self.exclude if value != self.max]
-        return f"{low}, {high}" + (f" without {' and '.join(others)}" if others else "")
-
-    def check(self, value: float | str, where: str) -> float:
-        """``value`` as a float; ParameterError if it is not a finite number or outside the range. "100 kW" is converted."""
-        if isinstance(value, str) and has_unit(value):
-            value = quantity(value, self.unit, where)
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            number = None
-        if number is None or isinstance(value, bool | np.bool_ | str):
-            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})")
-        inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
-        if not (inside and math.isfinite(number)):
-            shown = told_apart(number, (self.min, self.max, self.above, *self.exclude))
-            said, allowed = with_unit(shown, self.unit), with_unit(self.range, self.unit)
-            raise ParameterError(f"{where} = {said} is outside its range {allowed} ({self.doc})")
-        return number
-
-
-class Variable(Quantity):
-    """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution.
-
-    ``nominal`` is the variable's usual size, the unit of its absolute tolerance; None is one.
-    """
-
-    def __init__(
-        self,
-        unit: str,
-        doc: str,
-        start: float | None = None,
-        guess: float = 0.0,
-        prefer: bool = False,
-        flow: bool = False,
-        nominal: float | None = None,
-    ) -> None:
-        super().__init__(unit, doc)
-        if nominal is not None and not 0.0 < nominal < math.inf:
-            raise ParameterError(f"nominal = {nominal!r} must be positive and finite ({doc}, {unit})")
-        self.start, self.guess, self.prefer, self.flow, self.nominal = start, guess, prefer, flow, nominal
-
-
-class Discrete(Quantity):
-    """A value that changes only at events, through ``reinit`` in a ``when``."""
-
-    def __init__(self, unit: str, doc: str, start: float) -> None:
-        super().__init__(unit, doc)
-        self.start = start
-
-
-class Port:
-    """Declares a connector of a component; ``grounded``: held at its reference potential where nothing is connected."""
-
-    def __init__(self, kind: type[Component], grounded: bool = False, values: Mapping[str, Any] | None = None) -> None:
-        self.kind, self.grounded, self.values = kind, grounded, dict(values or {})
-
-    def build(self) -> Component:
-        """A new port."""
-        return self.kind(**self.values)
-
-
-def parameter(
-    unit: str,
-    doc: str,
-    *,
-    default: float | None = None,
-    min: float = -math.inf,
-    max: float = math.inf,
-    above: float = -math.inf,
-    exclude: tuple[float, ...] = (),
-) -> Any:
-    """A tunable constant with unit, meaning and range.
-
-    Parameters
-    ----------
-    unit, doc : str
-        Unit and meaning.
-    default : float, optional
-        Without a default a value must be given.
-    min, max : float
-        The range, ends included.
-    above : float
-        A lower end that is not included.
-    exclude : tuple of float
-        Values inside the range that are not allowed.
-    """
-    return Parameter(unit, doc, default, min, max, above, exclude)
-
-
-def variable(
-    unit: str,
-    doc: str,
-    *,
-    start: float | None = None,
-    guess: float = 0.0,
-    prefer: bool = False,
-    nominal: float | None = None,
-    init: Literal[False] = False,
-) -> Any:
-    """An unknown with unit and meaning.
-
-    Parameters
-    ----------
-    unit, doc
-        Its unit and its meaning.
-    start
-        An initial condition, if the variable needs one.
-    guess
-        Where the search for its value begins.
-    prefer
-        Whether it is preferred as a state.
-    nominal
-        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. The default is one.
-
-    Errors
-    ------
-    ParameterError
-        If ``nominal`` is not positive and finite.
-    """
-    return Variable(unit, doc, start, guess, prefer, nominal=nominal)
-
-
-def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:
-    """A flow of a connector: flows sum to zero where ports are connected, and are positive into the component."""
-    return Variable(unit, doc, flow=True)
-
-
-def discrete(unit: str, doc: str, *, start: float = 0.0, init: Literal[False] = False) -> Any:
-    """A value held between events.
-
-    Parameters
-    ----------
-    unit, doc : str
-        Unit and meaning.
-    start : float
-        Value at the start.
-    init : False
-        Not an argument of the component.
-    """
-    return Discrete(unit, doc, start)
-
-
-def port(kind: type[P], *, init: Literal[False] = False) -> Any:
-    """A connector. Unconnected, its flows are zero."""
-    return Port(kind)
-
-
-def support(kind: type[P], *, init: Literal[False] = False) -> Any:
-    """A connector that is held at its reference potential (ground) if nothing is connected to it."""
-    return Port(kind, grounded=True)
-
 
 if TYPE_CHECKING:
     _Kind = type
@@ -289,7 +92,7 @@ class Component(metaclass=_Kind):
                 "use the component as a part instead"
             )
         own = {
-            name: cls.__dict__.get(name, _MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
+            name: cls.__dict__.get(name, MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
         }
         hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
         if hidden:
@@ -322,7 +125,7 @@ class Component(metaclass=_Kind):
                     f"{type(self).__name__} has no field {unknown[0]}{suggestion(unknown[0], known)} (its fields: {', '.join(known)})"
                 )
             values = {
-                name: self._value(name, spec, given) for name, spec in self._fields.items() if not _is_symbolic(spec)
+                name: self._value(name, spec, given) for name, spec in self._fields.items() if not is_symbolic(spec)
             }
             self.__dict__["_values"] = values
             self.__dict__["_path"] = ""
@@ -330,7 +133,7 @@ class Component(metaclass=_Kind):
             _check_conditions(self)
 
         def __setattr__(self, name, value):
-            raise Frozen(_frozen(self, name, value), name=name, obj=self)
+            raise Frozen(frozen(self, name, value), name=name, obj=self)
 
     def _value(self, name: str, spec: Any, given: dict[str, Any]) -> Any:
         where = f"{type(self).__name__}.{name}"
@@ -343,7 +146,7 @@ class Component(metaclass=_Kind):
                 raise ParameterError(f"{where} must be given: {spec.doc}{unit}")
             return spec.check(value, where)
         value = given.get(name, spec)
-        if value is _MISSING:
+        if value is MISSING:
             kind = self._slot_types().get(name)
             raise ParameterError(f"{where} must be given{f': a {kind.__name__}' if isinstance(kind, type) else ''}")
         self._check_slot(where, name, value)
@@ -418,7 +221,7 @@ class Component(metaclass=_Kind):
         return Symbol(0)
 
     def __repr__(self) -> str:
-        given = {n: v for n, v in self._values.items() if not _is_default(self._fields[n], v)}
+        given = {n: v for n, v in self._values.items() if not is_default(self._fields[n], v)}
         text = f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in given.items())})"
         return text if len(text) <= LONGEST_TEXT else _abridged(type(self).__name__, given)
 
@@ -441,15 +244,6 @@ class Component(metaclass=_Kind):
 
     def __hash__(self) -> int:
         return hash((type(self), tuple((n, repr(v)) for n, v in self._values.items())))
-
-
-def _is_default(spec: Any, value: Any) -> bool:
-    """Whether a value is the one that a component has if nothing is given; ports always are."""
-    if isinstance(spec, Port):
-        return True
-    if isinstance(spec, Parameter):
-        return spec.default is not None and value == spec.default
-    return spec is value or (type(spec) is type(value) and bool(spec == value))
 
 
 def _abridged(name: str, given: Mapping[str, Any]) -> str:
@@ -497,15 +291,6 @@ def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:
         return eval(annotation, scope)
     except Exception:
         return None
-
-
-def _is_symbolic(spec: Any) -> bool:
-    return isinstance(spec, Variable | Discrete)
-
-
-def is_given(spec: Any) -> bool:
-    """Whether a field takes a value when the component is made."""
-    return not isinstance(spec, Variable | Discrete | Port)
 
 
 def children(component: Component) -> Iterator[tuple[str, Component]]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Literal
 
-from powertrain.language.component import Component, Port, Quantity, Variable, variable
+from powertrain.language.component import Component
+from powertrain.language.fields import Port, Quantity, Variable, variable
 from powertrain.language.symbols import Symbol
 
 

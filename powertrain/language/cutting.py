@@ -8,8 +8,9 @@ from weakref import WeakKeyDictionary
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names
-from powertrain.language.component import Component, Discrete, Equations, Port, Variable
+from powertrain.language.component import Component, Equations
 from powertrain.language.connectors import Input, Output, Signal
+from powertrain.language.fields import Discrete, Port, Variable
 from powertrain.language.replacing import replace
 
 C = TypeVar("C", bound=Component)

@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name
-from powertrain.language.component import Component, is_given
+from powertrain.language.component import Component
+from powertrain.language.fields import is_given
 
 C = TypeVar("C", bound=Component)
 _STEP = re.compile(r"(\w+)(?:\[(\d+)\])?(?:\.(.+))?")

@@ -17,7 +17,7 @@ T = TypeVar("T")
 class Operation:
     """One line: CasADi's ``code``, where the operands come from and the result goes, and their values.
 
-    ``ca.OP_OUTPUT`` has the whole expression as its value, ``ca.OP_INPUT`` and ``ca.OP_CONST`` have no operands.
+    ``ca.OP_OUTPUT`` has an entry of the expression as its value, ``ca.OP_INPUT`` and ``ca.OP_CONST`` have no operands.
     """
 
     code: int
@@ -34,29 +34,45 @@ class CallsFunction(Exception):
     """The expression calls a function, which has no symbolic value here."""
 
 
-def operations(expression: Symbol, inputs: Sequence[Symbol], leaves: Sequence[Sequence[Symbol]]) -> Iterator[Operation]:
-    """All operations of a scalar expression of the columns ``inputs``, with ``leaves`` as the values of their entries.
+def operations(
+    expression: Symbol, inputs: Sequence[Symbol], leaves: Sequence[Sequence[Symbol] | None]
+) -> Iterator[Operation]:
+    """All operations of an expression of the columns ``inputs``, with ``leaves`` as the values of their entries.
 
-    Raises CallsFunction at the first call.
+    What an input with None for its leaves enters is left out, and so are calls then. Otherwise the first call raises CallsFunction.
     """
     tape = ca.Function("powertrain_tape", list(inputs), [ca.densify(expression)])
     values: dict[int, Symbol] = {}
     for k in range(tape.n_instructions()):
         code, sources, targets = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
-        operands: tuple[Symbol, ...] = ()
-        if code == ca.OP_CALL:
+        if code == ca.OP_CALL and None not in leaves:
             raise CallsFunction
-        if code == ca.OP_CONST:
-            value = Symbol(tape.instruction_constant(k))
-        elif code == ca.OP_INPUT:
-            value = leaves[sources[0]][sources[1]]
-        elif code == ca.OP_OUTPUT:
-            value = values[sources[0]]
-        else:
-            operands = tuple(values[i] for i in sources)
-            value = ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)
-        values[targets[0]] = value
-        yield Operation(code, tuple(sources), targets[0], operands, value)
+        operands = () if code in (ca.OP_CONST, ca.OP_INPUT) else tuple(values[i] for i in sources if i in values)
+        value = _value(tape, k, operands, leaves)
+        if code != ca.OP_OUTPUT:
+            for target in targets:
+                values.pop(target, None)
+            if value is not None:
+                values[targets[0]] = value
+        if value is not None:
+            yield Operation(code, tuple(sources), targets[0], operands, value)
+
+
+def _value(
+    tape: ca.Function, k: int, operands: tuple[Symbol, ...], leaves: Sequence[Sequence[Symbol] | None]
+) -> Symbol | None:
+    """The result of one operation; None for calls, and where an operand has no value."""
+    code, sources = tape.instruction_id(k), tape.instruction_input(k)
+    if code == ca.OP_CONST:
+        return Symbol(tape.instruction_constant(k))
+    if code == ca.OP_INPUT:
+        given = leaves[sources[0]]
+        return None if given is None else given[sources[1]]
+    if code == ca.OP_CALL or len(operands) < len(sources):
+        return None
+    if code == ca.OP_OUTPUT:
+        return operands[0]
+    return ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)
 
 
 class Arithmetic(Protocol[T]):

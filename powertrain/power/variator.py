@@ -9,8 +9,9 @@ import casadi as ca
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError, suggestion
-from powertrain.language.component import Component, Variable
+from powertrain.language.component import Component
 from powertrain.language.connectors import Connector
+from powertrain.language.fields import Variable
 from powertrain.language.laws import der
 from powertrain.language.recorder import reading
 from powertrain.language.symbols import Symbol, column, free_symbols, key

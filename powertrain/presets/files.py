@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import powertrain as pt
-from powertrain.language.component import Port, variants
+from powertrain.language.component import variants
+from powertrain.language.fields import Port
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
 from powertrain.presets.settings import Adjustable, checked, component_named, part, place, places
 

@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import suggestion
-from powertrain.language.component import Port, variants
+from powertrain.language.component import variants
+from powertrain.language.fields import Port
 from powertrain.presets.catalogue import components, find, fitting
 
 M = TypeVar("M", bound=pt.Component)

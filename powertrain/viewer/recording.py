@@ -15,8 +15,9 @@ from powertrain.analysis.energy_terms import EnergyTerms
 from powertrain.errors import ParameterError
 from powertrain.events import change
 from powertrain.figures.layout import Layout, layout
-from powertrain.language.component import Component, Parameter, children
+from powertrain.language.component import Component, children
 from powertrain.language.connectors import Connector
+from powertrain.language.fields import Parameter
 from powertrain.language.replacing import replace
 from powertrain.result import Result
 from powertrain.viewer.decimation import Array, Places, kept_samples

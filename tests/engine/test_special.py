@@ -46,7 +46,8 @@ def test_steps_for_given_modes_are_the_general_ones(method: str, monkeypatch: py
     assert np.abs(own["third.w"] - general["third.w"]).max() < 1e-8
 
 
-def test_only_frequent_modes_get_their_own_steps() -> None:
+def test_only_frequent_modes_get_their_own_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(special, "OFTEN", 300)
     plant = pt.compile(Shuffle())
     plant.simulate(1)
     engine = plant._engine("auto", False)

@@ -135,10 +135,33 @@ def _pushing(force: ArrayLike) -> Array:
 def track_contacts(
     track: Track, *, hollow: float = 1.1, R_concave: float | None = None, E: float = 200e9, nu: float = 0.3
 ) -> tuple[RollerContact, RollerContact]:
-    """The concave and the convex contact of a track's rollers. ``hollow``: radius of the hollow over that of the roller.
+    """The concave and the convex contact of a track's rollers.
 
-    ``R_concave`` = R_m + r takes the place of the radius that closes the track. The paper's 0.220 m (outer) belongs to another contact
-    angle than the 15 degrees it is used with: arcs that close on 85 mm at 15 degrees have R_m + r = 0.144 m.
+    The paper's R_m + r = 0.220 m (outer track) belongs to another contact angle than the 15 degrees it is used with: arcs that close
+    on 85 mm at 15 degrees have 0.144 m.
+
+    Parameters
+    ----------
+    track : Track
+        The track.
+    hollow : float
+        Radius of the hollow over that of the roller [1].
+    R_concave : float, optional
+        R_m + r [m], in place of the radius with which the track closes.
+    E : float
+        Young's modulus of rollers and tracks [Pa].
+    nu : float
+        Their Poisson's ratio [1].
+
+    Returns
+    -------
+    tuple of RollerContact
+        Concave, convex.
+
+    Raises
+    ------
+    ParameterError
+        If the radius of the track's arcs is not greater than that of the rollers.
     """
     R_m = track.R_m if R_concave is None else R_concave - track.r
     if R_m <= track.r:

@@ -75,7 +75,26 @@ class CircularCams:
         disk: FrictionDisk,
         n: int = 4,
     ) -> Self:
-        """From diameters and roller radii [m], greatest contact angles [rad], and the number of rollers per track."""
+        """Two tracks with the same number of rollers, half a pitch apart, and friction discs.
+
+        Parameters
+        ----------
+        D_out, D_in : float
+            Diameters of the outer and the inner track [m].
+        r_out, r_in : float
+            Radii of their rollers [m].
+        alpha_out, alpha_in : float
+            Their greatest contact angles [rad].
+        disk : FrictionDisk
+            The friction discs.
+        n : int
+            Number of rollers per track.
+
+        Raises
+        ------
+        ParameterError
+            For tracks that cannot be built.
+        """
         outer = Track(D_out, r_out, alpha_out, n)
         return cls(outer, Track(D_in, r_in, alpha_in, n, math.pi / n), disk)
 
@@ -99,9 +118,30 @@ class CircularCams:
     def kappa(
         self, theta: ArrayLike, sharing: Sharing = "elastic", *, stiffness: float = 1.0, mu_groove: float = 0.0
     ) -> Array:
-        """Locking coefficient at the phase theta: (T_R - T_L)/T_C of halves that turn against each other; they lock where it is >= 1.
+        """Locking coefficient (T_R - T_L)/T_C of halves that turn against each other. They lock where it is at least 1.
 
         By the rigid rule it is infinite where one track's angle is zero.
+
+        Parameters
+        ----------
+        theta : array_like
+            Phases [rad].
+        sharing : {"elastic", "rigid", "averaged"}
+            How the tracks share the torque (``Sharing``).
+        stiffness : float
+            Stiffness of the inner contacts over that of the outer ones [1].
+        mu_groove : float
+            Coefficient of friction in the grooves [1].
+
+        Returns
+        -------
+        numpy.ndarray
+            One value [1] per phase.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown rule, and for a stiffness or a friction that is impossible.
         """
         check_sharing(sharing, stiffness)
         if not (math.isfinite(mu_groove) and mu_groove >= 0):

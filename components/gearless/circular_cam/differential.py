@@ -223,7 +223,21 @@ class CircularCamDifferential(Differential, Lossy):
         mu_groove: float = 0.0,
         masses: bool = False,
     ) -> Self:
-        """The component of a design, whose geometry has been checked; with ``masses`` of steel rollers."""
+        """The component of a design, whose geometry has been checked.
+
+        Parameters
+        ----------
+        cams : CircularCams
+            The tracks and the friction discs.
+        sharing : {"elastic", "rigid", "averaged"}
+            How the tracks share the torque (``Sharing``).
+        stiffness : float
+            Stiffness of the inner contacts over that of the outer ones [1].
+        mu_groove : float
+            Coefficient of friction in the grooves [1].
+        masses : bool
+            Whether the rollers have the mass of steel cylinders; otherwise they have none.
+        """
         return cls(
             D_out=cams.outer.D,
             D_in=cams.inner.D,

@@ -54,10 +54,32 @@ def forces_at(
     sharing: Sharing = "elastic",
     stiffness: float = 1.0,
 ) -> Forces:
-    """The forces at given contact angles [rad], which need not belong to one phase: the tables of the paper use the maxima of both.
+    """The forces at given contact angles, which need not belong to one phase: the tables of the paper use the maxima of both.
 
-    If a track without inclination has to carry a torque by the rigid rule, the normal forces are infinite. Errors: ParameterError for
-    an angle outside [0, 90 degrees), or both zero: no torque could be transmitted.
+    If a track without inclination has to carry a torque by the rigid rule, the normal forces are infinite.
+
+    Parameters
+    ----------
+    cams : CircularCams
+        The design.
+    alpha_out, alpha_in : array_like
+        Contact angles of the outer and the inner track [rad], at least 0 and below pi/2.
+    torque : array_like
+        Torque of the cage [N.m].
+    sharing : {"elastic", "rigid", "averaged"}
+        How the tracks share the torque (``Sharing``).
+    stiffness : float
+        Stiffness of the inner contacts over that of the outer ones [1].
+
+    Returns
+    -------
+    Forces
+        Arrays in the shape of the arguments broadcast together.
+
+    Raises
+    ------
+    ParameterError
+        For an angle outside its range, or both zero: no torque could be transmitted.
     """
     check_sharing(sharing, stiffness)
     a_out, a_in, T = np.broadcast_arrays(*(np.asarray(v, float) for v in (alpha_out, alpha_in, np.abs(torque))))
@@ -80,10 +102,32 @@ def forces_at(
 def forces(
     cams: CircularCams, theta: ArrayLike, torque: ArrayLike, sharing: Sharing = "elastic", stiffness: float = 1.0
 ) -> Forces:
-    """The forces at the phases theta [rad] under the torque of the cage [N.m].
+    """The forces at given phases under the torque of the cage.
 
-    "averaged" sharing is that of constant mean angles. Of a simulation they are ``forces(cams, result["differential.theta"],
-    result["differential.crown.tau"])``.
+    Those of a simulation are ``forces(cams, result["differential.theta"], result["differential.crown.tau"])``.
+
+    Parameters
+    ----------
+    cams : CircularCams
+        The design.
+    theta : array_like
+        Phases [rad].
+    torque : array_like
+        Torque of the cage [N.m].
+    sharing : {"elastic", "rigid", "averaged"}
+        How the tracks share the torque (``Sharing``).
+    stiffness : float
+        Stiffness of the inner contacts over that of the outer ones [1].
+
+    Returns
+    -------
+    Forces
+        Arrays in the shape of ``theta`` and ``torque`` broadcast together.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown rule or an impossible stiffness.
     """
     check_sharing(sharing)
     outer, inner = cams.sines(theta, sharing)

@@ -37,9 +37,27 @@ def optimal_outer_angle(alpha_m: float, xi: float) -> float:
 
 
 def critical_angle(D_R: float, D_out: float, xi: float, mu: float) -> float:
-    """Eq. (42): sum of both contact angles up to which they lock at the phase of eq. (41) [rad], for small angles and the rigid rule.
+    """Sum of both contact angles up to which a pair of tracks locks at the phase of eq. (41), for small angles and the rigid rule.
 
-    It says nothing about the phases where one track carries alone: ``single_track_limit`` is stricter.
+        D_R/D_out (1 + sqrt(xi))^2/(1 + xi^2) mu                               (42)
+
+    It says nothing about the phases at which one track carries alone: ``single_track_limit`` is stricter.
+
+    Parameters
+    ----------
+    D_R : float
+        Effective friction diameter of the discs [m].
+    D_out : float
+        Diameter of the outer track [m].
+    xi : float
+        Inner over outer diameter [1].
+    mu : float
+        Coefficient of friction of the discs [1].
+
+    Returns
+    -------
+    float
+        The sum of the angles [rad].
     """
     return D_R / D_out * (1 + math.sqrt(xi)) ** 2 / (1 + xi**2) * mu
 
@@ -158,7 +176,26 @@ def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interio
 def locking_map(
     cams: CircularCams, alpha_m: ArrayLike, mu: ArrayLike, sharing: Sharing = "elastic", *, interior: bool = False
 ) -> Array:
-    """Least kappa over the phases of similar tracks, one row per alpha_m [rad], one column per mu: they lock where it is >= 1."""
+    """Least locking coefficient over the phases of similar tracks. They lock at every phase where it is at least 1.
+
+    Parameters
+    ----------
+    cams : CircularCams
+        The design that the tracks are similar to.
+    alpha_m : array_like
+        Greatest contact angles [rad].
+    mu : array_like
+        Coefficients of friction of the discs [1].
+    sharing : {"elastic", "rigid", "averaged"}
+        How the tracks share the torque (``Sharing``).
+    interior : bool
+        Whether only the phases count at which both tracks carry.
+
+    Returns
+    -------
+    numpy.ndarray
+        One row per ``alpha_m``, one column per ``mu`` [1].
+    """
     found = [locking(with_friction(similar(cams, float(a)), 1.0), sharing) for a in np.atleast_1d(alpha_m)]
     per_mu = np.array([each.interior if interior else each.least for each in found])
     return np.outer(per_mu, np.atleast_1d(np.asarray(mu, float)))

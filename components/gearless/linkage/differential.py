@@ -134,7 +134,19 @@ class LinkageDifferential(Differential, Lossy):
         *,
         alpha_0: float = 0.0,
     ) -> Self:
-        """From the same data as the design tools: lengths, masses, friction; the thesis's ones where nothing is given."""
+        """The component from the records of the design tools. Without arguments it is the differential of the thesis.
+
+        Parameters
+        ----------
+        linkage : Linkage, optional
+            Lengths.
+        masses : LinkMasses
+            Masses and moments of inertia.
+        joints : JointFriction, optional
+            Friction in the joints; by default none.
+        alpha_0 : float
+            Angle of the crank at the start [rad].
+        """
         linkage, given = linkage or Linkage(), vars(joints or _JOINTS)
         coupler, lever = masses.coupler, masses.lever
         return cls(

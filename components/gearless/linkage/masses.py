@@ -44,8 +44,28 @@ class LinkBody:
 def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, transverse: str = "rod") -> LinkBody:
     """A cylinder, solid (B.1)-(B.3) or hollow (B.4)-(B.6), with its length along its axis.
 
-    Axial m (r_2^2 + r_1^2)/2: (B.4) has a minus sign in print, which ``thesis_cage`` repeats. Transverse m L^2/12, that of a thin rod, as
-    the thesis has it; ``transverse="exact"`` adds m (r_2^2 + r_1^2)/4. Errors: ParameterError for impossible lengths.
+    The axial moment of inertia is m (r_2^2 + r_1^2)/2: (B.4) has a minus sign in print, which ``thesis_cage`` repeats. The transverse one
+    is m L^2/12, that of a thin rod, as in the thesis; ``transverse="exact"`` adds m (r_2^2 + r_1^2)/4.
+
+    Parameters
+    ----------
+    mass : float
+        Mass [kg].
+    radius, inner : float
+        Outer and inner radius [m].
+    length : float
+        Length [m].
+    transverse : {"rod", "exact"}
+        The formula for the transverse moment of inertia.
+
+    Returns
+    -------
+    LinkBody
+
+    Raises
+    ------
+    ParameterError
+        For impossible lengths, or an unknown formula.
     """
     if not (0 <= inner < radius and length > 0):
         raise ParameterError(
@@ -59,7 +79,22 @@ def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, t
 
 
 def cylinder_mass(radius: float, length: float, *, inner: float = 0.0, density: float = STEEL) -> float:
-    """Mass [kg] of a cylinder."""
+    """Mass of a cylinder, pi (r_2^2 - r_1^2) L rho.
+
+    Parameters
+    ----------
+    radius, inner : float
+        Outer and inner radius [m].
+    length : float
+        Length [m].
+    density : float
+        Density [kg/m3]; by default that of steel.
+
+    Returns
+    -------
+    float
+        Mass [kg].
+    """
     return density * float(np.pi) * (radius**2 - inner**2) * length
 
 

@@ -157,9 +157,28 @@ class Cycle:
         return np.asarray((1 - kappa) / (1 + kappa))
 
     def contact_force(self, s: ArrayLike, torque: float, radius: float, *, cams: int = 2) -> tuple[Array, Array]:
-        """Normal forces [N] of the roller at s and of the one ahead of it, without friction, from the torque of one side wheel [N.m].
+        """Normal forces of two neighbouring rollers, without friction, from the torque of one side wheel.
 
-        ``radius``: distance of the contacts from the centre [m]; ``cams``: pairs of conjugate cams around the axle that share the load.
+        Parameters
+        ----------
+        s : array_like
+            Angles of the first roller on the cam [rad].
+        torque : float
+            Torque of one side wheel [N.m].
+        radius : float
+            Distance of the contacts from the centre [m].
+        cams : int
+            Pairs of conjugate cams around the axle, which share the load.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Forces of the roller at ``s`` and of the one ahead of it [N].
+
+        Raises
+        ------
+        ParameterError
+            Without a positive radius and at least one pair of cams.
         """
         if radius <= 0 or cams < 1:
             raise ParameterError(

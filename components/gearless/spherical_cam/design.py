@@ -75,12 +75,26 @@ def search(
     alpha_4: float = math.radians(19),
     friction: CamFriction | None = None,
 ) -> list[Choice]:
-    """All combinations with at least as many rollers as lobes, the best first: those that can be built, by their least pressure angle.
+    """All combinations with at least as many rollers as lobes, by their least pressure angle. Those that cannot be built come last.
 
-    ``off_standard`` is the least distance of M/N times a standard final-drive ratio from a standard ratio, the paper's second criterion.
-    ``mean_eta``: efficiency of the relative motion, mean over a cycle. With the angles by default the first is {M = 4, N = 5}, before {3,
-    4}: the paper's choice. M = N is refused; so are 7 and 8 rollers, which overlap at these angles. More than four lobes, which the paper
-    leaves out, have even smaller pressure angles ({5, 6}), in smaller lobes.
+    With the default angles the first is {M = 4, N = 5}, before {3, 4}, as the paper chooses. M = N is refused; so are 7 and 8 rollers,
+    which overlap at these angles. More than four lobes, which the paper leaves out, have even smaller pressure angles ({5, 6}), in smaller
+    lobes.
+
+    Parameters
+    ----------
+    lobes, rollers : iterable of int
+        Numbers of lobes M and of rollers N.
+    alpha_3, alpha_4 : float
+        Angles of the cam [rad].
+    friction : CamFriction, optional
+        Friction for the efficiency; by default that of the component.
+
+    Returns
+    -------
+    list of Choice
+        ``off_standard`` is the least distance of M/N times a standard final-drive ratio from a standard ratio, the paper's second
+        criterion; ``mean_eta`` the efficiency of the relative motion, averaged over a cycle.
     """
     rollers = tuple(rollers)
     found = [_judged(M, N, alpha_3, alpha_4, friction or CamFriction()) for M in lobes for N in rollers if N >= M]

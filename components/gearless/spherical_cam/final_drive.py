@@ -45,6 +45,21 @@ class PlanetaryFinalDrive(TwoFlanges):
     def from_teeth(
         cls, sun: int, ring: int, planet: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
-        """The ratio is 1 + ring/sun. Errors: ParameterError where the wheels cannot be put together with n planets."""
+        """A final drive from tooth numbers; its ratio is 1 + ring/sun.
+
+        Parameters
+        ----------
+        sun, ring, planet : int
+            Tooth numbers.
+        n : int
+            Number of planets.
+        eta_ab, eta_ba : float
+            Efficiencies where flange a and where flange b drives [1].
+
+        Raises
+        ------
+        ParameterError
+            Where the wheels cannot be assembled with n planets.
+        """
         gear = PlanetaryGear.from_teeth(sun, ring, planet, n)
         return cls(ratio=1 + float(gear.ratio), eta_ab=eta_ab, eta_ba=eta_ba)
