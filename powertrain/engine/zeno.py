@@ -39,9 +39,10 @@ class Zeno:
         before = self._values(instant.time, instant.left, instant.held_left)
         after = self._values(instant.time, instant.right, instant.held_right)
         for k, (when, _) in enumerate(self._conditions):
-            (there, rising, _), (g, rate, acceleration) = before[:, k], after[:, k]
-            if (when.name, "reset") not in instant.extra or abs(there) > _RESOLVED:
+            if (when.name, "reset") not in instant.extra or max(abs(before[0, k]), abs(after[0, k])) > _RESOLVED:
                 continue
+            way = -1.0 if before[1, k] < 0.0 else 1.0  # a comparison may have to fail for the whole condition to hold
+            (_, rising, _), (g, rate, acceleration) = way * before[:, k], way * after[:, k]
             if rate < 0 < acceleration and rate**2 / (2 * acceleration) - g < _RESOLVED:
                 interval = -2 * rate / acceleration
                 raise SimulationError(_message(when, instant.time, interval, -rate / rising if rising > 0 else np.inf))
