@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import powertrain as pt
-from powertrain.components.rotational import Clutch, Inertia, SpringDamper, Torque
+from powertrain.components.rotational import Clutch, ConstantTorque, Inertia, SpringDamper, Torque
+from powertrain.components.translational import Mass
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -72,4 +74,27 @@ class Relay(pt.Component):
         yield pt.when(self.level < self.low, pt.reinit(self.filling, 1), pt.reinit(self.since, 0.5 * pt.time))
 
 
-__all__ = ["STARTS", "Ball", "CoupledClutches", "Engaging", "Relay"]
+class Gate(pt.Component):
+    """A load that coasts at ``v`` and, where ``condition`` becomes true, loses half of its speed; and a wheel with phi = t^2/2."""
+
+    condition: Callable[[Gate], pt.Symbol]
+    phi: pt.Parameter = pt.parameter("rad", "Angle to pass", default=0.5)
+    v: pt.Parameter = pt.parameter("m/s", "Speed of the load at the start", default=1.0)
+    torque: ConstantTorque = ConstantTorque(tau_constant=1.0)
+    wheel: Inertia = Inertia(J=1.0)
+    load: Mass = Mass(m=1.0)
+    passed: pt.Discrete = pt.discrete("1", "How often", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.flange, self.wheel.flange_a)
+        reset = pt.reinit(self.load.v, self.load.v / 2), pt.reinit(self.passed, self.passed + 1)
+        yield pt.when(self.condition(self), *reset, name="gate")
+
+    def initial(self) -> pt.Equations:
+        yield self.load.v == self.v
+        yield self.load.s == 0
+        yield self.wheel.phi == 0
+        yield self.wheel.w == 0
+
+
+__all__ = ["STARTS", "Ball", "CoupledClutches", "Engaging", "Gate", "Relay"]

@@ -8,10 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from cases import few
-from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
+from small_models import STARTS, Ball, CoupledClutches, Engaging, Gate, Relay
 
 import powertrain as pt
 from powertrain.components.blocks import Constant, Ramp
@@ -34,8 +35,6 @@ class Pendulum(pt.Component):
     w: pt.Variable = pt.variable("rad/s", "Angular velocity", start=0.0)
 
     def equations(self) -> pt.Equations:
-        import casadi as ca
-
         yield pt.der(self.phi) == self.w
         yield pt.der(self.w) == -9.81 * ca.sin(self.phi) - 0.1 * self.w
 
@@ -86,10 +85,16 @@ class Held(pt.Component):
         yield self.drum.w == 2.0
 
 
+def passing() -> Gate:
+    """True for 0.2 ms, of time and of a state."""
+    return Gate(condition=lambda g: ca.logic_and(pt.time > 0.3, ca.logic_not(g.load.s > 0.3002)))
+
+
 CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
     "smooth": (Pendulum, 5.0, {}),
     "clutches": (CoupledClutches, 1.5, {}),
     "resets and instants": (Relay, 8.0, {}),
+    "relations": (passing, 2.0, {}),
     "implicit": (Loaded, 20.0, {}),
     "stiff": (Stiff, 1.0, {}),
     "held by others": (Held, 1.2, {}),

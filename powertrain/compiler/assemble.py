@@ -155,7 +155,8 @@ def _assemble(
         frictions=tuple(friction_record(k, t, resolver, held) for k, t in laws if isinstance(t.law, FrictionLaw)),
         contacts=tuple(contact_record(t, held) for _, t in laws if isinstance(t.law, UnilateralLaw)),
         opened=opened_record(resolver, rates),
-        switches=switch_records(resolver, held),
+        switches=switch_records(recorder.switches, resolver, held),
+        relations=switch_records(recorder.relations, resolver, held),
         whens=tuple(
             when_record(place, law, flag, resolver, held, x)
             for (place, law), flag in zip(others, held.flags, strict=True)

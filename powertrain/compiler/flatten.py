@@ -110,10 +110,11 @@ def rewritten(flat: Flat, change: Callable[[list[Symbol]], Sequence[Symbol]]) ->
 
 def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
     switches = [replace(s, g=new(s.g)) for s in flat.recorder.switches]
+    relations = [replace(r, g=new(r.g)) for r in flat.recorder.relations]
     guards = [replace(g, value=new(g.value), low=new(g.low), high=new(g.high)) for g in flat.recorder.guards]
     return replace(
         flat,
-        recorder=replace(flat.recorder, switches=switches, guards=guards),
+        recorder=replace(flat.recorder, switches=switches, relations=relations, guards=guards),
         equations=[Equation(new(e.residual), e.place) for e in flat.equations],
         initial=[Equation(new(e.residual), e.place) for e in flat.initial],
         laws=[(place, law.mapped(lambda listed: [new(e) for e in listed])) for place, law in flat.laws],

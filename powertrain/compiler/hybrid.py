@@ -97,7 +97,10 @@ class Reset:
 
 @dataclass(frozen=True)
 class When:
-    """When g becomes positive, apply the resets; m[index] holds whether g was positive."""
+    """When g becomes positive, apply the resets; m[index] holds whether g was positive.
+
+    ``relations``: where several comparisons are combined, the places of their modes, of which g consists.
+    """
 
     name: str
     where: str
@@ -105,6 +108,7 @@ class When:
     g: ca.SX
     resets: tuple[Reset, ...]
     time: ca.SX | None = None
+    relations: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -168,7 +172,8 @@ class HybridDae:
 
     ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
     accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
-    ``nominal`` are the usual sizes of x and z, the units of their absolute tolerance; ones where there is none.
+    ``nominal`` are the usual sizes of x and z, the units of their absolute tolerance; ones where there is none. ``relations`` are the
+    comparisons that the conditions of ``whens`` combine: nothing else depends on their modes.
     """
 
     t: ca.SX
@@ -184,6 +189,7 @@ class HybridDae:
     switches: tuple[Switch, ...] = ()
     contacts: tuple[Contact, ...] = ()
     whens: tuple[When, ...] = ()
+    relations: tuple[Switch, ...] = ()
     schedules: tuple[TimeSignal, ...] = ()
     guards: tuple[Guard, ...] = ()
     opened: Opened | None = None

@@ -88,7 +88,7 @@ def _texts(flat: Flat) -> Iterator[tuple[Place, Symbol]]:
         else:
             values = (getattr(law, f.name) for f in fields(law))  # type: ignore[arg-type]
             yield from ((place, v) for v in values if isinstance(v, Symbol))
-    yield from ((s.place, s.g) for s in flat.recorder.switches)
+    yield from ((s.place, s.g) for s in (*flat.recorder.switches, *flat.recorder.relations))
     yield from flat.recorder.differentiated
 
 
@@ -151,7 +151,7 @@ class _Held:
             except ParameterError:
                 return constant.value
 
-        switches = [(s.mode, self.settled(s.g)) for s in flat.recorder.switches]
+        switches = [(s.mode, self.settled(s.g)) for s in (*flat.recorder.switches, *flat.recorder.relations)]
         limits = [(g.value, g.low, g.high) for g in flat.recorder.guards if g.action == "error"]
         self.setting = Setting(self.moves, draw, switches, limits)
 

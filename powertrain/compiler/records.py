@@ -16,7 +16,7 @@ from powertrain.compiler.torques import LawTorque
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
-from powertrain.language.recorder import GuardEntry, Place
+from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 from powertrain.modes.tolerances import condition_tolerance
 
@@ -52,6 +52,7 @@ def held_values(
     }
     symbols = [*(t.mode for t in torques), *(s.mode for s in recorder.switches), *flags]
     symbols += [*(d.symbol for d in flat.discretes), *(s for e in recorder.schedules for s in e.held), *rests.values()]
+    symbols += [r.mode for r in recorder.relations]
     known = {key(d.symbol): d.value for d in flat.discretes}
     known |= {key(e.held[1]): float(e.values[0]) for e in recorder.schedules}
     start = np.array([known.get(key(s), 0.0) for s in symbols])
@@ -101,7 +102,7 @@ def opened_record(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
         peak=column([*(f.peak for f in friction), *(Symbol(1) for _ in contacts)]),
         reach=column([resolver.open_reaches[place[id(t)]] for t in [*laws, *contacts]]),
         compliance=column([resolver.open_compliance(place[id(t)]) for t in [*laws, *contacts]]),
-        conditions=column(resolver.open_conditions()),
+        conditions=column(resolver.open_conditions(resolver.reduced.flat.recorder.switches)),
     )
 
 
@@ -126,10 +127,9 @@ def with_impacts(dae: HybridDae, resolver: Resolver, torques: list[LawTorque]) -
     return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
 
 
-def switch_records(resolver: Resolver, held: Held) -> tuple[Switch, ...]:
-    """The conditions that choose between expressions."""
-    recorder = resolver.reduced.flat.recorder
-    values = resolver.model([s.g for s in recorder.switches])
+def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Held) -> tuple[Switch, ...]:
+    """Conditions with their modes."""
+    values = resolver.model([s.g for s in entries])
     return tuple(
         Switch(
             s.mode.name(),
@@ -140,7 +140,7 @@ def switch_records(resolver: Resolver, held: Held) -> tuple[Switch, ...]:
             s.continuous,
             condition_tolerance(resolver.meeting(opened), resolver.largest),
         )
-        for s, g, opened in zip(recorder.switches, values, resolver.open_conditions(), strict=True)
+        for s, g, opened in zip(entries, values, resolver.open_conditions(entries), strict=True)
     )
 
 
@@ -171,6 +171,7 @@ def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: 
         slope = ca.jacobian(root, inside[0])
         resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
     (g,) = resolver.model([law.g])
+    modes = {key(r.mode) for r in reduced.flat.recorder.relations}
     return When(
         f"{place.path}.{law.name}".lstrip("."),
         str(place),
@@ -178,13 +179,14 @@ def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: 
         g,
         tuple(resets),
         _event_time(g, _lasting(resolver)),
+        tuple(held.place(s) for s in free_symbols(law.g) if key(s) in modes),
     )
 
 
 def _lasting(resolver: Resolver) -> set[int]:
     """What is constant but for resets and signals of time: all that is held, but for the modes of laws."""
     recorder = resolver.reduced.flat.recorder
-    return recorder.constants - {key(t.mode) for t in resolver.laws} - {key(s.mode) for s in recorder.switches}
+    return recorder.constants - {key(t.mode) for t in (*resolver.laws, *recorder.switches, *recorder.relations)}
 
 
 def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:

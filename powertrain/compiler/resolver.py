@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -13,6 +13,7 @@ from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
 from powertrain.compiler.torques import LawTorque, cancels, compliance, mobility, shares, solve_torques
 from powertrain.language.laws import FrictionLaw
+from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 from powertrain.modes.tolerances import alone_tolerance, rounding_tolerance, torque_tolerance
 
@@ -180,9 +181,9 @@ class Resolver:
         """The model's implicit equations for given torques."""
         return self.opened([*self._residuals])
 
-    def open_conditions(self) -> list[Symbol]:
-        """The conditions of all switches for given torques."""
-        return self.opened(self.reduced.rewrite([s.g for s in self.reduced.flat.recorder.switches]))
+    def open_conditions(self, entries: Sequence[SwitchEntry]) -> list[Symbol]:
+        """Conditions for given torques."""
+        return self.opened(self.reduced.rewrite([s.g for s in entries]))
 
     def _open_law(self, t: LawTorque, own: Symbol) -> LawTorque:
         law = _mapped(t, self.opened)

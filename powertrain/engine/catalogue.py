@@ -40,7 +40,7 @@ def catalogue(dae: HybridDae) -> Catalogue:
     entries = {schedule.index + k for schedule in dae.schedules for k in range(3)}
     return Catalogue(
         kinds=tuple((law.index, law.name, kind) for kind, laws in groups for law in laws),
-        quiet=frozenset(entries | {s.index for s in dae.switches if s.continuous}),
+        quiet=frozenset(entries | {s.index for s in (*dae.switches, *dae.relations) if s.continuous}),
         chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},
         counted=tuple(guard for guard in dae.guards if guard.action == "count"),
         modes=tuple(modes),

@@ -155,10 +155,10 @@ class Prepared:
             self._solve_start(t)
         if not self._ready:
             self._build()
-        for when, function in self._untimed_whens:
+        for law, function in self._conditions:
             y, n, dae = memory.y[0], self.dae.x.numel(), self.dae
             value = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
-            memory.m[when.index] = float(value) > 0.0
+            memory.m[law.index] = float(value) > 0.0
 
     def _solve_start(self, t: float) -> None:
         """The algebraic unknowns where the pivots are chosen; with laws whose modes are not known yet there may be no solution."""
@@ -250,9 +250,8 @@ class Prepared:
         self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra)
         self.admissible = Admissible(self.dae, memory, self.resolver.notes)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
-        self._untimed_whens = [
-            (w, ca.Function("powertrain_when", inputs, [w.g])) for w in self.dae.whens if w.time is None
-        ]
+        laws = (*self.dae.relations, *(w for w in self.dae.whens if w.time is None))
+        self._conditions = [(law, ca.Function("powertrain_when", inputs, [law.g])) for law in laws]
         self._ready = True
 
     def _called(self, model: steps.Common) -> dict[str, ca.Function]:

@@ -8,12 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from powertrain.compiler.hybrid import TimeSignal
+from powertrain.modes.tolerances import NOW
 from powertrain.numerics.buffers import Array
 
 
 def just_after(t: float) -> float:
     """The latest time that is the instant ``t``, within rounding."""
-    return t + 1e-12 * max(1.0, abs(t))
+    return t + NOW * max(1.0, abs(t))
 
 
 class Schedules:

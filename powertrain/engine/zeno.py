@@ -28,8 +28,9 @@ class Zeno:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self._memory, self._sizes = memory, (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
-        self._whens = resetting(dae)
-        motions = ca.horzcat(*[_motion(dae, w.g) for w in self._whens])
+        relations = {r.index: r.g for r in dae.relations}
+        self._conditions = [(w, g) for w in resetting(dae) for g in [relations[i] for i in w.relations] or [w.g]]
+        motions = ca.horzcat(*[_motion(dae, g) for _, g in self._conditions])
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         self._motions = Evaluated(ca.Function("powertrain_zeno", inputs, [ca.densify(motions)]))
 
@@ -37,10 +38,11 @@ class Zeno:
         """SimulationError where a reset at this instant turns its condition back for a swing that is too small to be seen."""
         before = self._values(instant.time, instant.left, instant.held_left)
         after = self._values(instant.time, instant.right, instant.held_right)
-        for k, when in enumerate(self._whens):
-            if (when.name, "reset") not in instant.extra:
+        for k, (when, _) in enumerate(self._conditions):
+            if (when.name, "reset") not in instant.extra or max(abs(before[0, k]), abs(after[0, k])) > _RESOLVED:
                 continue
-            (_, rising, _), (g, rate, acceleration) = before[:, k], after[:, k]
+            way = -1.0 if before[1, k] < 0.0 else 1.0  # a comparison may have to fail for the whole condition to hold
+            (_, rising, _), (g, rate, acceleration) = way * before[:, k], way * after[:, k]
             if rate < 0 < acceleration and rate**2 / (2 * acceleration) - g < _RESOLVED:
                 interval = -2 * rate / acceleration
                 raise SimulationError(_message(when, instant.time, interval, -rate / rising if rising > 0 else np.inf))

@@ -155,11 +155,47 @@ def reinit(variable: Symbol, value: Expression) -> Reinit:
 def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
     """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides are evaluated just before it.
 
-    ``name`` is the name of the events.
+    Every comparison that ``condition`` combines by ``ca.logic_and``, ``ca.logic_or`` and ``ca.logic_not`` is an event of its own, so that
+    they may hold together for any short time. ``name`` is the name of the events.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
-    return to_be_yielded("when", WhenLaw(crossing(_condition("when", condition)), resets, name))
+    return to_be_yielded("when", WhenLaw(_combined(_condition("when", condition), name), resets, name))
+
+
+def _combined(condition: Symbol, name: str) -> Symbol:
+    """Positive exactly while ``condition`` holds; of several comparisons, in terms of their truth, which only events change."""
+    active, found = recorder(), list[Symbol]()
+
+    def alone(relation: Symbol) -> Symbol:
+        found.append(relation)
+        return _residual(relation)
+
+    def held(relation: Symbol) -> Symbol:
+        g = _residual(relation)
+        if _held(g):
+            return g
+        known = next((r for r in active.relations if key(r.condition) == key(relation)), None)
+        if known is None:
+            mode = active.hold(f"{active.path}.{name}.relation{len(active.relations)}".lstrip("."))
+            known = SwitchEntry(mode, g, active.place, True, relation)
+            active.relations.append(known)
+        return 2 * known.mode - 1
+
+    g = crossing(condition, alone)
+    return g if len(found) < 2 else crossing(condition, held)
+
+
+def _residual(relation: Symbol) -> Symbol:
+    """The expression that is positive exactly while a comparison holds: of what only events change, its truth."""
+    g = relation.dep(1) - relation.dep(0)
+    return 2 * relation - 1 if _held(g) else g
+
+
+def _held(expression: Symbol) -> bool:
+    """Whether only events change the value of an expression."""
+    constants = recorder().constants
+    return all(key(s) in constants for s in free_symbols(expression))
 
 
 def switch(
@@ -186,7 +222,7 @@ def switch(
     """
     active, g = recorder(), crossing(_condition("switch", condition))
     a, b = _expression("switch", a), _expression("switch", b)
-    if all(key(s) in active.constants for s in free_symbols(g)):
+    if _held(g):
         return ca.if_else(Symbol(condition), a, b)
     for entry in active.switches:
         if entry.condition is condition and entry.continuous == continuous:
@@ -232,16 +268,16 @@ def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit:
     active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
 
 
-def crossing(condition: Symbol) -> Symbol:
-    """The expression that is positive exactly while ``condition`` holds."""
+def crossing(condition: Symbol, of: Callable[[Symbol], Symbol] = _residual) -> Symbol:
+    """The expression that is positive exactly while ``condition`` holds, from what its comparisons are positive ``of``."""
     if condition.is_op(ca.OP_LT) or condition.is_op(ca.OP_LE):
-        return condition.dep(1) - condition.dep(0)
+        return of(condition)
     if condition.is_op(ca.OP_AND):
-        return ca.fmin(crossing(condition.dep(0)), crossing(condition.dep(1)))
+        return ca.fmin(crossing(condition.dep(0), of), crossing(condition.dep(1), of))
     if condition.is_op(ca.OP_OR):
-        return ca.fmax(crossing(condition.dep(0)), crossing(condition.dep(1)))
+        return ca.fmax(crossing(condition.dep(0), of), crossing(condition.dep(1), of))
     if condition.is_op(ca.OP_NOT):
-        return -crossing(condition.dep(0))
+        return -crossing(condition.dep(0), of)
     if condition.is_constant():
         return condition - 0.5
     raise ModelError(f"{recorder().place}: {condition} is not a comparison such as w > 0")

@@ -97,6 +97,8 @@ class Recorder:
     bases: dict[int, tuple[Symbol, int]] = field(default_factory=dict)
     constants: set[int] = field(default_factory=set)
     switches: list[SwitchEntry] = field(default_factory=list)
+    relations: list[SwitchEntry] = field(default_factory=list)
+    """The comparisons that the conditions of ``when`` combine."""
     schedules: list[ScheduleEntry] = field(default_factory=list)
     guards: list[GuardEntry] = field(default_factory=list)
     units: dict[int, str] = field(default_factory=dict)

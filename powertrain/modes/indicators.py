@@ -33,13 +33,13 @@ def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
         found.append(Indicator(friction, friction_motion(dae, friction), known))
         if friction.may_free and ca.depends_on(friction.upper - friction.lower, ca.vertcat(dae.t, dae.x, dae.z)):
             found.append(Indicator(friction, friction_free(dae, friction)))
-    for switch in dae.switches:
+    for switch in (*dae.switches, *dae.relations):
         if switch.time is None and ca.depends_on(switch.g, ca.vertcat(dae.t, dae.x, dae.z)):
             found.append(Indicator(switch, switch_margin(dae, switch), switch.known))
     for contact in dae.contacts:
         found.append(Indicator(contact, contact_change(dae, contact)))
     for when in dae.whens:
-        if when.time is None:
+        if when.time is None and not when.relations:
             found.append(Indicator(when, relation(dae.m[when.index], when.g)))
     found += [Indicator(guard, guard_margin(guard)) for guard in dae.guards if guard.action == "error"]
     return tuple(found)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Friction, HybridDae, Switch, When
+from powertrain.language.symbols import column
 from powertrain.modes.indicators import (
     approaching,
     friction_free,
@@ -16,7 +17,7 @@ from powertrain.modes.indicators import (
     switch_margin,
     torque_margins,
 )
-from powertrain.modes.tolerances import EPS, INTEGRATED, SWIFT, ZONE
+from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SWIFT, ZONE
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,8 @@ class Pass:
 
 
 def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
-    """The instants of all laws with a known one (switches first, then whens), and their indices in the held values."""
-    laws: list[Switch | When] = [*dae.switches, *dae.whens]
+    """The instants of all laws with a known one (switches first, then relations, then whens), and their indices in the held values."""
+    laws: list[Switch | When] = [*dae.switches, *dae.relations, *dae.whens]
     known = [(law.time, law.index) for law in laws if law.time is not None]
     return ca.vertcat(ca.SX(0, 1), *[time for time, _ in known]), [index for _, index in known]
 
@@ -49,15 +50,16 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     A closed contact opens where its force would pull, and where a reset has moved one of its sides away.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
-    fires = {index: fire[k] for k, index in enumerate(timed(dae)[1])}
+    instants = zip(timed(dae)[1], ca.vertsplit(timed(dae)[0]), strict=True)
+    fires = {index: _fires(dae, fire[k], instant) for k, (index, instant) in enumerate(instants)}
     for friction in dae.frictions:
         held[friction.index] = friction_rule(dae, friction, jumped, slack)
-    for switch in dae.switches:
+    for switch in (*dae.switches, *dae.relations):
         old = dae.m[switch.index]
         left = switch_margin(dae, switch) if switch.time is None else relation(old, in_time(dae, switch.g))
         new = ca.if_else(left <= 0, 1 - old, old)
         if switch.time is not None:
-            new = ca.if_else(fires[switch.index] > 0, ca.jacobian(switch.g, dae.t) > 0, new)
+            new = ca.if_else(fires[switch.index], ca.jacobian(switch.g, dae.t) > 0, new)
         held[switch.index] = new
     closing = []
     for contact in dae.contacts:
@@ -70,12 +72,15 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
         hits = ca.logic_and(contact.gap + EPS <= 0, approaching(contact))
         closing.append(ca.logic_and(ca.logic_and(old < 0.5, hits), ca.logic_not(rest)))
     edges = []
-    for when in dae.whens:
+    relations = [r.index for r in dae.relations]
+    found = [column([values[i] for i in relations]) for values in (ca.vertsplit(dae.m), held)]
+    now = ca.substitute([w.g for w in dae.whens], found[:1], found[1:])
+    for when, g in zip(dae.whens, now, strict=True):
         old = dae.m[when.index]
-        g = when.g if when.time is None else in_time(dae, when.g)
+        g = g if when.time is None else in_time(dae, g)
         rises = g >= EPS
         if when.time is not None:
-            rises = ca.logic_or(rises, fires[when.index] > 0)
+            rises = ca.logic_or(rises, fires[when.index])
         edges.append(ca.logic_and(old < 0.5, rises))
         held[when.index] = ca.if_else(relation(old, g) <= 0, 0.0, old)
     new_held = ca.vertcat(*held)
@@ -84,6 +89,11 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     idle = sum((idles(dae, friction) for friction in dae.frictions if friction.rests is not None), ca.SX(0))
     flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle)
     return Pass(new_held, ca.densify(flags), ca.vertcat(*edges), ca.vertcat(*closing))
+
+
+def _fires(dae: HybridDae, fire: ca.SX, instant: ca.SX) -> ca.SX:
+    """Whether the instant of a marked law is now: a reset may have moved it since."""
+    return ca.logic_and(fire > 0, ca.fabs(instant - dae.t) <= NOW * ca.fmax(1, ca.fabs(dae.t)))
 
 
 def idles(dae: HybridDae, friction: Friction) -> ca.SX:

@@ -23,6 +23,9 @@ SHARED = 1e-7
 ALONE = 1e-10
 """How well a torque is known that no other law's torque meets, relative to the largest: where Newton's and Lemke's methods end."""
 
+NOW = 1e-12
+"""Instants (s) within this, relative to one and to the time, are the same."""
+
 NO_WIDTH = 1e-10
 """Limits of a law that are nearer to each other (N.m, N) are one: nothing is transmitted, or always the same torque."""
 REST = 1e-9

@@ -45,6 +45,10 @@ class Mapping:
         self.system, self.dae = system, dae
         self.resets = Partials(system, column([r.value for w in dae.whens for r in w.resets])) if dae.whens else None
         self.contact_values = self._contacts() if dae.contacts else None
+        combined = [w for w in dae.whens if w.relations]
+        conditions = ca.densify(column([w.g for w in combined]))
+        self.combined = [w.index for w in combined]
+        self.conditions = ca.Function("powertrain_combined", [*system.inputs], [conditions])
 
     def _contacts(self) -> Partials:
         """Speeds, restitutions, and the responses to impulses."""
@@ -60,6 +64,7 @@ class Mapping:
         left_m, right_m = events.left.m[k], events.right.m[k]
         size, nq = n + nd, self.system.free.numel()
         now = _Carried(events.left.x[k].copy(), left_m.copy(), np.zeros(size), np.eye(size), np.zeros((size, nq)))
+        fired = fired | self._combined(run, k, fired)
         rising = [w for w in self.dae.whens if left_m[w.index] < 0.5 and (w.index in fired or right_m[w.index] > 0.5)]
         rounds = [[w for w in rising if w.index in fired], [w for w in rising if w.index not in fired]]
         for whens in rounds:
@@ -73,6 +78,15 @@ class Mapping:
         if (np.abs(reached - found) > 1e-7 * (1.0 + np.abs(found))).any():
             return None
         return now.s, now.q, now.t
+
+    def _combined(self, run: Record, k: int, fired: set[int]) -> set[int]:
+        """The laws whose combined conditions hold with the comparisons that turn at event k."""
+        left = run.instants.left
+        m = left.m[k].copy()
+        turned = [r.index for r in self.dae.relations if r.index in fired]
+        m[turned] = 1.0 - m[turned]
+        values = self.conditions(left.t[k], left.x[k], left.z[k], m, run.p)
+        return {i for i, g in zip(self.combined, np.array(values).ravel(), strict=True) if turned and g > 0.0}
 
     def _sample(self, run: Record, k: int, now: _Carried) -> Samples:
         left = run.instants.left

@@ -60,7 +60,7 @@ class Saltation:
         dae = system.dae
         self.compiled, self.flow, self.system = compiled, flow, system
         self.indicators: tuple[Indicator, ...] = indicators(dae)
-        laws: list[Switch | When] = [*dae.switches, *dae.whens]
+        laws: list[Switch | When] = [*dae.switches, *dae.relations, *dae.whens]
         self.timed = [law for law in laws if law.time is not None]
         self.sticking = [law for law in dae.frictions if not law.algebraic and not law.prescribed]
         times = [law.time for law in self.timed if law.time is not None]

@@ -20,6 +20,7 @@ class Ball(pt.Component):
     e: pt.Parameter = pt.parameter("1", "Speed after a bounce over that before it", default=0.7)
     drag: pt.Parameter = pt.parameter("1/s", "Drag", default=0.0)
     placed: bool = False
+    falling: bool = False
     h: pt.Variable = pt.variable("m", "Height", start=1.0)
     v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
 
@@ -27,7 +28,8 @@ class Ball(pt.Component):
         yield pt.der(self.h) == self.v
         yield pt.der(self.v) == -G - self.drag * self.v
         height = (pt.reinit(self.h, 0.0),) if self.placed else ()
-        yield pt.when(self.h < 0, pt.reinit(self.v, -self.e * self.v), *height, name="bounce")
+        below = ca.logic_not(ca.logic_or(self.h >= 0, self.v >= 0)) if self.falling else self.h < 0
+        yield pt.when(below, pt.reinit(self.v, -self.e * self.v), *height, name="bounce")
 
 
 class Buried(pt.Component):
@@ -77,9 +79,10 @@ def test_slowly_accumulating_bounces_are_named_too(e: float) -> None:
         pt.simulate(Ball(e=e), 100.0)
 
 
-def test_with_drag() -> None:
+@pytest.mark.parametrize("falling", [False, True])
+def test_with_drag(falling: bool) -> None:
     with pytest.raises(pt.SimulationError, match=r"each interval is 0\.6 times the one before"):
-        pt.simulate(Ball(e=0.6, drag=0.3), 10.0)
+        pt.simulate(Ball(e=0.6, drag=0.3, falling=falling), 10.0)
 
 
 def test_where_the_condition_hangs_on_an_implicit_unknown() -> None:

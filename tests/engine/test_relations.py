@@ -1,0 +1,133 @@
+"""Conditions of several comparisons: each is an event, so that they may hold together for any short time."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import casadi as ca
+import pytest
+from small_models import Gate
+
+import powertrain as pt
+from powertrain.components.rotational import Fixed, Inertia, Spring
+from powertrain.components.translational import Mass
+
+S, T = 0.7, 0.35
+"""Position (m) and time (s) that conditions compare with; ``Gate`` is there at 0.7 and 0.35 s."""
+SHORT = 2e-4
+STOP = 2.0
+
+CONDITIONS: dict[str, tuple[Callable[[Gate], pt.Symbol], float, float]] = {
+    # the condition, the instant at which it becomes true, and the derivative of this instant by the load's speed
+    "angle, then position": (lambda g: ca.logic_and(g.wheel.phi > g.phi, g.load.s < 1 + SHORT), 1.0, 0.0),
+    "position, then angle": (lambda g: ca.logic_and(g.load.s > 1 - SHORT, g.wheel.phi < g.phi), 1 - SHORT, SHORT - 1),
+    "both ends of a gap": (lambda g: ca.logic_and(g.load.s > S, g.load.s < S + SHORT), S, -S),
+    "neither": (lambda g: ca.logic_not(ca.logic_or(g.load.s < S, g.load.s > S + SHORT)), S, -S),
+    "time, then position": (lambda g: ca.logic_and(pt.time > T, g.load.s < T + SHORT), T, 0.0),
+    "position, then time": (lambda g: ca.logic_and(g.load.s > T, pt.time < T + SHORT), T, -T),
+    "one of two gaps": (
+        lambda g: ca.logic_and(
+            ca.logic_or(ca.logic_not(g.load.s < S), pt.time < -1), ca.logic_and(g.load.s < S + SHORT, g.passed < 1)
+        ),
+        S,
+        -S,
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=CONDITIONS)
+def gate(request: pytest.FixtureRequest) -> tuple[pt.Plant[Gate], float, float]:
+    condition, instant, slope = CONDITIONS[request.param]
+    return pt.compile(Gate(condition=condition)), instant, slope
+
+
+def test_what_holds_for_a_moment_happens(gate: tuple[pt.Plant[Gate], float, float]) -> None:
+    """The load goes on at half its speed: s = t_e + (t - t_e)/2."""
+    plant, instant, slope = gate
+    result = plant.simulate(STOP)
+    assert result["passed"][-1] == 1
+    assert [e.time for e in result.events if e.kind == "reset"] == pytest.approx([instant], abs=1e-9)
+    assert result["load.s"][-1] == pytest.approx(instant + (STOP - instant) / 2, abs=1e-9)
+    assert result.statistics["steps"] < 50  # steps are far longer than the condition holds
+    found = pt.gradient(result, "load.s", ["v", "phi"])
+    assert found["v"] == pytest.approx(instant + (STOP - instant) / 2 + slope / 2, rel=1e-6)
+    assert found["phi"] == pytest.approx(0.5 if (instant, slope) == (1.0, 0.0) else 0.0, abs=1e-6)
+
+
+def test_a_run_in_steps_passes_it_as_well(gate: tuple[pt.Plant[Gate], float, float]) -> None:
+    plant, instant, _ = gate
+    run = plant.start()
+    for _ in range(4):
+        run.step(STOP / 4)
+    assert run["passed"] == 1
+    assert run["load.s"] == pytest.approx(instant + (STOP - instant) / 2, abs=1e-9)
+
+
+def test_what_only_events_change_is_compared_exactly() -> None:
+    """At n = 2, n >= 2 holds and n < 2 does not, alone and beside other comparisons."""
+
+    class Counting(pt.Component):
+        n: pt.Discrete = pt.discrete("1", "Count", start=0.0)
+        there: pt.Discrete = pt.discrete("1", "Whether it is there", start=0.0)
+        late: pt.Discrete = pt.discrete("1", "Whether it goes on", start=0.0)
+        s: pt.Variable = pt.variable("m", "Position", start=0.0)
+
+        def equations(self) -> pt.Equations:
+            yield pt.der(self.s) == 1
+            yield pt.when(ca.logic_and(self.s > self.n + 1, self.n < 2), pt.reinit(self.n, self.n + 1))
+            yield pt.when(self.n >= 2, pt.reinit(self.there, pt.time))
+            yield pt.when(ca.logic_and(self.n >= 2, pt.time > 3), pt.reinit(self.late, pt.time))
+
+    result = pt.compile(Counting()).simulate(5.0)
+    assert [result[name][-1] for name in ("n", "there", "late")] == pytest.approx([2.0, 2.0, 3.0], abs=1e-9)
+
+
+class Swinging(pt.Component):
+    """A wheel on a spring and a mass that coasts, which is knocked whenever a condition of both becomes true."""
+
+    condition: Callable[[Swinging], pt.Symbol]
+    ground: Fixed = Fixed()
+    spring: Spring = Spring(c=40.0)
+    wheel: Inertia = Inertia(J=1.0)
+    load: Mass = Mass(m=1.0)
+    knocks: pt.Discrete = pt.discrete("1", "How often", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.ground.flange, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.wheel.flange_a)
+        knock = pt.reinit(self.load.v, 0.9 * self.load.v), pt.reinit(self.knocks, self.knocks + 1)
+        yield pt.when(self.condition(self), *knock, name="knock")
+
+    def initial(self) -> pt.Equations:
+        yield self.wheel.phi == 1
+        yield self.wheel.w == 0
+        yield self.load.s == 0
+        yield self.load.v == 1
+
+
+def drawn(draws: random.Random, depth: int = 3) -> Callable[[Swinging], pt.Symbol]:
+    """Comparisons of an angle, a speed, a position and the time with limits close to each other, combined at random."""
+    if not depth or draws.random() < 0.2:
+        kind, limit, above = draws.randrange(4), draws.choice((-0.5, 0.0, 0.5)), draws.random() < 0.5
+
+        limit += draws.uniform(-1e-3, 1e-3)
+
+        def relation(m: Swinging) -> pt.Symbol:
+            values = (m.wheel.phi, m.wheel.w / 6, m.load.s / 2 - 1, pt.time / 2 - 1)
+            return values[kind] > limit if above else values[kind] < limit
+
+        return relation
+    word = draws.choice((ca.logic_and, ca.logic_and, ca.logic_or, ca.logic_not))
+    parts = [drawn(draws, depth - 1) for _ in range(1 if word is ca.logic_not else 2)]
+    return lambda m: word(*(part(m) for part in parts))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100))
+def test_random_conditions_need_no_short_steps(seed: int) -> None:
+    plant = pt.compile(Swinging(condition=drawn(random.Random(seed))))
+    coarse, fine = plant.simulate(4.0, rtol=1e-8, atol=1e-10), plant.simulate(4.0, max_step=1e-3)
+    assert [e.kind + f"{e.new}" for e in coarse.events] == [e.kind + f"{e.new}" for e in fine.events]
+    assert coarse.events.times == pytest.approx(fine.events.times, abs=1e-5)
+    assert coarse["load.s"][-1] == pytest.approx(fine["load.s"][-1], abs=1e-5)
