@@ -29,3 +29,9 @@ def __getattr__(name: str) -> Any:
             f"or from powertrain.components.translational import {name}"
         )
     return attribute(__name__, __file__, name)
+
+
+def __dir__() -> list[str]:
+    from powertrain.components.lazy import listed
+
+    return [*globals(), *listed(__file__)]

@@ -20,7 +20,14 @@ def modules_of(stub: str) -> dict[str, str]:
 
 def attribute(package: str, file: str, name: str) -> Any:
     """What ``package.name`` is. AttributeError for a name that the stub beside ``file`` does not list."""
+    if name == "__all__":
+        return listed(file)
     modules = modules_of(str(Path(file).with_suffix(".pyi"))) if not name.startswith("_") else {}
     if name not in modules:
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
     return getattr(import_module(modules[name]), name)
+
+
+def listed(file: str) -> list[str]:
+    """The names in the stub beside ``file``."""
+    return sorted(modules_of(str(Path(file).with_suffix(".pyi"))))

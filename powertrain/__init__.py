@@ -222,7 +222,9 @@ def __getattr__(name: str) -> Any:
     if name in ("components", "vehicles"):
         return import_module(f"powertrain.{name}")
     if name not in _ANALYSES:
-        raise AttributeError(f"module 'powertrain' has no attribute {name!r}")
+        function = not name.startswith("_") and hasattr(import_module("casadi"), name)
+        hint = f"; functions of expressions are those of CasADi: casadi.{name}" if function else ""
+        raise AttributeError(f"module 'powertrain' has no attribute {name!r}{hint}")
     found = getattr(import_module(_ANALYSES[name]), name)
     globals()[name] = found
     return found

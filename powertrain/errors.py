@@ -39,7 +39,7 @@ class SimulationError(PowertrainError):
 
 def suggestion(name: str, known: Iterable[str]) -> str:
     """'; did you mean ...?' with up to three near misses of ``name``, or '' where nothing is near."""
-    known = list(known)
+    known = list(dict.fromkeys(known))
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     near += [k for k in known if k not in near and k.rpartition(".")[2] == name.rpartition(".")[2]][: 3 - len(near)]
     return f"; did you mean {' or '.join(near)}?" if near else ""

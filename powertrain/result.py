@@ -8,6 +8,7 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast, overload
 
 import casadi as ca
@@ -20,7 +21,7 @@ from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
 from powertrain.language import htmltext
-from powertrain.language.arguments import array
+from powertrain.language.arguments import array, number
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
@@ -392,6 +393,22 @@ def complete(result: Any) -> Result[Any]:
     if not result.ok:
         raise ParameterError(f"the run ended early and has no derivative: {result.message.splitlines()[0]}")
     return result
+
+
+def instant_of_run(compiled: Compiled, at: tuple[Result[Any], float], what: str) -> Samples:
+    """One sample: a run of this model at a time, at the instant of an event its right limit; ``what``: the name of the argument."""
+    if len(at) != 2 or not isinstance(at[0], Result):
+        raise ParameterError(f"{what} = {short(at)}: pass values by name, or (result, t) with a result of this model")
+    result, t = at[0], number(f"{what}: t", at[1], "s")
+    run, other = result.trajectory, result.compiled
+    if (other.states, list(other.parameters), list(other.signals)) != (
+        compiled.states, list(compiled.parameters), list(compiled.signals),
+    ):  # fmt: skip
+        raise ParameterError(f"{what}: the result belongs to another model ({type(result.model).__name__})")
+    if not run.start <= t <= run.end:
+        raise ParameterError(f"{what}: t = {t:g} s lies outside the simulated span [{run.start:g}, {run.end:g}] s")
+    samples = Samples(*run.at([t], with_events=False))
+    return signals_of(compiled).corrected(samples, np.array(list(result.parameters.values()), float))
 
 
 def _sealed(values: Array) -> Array:

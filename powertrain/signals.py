@@ -18,7 +18,7 @@ from powertrain.compiler.flatten import Flat, flatten
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
-from powertrain.language.connectors import Signal
+from powertrain.language.connectors import Signal, of_a_signal
 from powertrain.language.recorder import reading
 from powertrain.language.replacing import replace as changed
 from powertrain.language.symbols import Symbol, column, free_symbols, key
@@ -162,7 +162,8 @@ class Signals:
             except PowertrainError:
                 raise
             except Exception as error:
-                raise ParameterError(f"selector: it raises {type(error).__name__}: {error}") from error
+                said = of_a_signal(error) or f"it raises {type(error).__name__}: {error}"
+                raise ParameterError(f"selector: {said}") from error
             if isinstance(picked, Signal):
                 picked = picked.value
             if isinstance(picked, int | float):

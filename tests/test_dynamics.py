@@ -60,10 +60,11 @@ def test_step_is_the_run(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) ->
     step = found.step(0.02, intervals=4)
     x, y = ca.DM(found.x), ca.DM(0)
     for k in range(5):
-        x, y = step(0.02 * k, x, found.u, found.p)
+        x, y, margin = step(0.02 * k, x, found.u, found.p)
     exact = run.at([0.1], [*found.states, "clutch.tau"])
     np.testing.assert_allclose(np.array(x).ravel(), [float(exact[s][0]) for s in found.states], rtol=1e-7, atol=1e-7)
     assert float(y) == pytest.approx(float(exact["clutch.tau"][0]))
+    assert float(margin) == pytest.approx(-run.at(0.1, "clutch.w_rel"))
     slopes = ca.Function("d", [u := ca.MX.sym("u", 2)], [ca.jacobian(step(0.0, found.x, u, found.p)[0], u)])
     by = [
         np.array(step(0.0, found.x, found.u + d, found.p)[0]).ravel()
@@ -105,6 +106,12 @@ def test_bad_input(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) -> None:
         plant.function(modes=bad)
     with pytest.raises(pt.ParameterError, match="not positive"):
         plant.function(modes=(run, 0.0)).step(0.0)
+    with pytest.raises(pt.ParameterError, match="intervals = 0 must be at least 1"):
+        plant.function(modes=(run, 0.0)).step(0.1, intervals=0)
+    with pytest.raises(pt.ParameterError, match=r"t = 9 s lies outside the simulated span \[0, "):
+        plant.function(modes=(run, 9.0))
+    with pytest.raises(pt.ParameterError, match="the result belongs to another model"):
+        plant.function(modes=(pt.simulate(Inertia(J=1.0), 1.0), 0.5))
 
 
 class Dragged(pt.Component):

@@ -105,6 +105,20 @@ def test_what_the_data_do_not_determine_is_named(plant: pt.Plant[Engaging]) -> N
 def test_bounds_hold(plant: pt.Plant[Engaging]) -> None:
     found = pt.fit(plant, measured(plant, 0.0), ["engine.J", "load.J"], bounds={"engine.J": (0.25, 1.0)})
     assert found.values["engine.J"] == pytest.approx(0.25, rel=1e-6)
+    assert found.at_bounds == {"engine.J": 0.25}
+    assert "engine.J is at its bound, 0.25 kg.m2" in str(found)
+
+
+def test_fewer_measurements_than_unknowns(plant: pt.Plant[Engaging]) -> None:
+    """Two numbers determine at most two combinations of three unknowns; the others have no standard error."""
+    data = pt.Experiment(
+        [0.1, 0.2], {"engine.w": [95.0, 90.0]}, 0.5, starts=STARTS, inputs={"torque": 20.0, "press": 0.6}
+    )
+    found = pt.fit(plant, data, ["engine.J", "clutch.fn_max", "load.J"])
+    assert found.undetermined
+    unsure = set().union(*found.undetermined)
+    assert unsure
+    assert all((found.errors[name] == np.inf) == (name in unsure) for name in found.values)
 
 
 def test_gaps_and_files(plant: pt.Plant[Engaging], tmp_path: Path) -> None:
@@ -159,6 +173,11 @@ def test_bad_input(plant: pt.Plant[Engaging]) -> None:
         pt.fit(plant, data, "engine.J", first={"load.J": 1.0})
     with pytest.raises(pt.ParameterError, match="is empty"):
         pt.fit(plant, data, "engine.J", bounds={"engine.J": (1.0, 1.0)})
+    with pytest.raises(pt.ParameterError, match=r"wrt: engine\.J appears twice"):
+        pt.fit(plant, data, ["engine.J", "engine.J"])
+    given = pt.Experiment(GRID, data.values, starts=STARTS, inputs=COMMAND, parameters={"engine.J": 0.3})
+    with pytest.raises(pt.ParameterError, match=r"engine\.J is unknown, but experiment 1 gives it"):
+        pt.fit(plant, [data, given], "engine.J")
     wrong: Any = [1]
     with pytest.raises(pt.ParameterError, match=r"one pt\.Experiment"):
         pt.fit(plant, wrong, "engine.J")

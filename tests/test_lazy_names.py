@@ -41,6 +41,14 @@ def test_names_are_what_their_modules_hold(package: str) -> None:
         assert inspect.isclass(found) or callable(found)
 
 
+@pytest.mark.parametrize("package", ["powertrain.components", "powertrain.vehicles"])
+def test_consoles_and_stars_see_the_names(package: str) -> None:
+    assert set(listed(package)) <= set(dir(sys.modules[package]))
+    found: dict[str, object] = {}
+    exec(f"from {package} import *", found)
+    assert set(found) - {"__builtins__"} == set(listed(package))
+
+
 def test_names_of_two_families_say_where_they_are() -> None:
     both = set(rotational.__all__) & set(translational.__all__)
     assert both == set(vars(powertrain.components)["_BOTH"].split())

@@ -156,6 +156,13 @@ def test_the_cost_cannot_be_bettered_by_its_gradient(launch: pt.Plant[Launch], b
     assert abs(slope["engine.J"]) < 1e-3 * abs(before["engine.J"])
 
 
+def test_what_cannot_be_reached_says_so(slide: pt.Plant[Slide]) -> None:
+    guess = slide.simulate(1.0, starts=REST, inputs={"torque": 0.1})
+    plan = pt.optimal_control(slide, pt.final("inertia.w"), guess, {"torque": (0, 1)}, ends={"inertia.phi": [5.0, 6.0]})
+    assert not plan.ok
+    assert "NOT CONVERGED: Infeasible" in str(plan)
+
+
 def test_bad_input(slide: pt.Plant[Slide]) -> None:
     guess = slide.simulate(1.0, starts=REST, inputs={"torque": 0.1})
     cost = pt.final("inertia.w")
@@ -167,6 +174,10 @@ def test_bad_input(slide: pt.Plant[Slide]) -> None:
         pt.optimal_control(slide, cost, guess)
     with pytest.raises(pt.ParameterError, match=r"pt\.integral and pt\.final"):
         pt.optimal_control(slide, pt.maximum("inertia.w"), guess, {"torque": (0, 1)})
+    with pytest.raises(pt.ParameterError, match="inputs: torque: the range -inf to inf must be finite"):
+        pt.optimal_control(slide, cost, guess, {"torque": (-math.inf, math.inf)})
+    with pytest.raises(pt.ParameterError, match=r"guess: the result belongs to another model \(Ball\)"):
+        pt.optimal_control(slide, cost, pt.simulate(Ball(), 0.1), {"torque": (0, 1)})
     ball = pt.compile(Ball())
     with pytest.raises(pt.SimulationError, match="impacts or resets"):
         pt.optimal_control(ball, pt.final("h"), ball.simulate(1.0), parameters={"g": (1.0, 20.0)})

@@ -15,3 +15,9 @@ def __getattr__(name: str) -> Any:
     from powertrain.components.lazy import attribute
 
     return attribute(__name__, __file__, name)
+
+
+def __dir__() -> list[str]:
+    from powertrain.components.lazy import listed
+
+    return [*globals(), *listed(__file__)]

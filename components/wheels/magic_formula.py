@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import Any, Self
 
 import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
 from powertrain.components.wheels.slip import SLOW, SlippingWheel
+from powertrain.components.wheels.tyre_file import parameters as parameters_of_file
 
 NEWTON_STEPS = 8
 """Steps from below towards the root of a concave function: enough for 1e-8 in the range of pEx1 and pCx1."""
@@ -60,6 +63,40 @@ class MagicFormulaWheel(SlippingWheel):
     T: Parameter = parameter("s", "Time constant of the contact for changes of load", default=0.02, above=0)
     Fz: Variable = variable("N", "Load on the contact")
     kappa_c: Variable = variable("1", "Slip of the contact, without sign", start=0.0)
+
+    @classmethod
+    def from_tir(cls, path: str | Path, **parameters: Any) -> Self:
+        """A wheel with the tyre of a tyre property file (.tir) of MF-Tyre 5.2 to 6.2, at nominal pressure and without camber.
+
+        The coefficients are taken with their scaling factors: Fz0 = FNOMIN LFZO, pCx1 = PCX1 LCX, pDx = PDX LMUX, pKx = PKX LKX, and
+        pEx1 = PEX1 LEX, the curvature at nominal load. The shifts PHX and PVX are left out. c is LONGITUDINAL_STIFFNESS, or the slip
+        stiffness over the relaxation length PTX1 UNLOADED_RADIUS at nominal load; Cr = abs(QSY1) LMY. The radius is that of free rolling,
+
+        radius = UNLOADED_RADIUS - Fz0/VERTICAL_STIFFNESS (DREFF atan(BREFF) + FREFF)
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, in meter, newton, kg and second.
+        **parameters
+            Other parameters of the wheel, such as ``J``: the inertia in the file is that of the tyre without its rim. They come before
+            those of the file.
+
+        Returns
+        -------
+        MagicFormulaWheel
+
+        Raises
+        ------
+        ParameterError
+            For files of another layout or in other units, missing coefficients, and values outside of the parameters' ranges.
+
+        Examples
+        --------
+        >>> from powertrain.components.wheels import MagicFormulaWheel
+        >>> wheel = MagicFormulaWheel.from_tir("205_55_R16.tir", J=1.1)  # doctest: +SKIP
+        """
+        return cls(**parameters_of_file(path, parameters), **parameters)
 
     def equations(self) -> Equations:
         """Creep on the rising branch, sliding on the other."""

@@ -12,6 +12,7 @@ import casadi as ca
 
 from powertrain.errors import ModelError, PowertrainError, suggestion
 from powertrain.language.component import Component, Equations
+from powertrain.language.connectors import of_a_signal
 from powertrain.language.fields import Frozen
 from powertrain.language.recorder import Place, Recorder
 from powertrain.language.symbols import Symbol
@@ -20,7 +21,14 @@ _CORE = [
     str(Path(__file__).parents[1] / "language" / f"{name}.py")
     for name in ("fields", "component", "laws", "map", "recorder", "checks")
 ]
-_NOT_TEXT = (str(Path(__file__)), str(Path(__file__).with_name("flatten.py")), str(Path(ca.__file__).parent), *_CORE)
+_PACKAGE = str(Path(__file__).parents[1] / "__init__.py")
+_NOT_TEXT = (
+    str(Path(__file__)),
+    str(Path(__file__).with_name("flatten.py")),
+    str(Path(ca.__file__).parent),
+    *_CORE,
+    _PACKAGE,
+)
 
 
 def read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
@@ -83,7 +91,7 @@ def _reason(error: Exception) -> str:
         return f"CasADi cannot compute this: {said[0].rstrip('.')} {had}"
     if isinstance(error, RecursionError):
         return "this calls itself without end"
-    return f"this raises {type(error).__name__}: {error}"
+    return of_a_signal(error) or f"this raises {type(error).__name__}: {error}"
 
 
 def _raised_at(error: BaseException, path: str) -> Place:

@@ -16,7 +16,7 @@ from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
-from powertrain.modes.projection import project
+from powertrain.modes.projection import AT_REST, project
 from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import view
 
@@ -29,8 +29,6 @@ _FINEST = 1e-5
 """Share of the simulated span below which steps are not halved to resolve indicators."""
 _CALM = 1e-4
 """The least error norm that the step size control remembers."""
-_AT_REST = 1e-13
-"""A stuck law may keep this speed."""
 _HALVINGS = 8
 """How often a step is halved because the indicators are not resolved; then a kink is taken as it is."""
 
@@ -117,7 +115,7 @@ class Run:
         h, left, total = found
         if not -np.inf < total < np.inf:
             self._refuse_rates()
-        if left > _AT_REST:
+        if left > AT_REST:
             project(self.dae, self.memory, self.side)
         return h
 
@@ -301,7 +299,7 @@ class Run:
         if unsettled != 0.0 or not -np.inf < total < np.inf:
             return False
         self.side, self.idle = 1 - self.side, 0
-        if left > _AT_REST:
+        if left > AT_REST:
             project(self.dae, memory, self.side)
         self.recorder.enter(memory.m.copy())
         return True

@@ -22,6 +22,8 @@ MIDWAY = 0.1
 """Weight of the defect of the dense output midway: the embedded error is all but blind to a kink between the stages at 0.3 and 0.8."""
 _SETTLED = 1e-9
 """Newton's steps below this share of the unknowns end."""
+_STEPS = 5
+"""Of Newton's method after a change of modes: a bus whose current changes by a hundred amperes takes four."""
 
 
 @dataclass(frozen=True)
@@ -233,17 +235,17 @@ def _algebra(dae: HybridDae) -> ca.Function:
 
 
 def newton(model: Common) -> ca.Function:
-    """Three full steps of Newton's method for z: (time, y, m, p) -> (z, [0 if the last ends the search]); pivots are fixed beforehand."""
+    """Some full steps of Newton's method for z: (time, y, m, p) -> (z, [0 if the last ends the search]); pivots are fixed beforehand."""
     dae = model.dae
     n = dae.x.numel()
     z, before, last, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0), ca.SX(0)
-    for k in range(3):
+    for k in range(_STEPS):
         residual, jacobian = _algebra(dae).call([model.time[0], model.y[:n, :], z, dae.m, dae.p])
         step = factorize(jacobian, model.rows)(residual)
         size, share = ca.mmax(ca.fabs(residual)), ca.mmax(ca.fabs(step)) / (1 + ca.mmax(ca.fabs(z)))
         if k:
             open_ += ca.logic_not(ca.logic_or(size <= 0.9 * before, last < 1e-9))
-        if k == 2:
+        if k == _STEPS - 1:
             closed = ca.fabs(residual) <= 1e-7 * ca.mtimes(ca.fabs(jacobian), 1 + ca.fabs(z))
             settled = ca.fabs(step) <= 1e-11 * (1 + ca.fabs(z))
             open_ += ca.sum1(ca.logic_not(ca.logic_and(closed, settled)))

@@ -41,6 +41,12 @@ class Signal(Connector):
         return Signal
 
 
+def of_a_signal(error: Exception) -> str:
+    """What an error means that arithmetic with a signal raises; '' for other errors."""
+    kinds = [kind for kind in ("Input", "Output") if isinstance(error, TypeError) and f"'{kind}'" in str(error)]
+    return f"an {kinds[0]} is a port; write .value for its value, as in throttle.value" if kinds else ""
+
+
 class Input(Signal):
     """A signal that the component reads. If it is unconnected at the top level, or ``outside``, it is an input of the model."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from reprlib import repr as short
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
@@ -36,7 +37,7 @@ def bench(vehicle: C, without: str | tuple[str, ...] | list[str]) -> C:
     Raises
     ------
     ParameterError
-        For a path that names no part, and for a part with shafts or other ports that carry power.
+        For something that is no component, a path that names no part, and for a part with shafts or other ports that carry power.
 
     Examples
     --------
@@ -46,6 +47,8 @@ def bench(vehicle: C, without: str | tuple[str, ...] | list[str]) -> C:
     >>> "control.tau_1" in plant.compiled.inputs
     True
     """
+    if not isinstance(vehicle, Component):
+        raise ParameterError(f"bench: pass a component, such as ManualCar(), not {short(vehicle)}")
     changes = {}
     for path in names("without", without):
         part = _part(vehicle, path)

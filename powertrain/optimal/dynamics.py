@@ -13,10 +13,10 @@ import numpy as np
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae
 from powertrain.errors import ParameterError, suggestion
-from powertrain.language.arguments import by_name, listed, number
+from powertrain.language.arguments import by_name, count, listed, number
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result
+from powertrain.result import Result, instant_of_run
 from powertrain.signals import signals_of
 
 Selector = str | Callable[[Any], Any]
@@ -55,9 +55,24 @@ class Dynamics:
     p: Array
 
     def step(self, h: float, intervals: int = 1) -> ca.Function:
-        """A ``casadi.Function`` (t, x, u, p) -> (x_end, y) over ``h`` seconds with constant u, differentiable to any order.
+        """The model over a time step, differentiable to any order.
 
-        ``intervals`` steps of Radau collocation of order 5, which takes stiff models and algebraic unknowns; y are the outputs at the end.
+        Parameters
+        ----------
+        h : float
+            Duration of the step [s]. u is constant over it.
+        intervals : int
+            Into so many intervals it is divided. The method is Radau collocation of order 5, for stiff models and algebraic unknowns, too.
+
+        Returns
+        -------
+        casadi.Function
+            (t, x, u, p) -> (x_end, y, margin): the states, the outputs and the limits of the modes at the end of the step.
+
+        Raises
+        ------
+        ParameterError
+            If ``h`` is not positive or ``intervals`` not a whole number from 1 on.
         """
         if not number("h", h, "s") > 0.0:
             raise ParameterError(f"h = {h:g} s is not positive")
@@ -68,16 +83,15 @@ class Dynamics:
         if z.numel():
             dae |= {"z": z, "alg": rates["residual"]}
         options: dict[str, Any] = {
-            "number_of_finite_elements": intervals,
+            "number_of_finite_elements": count("intervals", intervals),
             "collocation_scheme": "radau",
             "interpolation_order": 3,
         }
         integrate = ca.integrator("powertrain_step", "collocation", dae, 0.0, h, options)
         found = integrate(x0=x, z0=self.z, p=ca.vertcat(t, u, p))
         end = self.function(t=t + h, x=found["xf"], z=found["zf"], u=u, p=p)
-        return ca.Function(
-            "powertrain_step", [t, x, u, p], [found["xf"], end["y"]], ["t", "x", "u", "p"], ["x_end", "y"]
-        )
+        given, taken = ["t", "x", "u", "p"], ["x_end", "y", "margin"]
+        return ca.Function("powertrain_step", [t, x, u, p], [found["xf"], end["y"], end["margin"]], given, taken)
 
 
 class _Source(Protocol):
@@ -153,13 +167,8 @@ def _laws(dae: HybridDae) -> list[Any]:
 def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Array]:
     """States, algebraic unknowns, held values with the modes, and parameters."""
     if isinstance(modes, tuple):
-        result, t = modes[0], number("modes: t", modes[1], "s") if len(modes) == 2 else 0.0
-        if len(modes) != 2 or not isinstance(result, Result):
-            raise ParameterError(
-                f"modes = {short(modes)}: pass modes by law, or (result, t) with a result of this model"
-            )
-        x, z, m = (v[0] for v in result.trajectory.at([t], with_events=False)[1:])
-        return x, z, m.copy(), np.array(list(result.parameters.values()), float)
+        at = instant_of_run(plant.compiled, modes, "modes")
+        return at.x[0], at.z[0], at.m[0].copy(), np.array(list(modes[0].parameters.values()), float)
     dae = plant.compiled.dae
     laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
     given = by_name("modes", modes)

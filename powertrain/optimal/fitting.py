@@ -65,7 +65,8 @@ class Fit:
     ``values``, ``errors`` (standard errors, inf if the data do not determine the unknown) and ``units`` by name; ``covariance`` in
     the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, in which the residuals hardly change;
     ``results``: the runs of the experiments with the fitted values; ``cost``: the sum of squares; ``spread``: the standard deviation of the
-    residuals divided by sigma; ``evaluations``: the number of sets simulated; ``parameters``: the values without initial values.
+    residuals divided by sigma; ``evaluations``: the number of sets simulated; ``parameters``: the values without initial values;
+    ``at_bounds``: the unknowns that a bound keeps from the best value, with that bound. The standard errors do not know of it.
     """
 
     values: dict[str, float]
@@ -80,6 +81,7 @@ class Fit:
     evaluations: int
     message: str
     parameters: dict[str, float] = field(default_factory=dict)
+    at_bounds: dict[str, float] = field(default_factory=dict)
 
     @property
     def correlation(self) -> pd.DataFrame:
@@ -131,6 +133,7 @@ class Fit:
         lines.append(
             f"{count} experiment{'s' * (count != 1)}, standard deviation of the residuals {self.spread:.3g} (in units of sigma)"
         )
+        lines += [f"{n} is at its bound, {v:.6g} {self.units[n]}" for n, v in self.at_bounds.items()]
         for direction in self.undetermined:
             parts = ", ".join(f"{n} {100 * v:+.3g} %" for n, v in direction.items())
             lines.append(f"not determined by the data: the combination {parts}")
@@ -176,7 +179,7 @@ def fit(
     Raises
     ------
     ParameterError
-        For unknown names.
+        For unknown names, and unknowns that appear twice or that an experiment gives.
     SimulationError
         If the first run fails, or if a run is not differentiable.
     """
@@ -200,7 +203,7 @@ def fit(
         lambda q: problem.residuals(q * scale), start, lambda q: problem.jacobian(q * scale) * scale,
         bounds=bound, x_scale="jac", xtol=1e-10, ftol=1e-12, gtol=1e-10, max_nfev=200,
     )  # fmt: skip
-    return _summary(problem, asked, found.x * scale, str(found.message))
+    return _summary(problem, asked, found.x * scale, found.active_mask, str(found.message))
 
 
 def _unknowns(
@@ -214,6 +217,13 @@ def _unknowns(
             if name not in asked:
                 raise ParameterError(f"{what}: {name} is not among the unknowns{suggestion(name, asked)}")
     for name in asked:
+        if asked.count(name) > 1:
+            raise ParameterError(f"wrt: {name} appears twice")
+        giving = [k for k, e in enumerate(experiments) if name in e.parameters]
+        if giving:
+            raise ParameterError(
+                f"wrt: {name} is unknown, but experiment {giving[0]} gives it; use first for an initial guess"
+            )
         low, high = limits(f"bounds: {name}", bounds.get(name, (-np.inf, np.inf)))
         if name in compiled.parameters:
             entry = compiled.parameters[name]
@@ -299,20 +309,20 @@ class _LeastSquares:
         return np.concatenate(found)
 
 
-def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array, message: str) -> Fit:
+def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array, active: Array, message: str) -> Fit:
     left, jacobian = problem.residuals(values), problem.jacobian(values)
     size = np.maximum(np.abs(values), [u.scale for u in asked])
     spread = float(np.sqrt(left @ left / max(len(left) - len(asked), 1)))
     sigma = 1.0 if problem.known else spread
-    _, strengths, directions = np.linalg.svd(jacobian * size, full_matrices=False)
-    strengths = np.append(strengths, np.zeros(len(asked) - len(strengths)))
+    missing = np.zeros((max(len(asked) - len(left), 0), len(asked)))
+    _, strengths, directions = np.linalg.svd(np.vstack([jacobian * size, missing]), full_matrices=False)
     loose = (strengths <= _UNDETERMINED * strengths.max(initial=0.0)) | (sigma > _LOOSE * strengths)
-    firm = directions[~loose[: len(directions)]]
+    firm = directions[~loose]
     inverse = 1.0 / strengths[~loose]
     covariance = sigma**2 * (firm.T * inverse**2) @ firm * np.outer(size, size)
     errors = np.sqrt(np.diag(covariance))
     named = []
-    for direction in directions[loose[: len(directions)]]:
+    for direction in directions[loose]:
         direction = direction / direction[np.abs(direction).argmax()]
         part = {u.label: float(d) for u, d in zip(asked, direction, strict=True) if abs(d) >= _PART}
         named.append(part)
@@ -323,4 +333,5 @@ def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array,
         {u.label: u.unit for u in asked}, covariance, tuple(named), tuple(problem.runs(values)),
         tuple(problem.experiments), float(left @ left), spread, problem.evaluations, message,
         {u.name: float(v) for u, v in zip(asked, values, strict=True) if u.experiment is None},
+        {u.label: u.low if side < 0 else u.high for u, side in zip(asked, active.tolist(), strict=True) if side},
     )  # fmt: skip

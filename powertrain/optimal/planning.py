@@ -18,7 +18,7 @@ from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Phase, guess
 from powertrain.plant import Plant
-from powertrain.result import Result, complete
+from powertrain.result import Result, complete, instant_of_run
 from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 
@@ -56,7 +56,7 @@ class Plan:
         phases = ", ".join(f"{d:.4g} s" for d in self.durations)
         lines = [
             f"cost {self.cost:.6g}, simulated {self.replayed:.6g}{gap}, {'the planned' if self.same_modes else 'OTHER'} modes",
-            f"phases: {phases}; {self.message} after {self.iterations} iterations",
+            f"phases: {phases}; {'' if self.ok else 'NOT CONVERGED: '}{self.message} after {self.iterations} iterations",
         ]
         lines += [f"{name} = {value:.6g}" for name, value in self.parameters.items()]
         return "\n".join(lines)
@@ -142,8 +142,9 @@ class _Programme:
         intervals: int,
     ) -> None:
         self.plant, self.run, self.objective = plant, run, cost
-        self.ranges = {n: bounded(f"inputs: {n}", r) for n, r in inputs.items()}
-        self.free = {n: bounded(f"parameters: {n}", r) for n, r in parameters.items()}
+        instant_of_run(plant.compiled, (run, run.trajectory.start), "guess")
+        self.ranges = {n: _finite(f"inputs: {n}", r) for n, r in inputs.items()}
+        self.free = {n: _finite(f"parameters: {n}", r) for n, r in parameters.items()}
         for what, names, known in (
             ("inputs", inputs, plant.compiled.inputs),
             ("parameters", parameters, plant.compiled.parameters),
@@ -164,9 +165,7 @@ class _Programme:
     def limit(self, limits: dict[Any, Any], ends: dict[str, Any], stop: Any, smooth: float) -> None:
         """Builds the phases with all that is asked of them."""
         self.limits = [(s, bounded(f"limits: {s}", r)) for s, r in limits.items()]
-        self.ends = [
-            (s, bounded(f"ends: {s}", r if isinstance(r, tuple) else (r, r), closed=True)) for s, r in ends.items()
-        ]
+        self.ends = [(s, bounded(f"ends: {s}", (r, r) if np.ndim(r) == 0 else r, closed=True)) for s, r in ends.items()]
         self.stop = (self.run.trajectory.end,) * 2 if stop is None else bounded("stop", stop, closed=True)
         self.smooth = smooth
         signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
@@ -304,3 +303,11 @@ class _Programme:
             if not found or row.tobytes() != found[-1]:
                 found.append(row.tobytes())
         return found
+
+
+def _finite(what: str, given: Any) -> tuple[float, float]:
+    """A range whose width is a scale of the problem."""
+    low, high = bounded(what, given)
+    if not np.isfinite(low) or not np.isfinite(high):
+        raise ParameterError(f"{what}: the range {low:g} to {high:g} must be finite")
+    return low, high

@@ -50,6 +50,11 @@ def assigned(m: Any) -> Any:
 TEXTS: dict[str, tuple[Callable[[Any], Any], list[str]]] = {
     "key": (gain, ['table["gain"]', "this raises KeyError: 'gain'"]),
     "division": (lambda m: m.J.w * (1 / 0), ["ZeroDivisionError"]),
+    "signal": (lambda m: 2 * m.source.tau, ["2 * m.source.tau", "an Input is a port; write .value for its value"]),
+    "function": (
+        lambda m: pt.sin(m.J.w),
+        ["lambda m: pt.sin(m.J.w)", "functions of expressions are those of CasADi: casadi.sin"],
+    ),
     "type": (lambda m: "a" + m.J.w, ["this raises TypeError"]),
     "assignment": (assigned, ["m.J.w = 3", "w cannot be assigned a value", "an equation is written  yield a == b"]),
     "recursion": (lambda m: m.law(m), ["this calls itself without end"]),

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.body import RoadProfile
+from powertrain.components.body import CentreDifferential, RoadProfile
 from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
+from powertrain.components.rotational import Inertia, Torque
 from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
 
 CENTRES: dict[str, Differential] = {
@@ -30,6 +31,36 @@ def plant(name: str) -> pt.Plant[FourWheelDriveCar]:
 
 def drive(name: str, stop: float = 3.0, v: float = 3.0, **options: Any) -> Any:
     return plant(name).simulate(stop, starts={"body.v": v, "engine.w": v / 0.3 * 3.5 * 3.9}, **options)
+
+
+class Pulled(pt.Component):
+    """The centre differential of the library, with a torque that turns the axles against each other."""
+
+    against: pt.Parameter = pt.parameter("N.m", "Torque forward at the front and backward at the rear", default=1.0)
+    case: CentreDifferential = CentreDifferential()
+    engine: Inertia = Inertia(J=0.1)
+    front: Inertia = Inertia(J=2.0)
+    rear: Inertia = Inertia(J=2.0)
+    forward: Torque = Torque()
+    backward: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.flange_b, self.case.input)
+        yield pt.connect(self.case.front, self.front.flange_a, self.forward.flange)
+        yield pt.connect(self.case.rear, self.rear.flange_a, self.backward.flange)
+        yield self.forward.tau.value == self.against
+        yield self.backward.tau.value == -self.against
+
+
+def test_the_centre_rests_without_load() -> None:
+    """2 N.m of friction: less than half of it, which the shafts double, turns nothing; of a larger torque the rest accelerates."""
+    plant = pt.compile(Pulled())
+    options: Any = {"starts": {"engine.w": 0.0}, "rtol": 1e-9}
+    assert abs(plant.simulate(1.0, parameters={"against": 0.9}, **options)["case.differential.w_rel"]).max() < 1e-12
+    moved = plant.simulate(1.0, parameters={"against": 3.0}, **options)
+    assert moved.at(1.0, lambda m: m.front.w - m.rear.w) == pytest.approx(
+        2 * (3.0 - 2.0) / 2.0, rel=5e-2
+    )  # the shafts still vibrate
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -149,3 +150,96 @@ def test_a_smooth_road_gives_nothing() -> None:
     result = tight(plain(SlipWheel(mu=0.0, Cr=0), torque=Constant(k=50)), 1.0)
     assert result["body.v"][-1] == pytest.approx(0, abs=1e-12)
     assert result["front.w"][-1] == pytest.approx(50, rel=1e-8)
+
+
+TIR = """[MDI_HEADER]
+FILE_TYPE = 'tir'
+! : COMMENT : a tyre that does not exist; names = values in comments are none
+$----------------------------------------------------------------units
+[UNITS]
+ LENGTH  = 'meter'
+FORCE    = 'Newton'
+  ANGLE  = 'radians'
+[MODEL]
+FITTYP   = 61   $Magic Formula Version number
+[DIMENSION]
+UNLOADED_RADIUS = 0.33 $Free tyre radius
+[SHAPE]
+{radial width}
+ 1.0    0.0
+[VERTICAL]
+FNOMIN = 5000
+VERTICAL_STIFFNESS = 2.2e5
+BREFF = 8.0
+DREFF = 0.25
+FREFF = 0.05
+[STRUCTURAL]
+LONGITUDINAL_STIFFNESS = 3.1E+005
+[SCALING_COEFFICIENTS]
+LFZO = 0.8
+LMUX = 0.9
+LKX  = 1.1
+LCX  = 1.0
+LEX  = 0.5
+[LONGITUDINAL_COEFFICIENTS]
+PCX1 = 1.6
+PDX1 = 1.2
+PDX2 = -0.1
+PEX1 = 0.3
+PEX2 = 0.1
+PKX1 = 22
+PKX2 = 5
+PKX3 = -0.3
+[ROLLING_COEFFICIENTS]
+QSY1 = -0.012
+"""
+
+
+def test_tyre_files(tmp_path: Path) -> None:
+    """The force at steady slip is that of the file's coefficients; a wheel that rolls freely under nominal load turns with its radius."""
+    (tmp_path / "tyre.tir").write_text(TIR)
+    wheel = MagicFormulaWheel.from_tir(tmp_path / "tyre.tir", J=1.4)
+    coefficients = {"pCx1": 1.6, "pDx1": 1.08, "pDx2": -0.09, "pEx1": 0.15, "pKx1": 24.2, "pKx2": 5.5, "pKx3": -0.3}
+    assert {name: float(getattr(wheel, name)) for name in coefficients} == pytest.approx(coefficients)
+    drum = Drum(
+        wheel=wheel,
+        turning=rot.ConstantSpeed(w_fixed=10 * 1.03 / float(wheel.radius)),
+        rolling=tr.ConstantSpeed(v_fixed=10),
+        load=Constant(k=5600),
+    )
+    x = 24.2 + 5.5 * 0.4  # 5,600 N are 1.4 of the nominal load 0.8 5,000 N
+    B = x * np.exp(-0.3 * 0.4) / (1.6 * (1.08 - 0.09 * 0.4))
+    inner = B * 0.03 - 0.15 * (B * 0.03 - np.arctan(B * 0.03))
+    force = (1.08 - 0.09 * 0.4) * 5600 * np.sin(1.6 * np.arctan(inner))
+    assert tight(drum, 20.0)["wheel.f"][-1] == pytest.approx(force, rel=2e-6)
+    assert float(wheel.radius) == pytest.approx(0.33 - 4000 / 2.2e5 * (0.25 * np.arctan(8.0) + 0.05))
+    assert (float(wheel.c), float(wheel.Cr), float(wheel.J)) == (3.1e5, 0.012, 1.4)
+
+
+def test_older_tyre_files_have_a_relaxation_length(tmp_path: Path) -> None:
+    """sigma = Fz PTX1 R0/Fz0 LSGKP = K/c; a radius that is given needs nothing of the file."""
+    text = TIR.replace("LONGITUDINAL_STIFFNESS = 3.1E+005", "PTX1 = 2.5\nLSGKP = 1.2").replace("BREFF = 8.0", "")
+    (tmp_path / "tyre.tir").write_text(text)
+    wheel = MagicFormulaWheel.from_tir(tmp_path / "tyre.tir", radius="31 cm")
+    assert 24.2 * 4000 / float(wheel.c) == pytest.approx(4000 * 2.5 * 0.33 / 5000 * 1.2)
+    assert float(wheel.radius) == pytest.approx(0.31)
+    with pytest.raises(pt.ParameterError, match="has no BREFF, DREFF and FREFF for the rolling radius under load"):
+        MagicFormulaWheel.from_tir(tmp_path / "tyre.tir")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("'meter'", "'inch'", "LENGTH = inch; only files in meter are read"),
+        ("PKX1 = 22", "", "has no PKX1, which a Magic Formula file of version 5.2 or later has"),
+        ("PDX1 = 1.2", "PDX1 = soft", "PDX1 = soft is not a number"),
+        ("PEX1 = 0.3", "PEX1 = 3", r"pEx1 = 1.5 is outside its range \[-20, 0.99\]"),
+        ("[MDI_HEADER]", "", "is not a tyre property file"),
+    ],
+)
+def test_tyre_files_that_do_not_fit(tmp_path: Path, old: str, new: str, said: str) -> None:
+    (tmp_path / "tyre.tir").write_text(TIR.replace(old, new))
+    with pytest.raises(pt.ParameterError, match=said):
+        MagicFormulaWheel.from_tir(tmp_path / "tyre.tir")
+    with pytest.raises(pt.ParameterError, match=r"none\.tir cannot be read"):
+        MagicFormulaWheel.from_tir(tmp_path / "none.tir")

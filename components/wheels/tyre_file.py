@@ -1,0 +1,96 @@
+"""Tyre property files (.tir): the longitudinal force of MF-Tyre 5.2 to 6.2 in the parameters of the Magic Formula wheel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from configparser import ConfigParser
+from configparser import Error as ParsingError
+from pathlib import Path
+
+from powertrain import ParameterError
+
+_UNITS = {"LENGTH": "meter", "FORCE": "newton", "MASS": "kg", "TIME": "second"}
+
+
+def read_tir(path: str | Path) -> dict[str, str]:
+    """The entries of a tyre property file by name, without their sections, comments and quotes.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file of lines ``NAME = value $comment`` in [SECTIONS].
+
+    Returns
+    -------
+    dict of str to str
+
+    Raises
+    ------
+    ParameterError
+        For files that cannot be read, of another layout, or in other units than meter, newton, kg and second.
+
+    Examples
+    --------
+    >>> from powertrain.components.wheels.tyre_file import read_tir
+    >>> read_tir("tyre.tir")["FNOMIN"]  # doctest: +SKIP
+    '4850'
+    """
+    try:
+        text = Path(path).read_text(encoding="latin-1")
+    except (OSError, TypeError) as error:
+        raise ParameterError(f"{path} cannot be read: {error}") from None
+    parser = ConfigParser(
+        interpolation=None, strict=False, allow_no_value=True, delimiters=("=",), comment_prefixes="!"
+    )
+    try:
+        parser.read_string("\n".join(line.split("$")[0].strip() for line in text.splitlines()))
+    except ParsingError as error:
+        raise ParameterError(f"{path} is not a tyre property file: {error}") from None
+    entries = [entry for section in parser.values() for entry in section.items()]
+    found = {name.upper(): value.strip().strip("'\"").strip() for name, value in entries if value}
+    for name, unit in _UNITS.items():
+        if found.get(name, unit).lower() != unit:
+            raise ParameterError(f"{path}: {name} = {found[name]}; only files in {unit} are read")
+    return found
+
+
+def parameters(path: str | Path, given: Mapping[str, object]) -> dict[str, float]:
+    """The parameters of a ``MagicFormulaWheel`` at nominal load and pressure, without camber; ``given``: those it need not have."""
+    entries = read_tir(path)
+
+    def number(name: str, default: float | None = None) -> float:
+        text = entries.get(name)
+        if text is None and default is not None:
+            return default
+        if text is None:
+            raise ParameterError(f"{path} has no {name}, which a Magic Formula file of version 5.2 or later has")
+        try:
+            return float(text)
+        except ValueError:
+            raise ParameterError(f"{path}: {name} = {text} is not a number") from None
+
+    load, free, scale = number("FNOMIN") * number("LFZO", 1.0), number("UNLOADED_RADIUS"), number("LKX", 1.0)
+    found = {
+        "Fz0": load,
+        "pCx1": number("PCX1") * number("LCX", 1.0),
+        "pDx1": number("PDX1") * number("LMUX", 1.0),
+        "pDx2": number("PDX2", 0.0) * number("LMUX", 1.0),
+        "pEx1": number("PEX1", 0.0) * number("LEX", 1.0),
+        "pKx1": number("PKX1") * scale,
+        "pKx2": number("PKX2", 0.0) * scale,
+        "pKx3": number("PKX3", 0.0),
+    }
+    if "LONGITUDINAL_STIFFNESS" in entries:
+        found["c"] = number("LONGITUDINAL_STIFFNESS")
+    elif number("PTX1", 0.0) > 0.0:
+        relaxation = number("PTX1") * number("LSGKP", 1.0) * free * number("LFZO", 1.0)
+        found["c"] = found["pKx1"] * load / relaxation
+    if "QSY1" in entries:
+        found["Cr"] = abs(number("QSY1") * number("LMY", 1.0))
+    if "radius" not in given:
+        if "BREFF" not in entries:
+            raise ParameterError(f"{path} has no BREFF, DREFF and FREFF for the rolling radius under load; give radius")
+        share = number("DREFF") * math.atan(number("BREFF")) + number("FREFF")
+        found["radius"] = free - load / number("VERTICAL_STIFFNESS") * share
+    return {name: value for name, value in found.items() if name not in given}
