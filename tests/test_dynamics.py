@@ -58,7 +58,7 @@ def test_rates_are_those_of_the_run() -> None:
 def test_step_is_the_run(plant: pt.Plant[Engaging], run: pt.Result[Engaging]) -> None:
     found = plant.function("clutch.tau", modes=(run, 0.0))
     step = found.step(0.02, intervals=4)
-    x, y = ca.DM(found.x), ca.DM(0)
+    x, y, margin = ca.DM(found.x), ca.DM(0), ca.DM(0)
     for k in range(5):
         x, y, margin = step(0.02 * k, x, found.u, found.p)
     exact = run.at([0.1], [*found.states, "clutch.tau"])

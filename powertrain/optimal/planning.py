@@ -72,7 +72,7 @@ def optimal_control(
     *,
     parameters: Bounds | None = None,
     limits: Mapping[Any, tuple[float, float]] | None = None,
-    ends: Mapping[str, float | tuple[float, float]] | None = None,
+    ends: Mapping[str, float | Sequence[float]] | None = None,
     stop: tuple[float, float] | None = None,
     smooth: float = 0.0,
     intervals: int = 20,
