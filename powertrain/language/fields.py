@@ -95,7 +95,10 @@ class Parameter(Quantity):
             number = float(value)
         except (TypeError, ValueError):
             number = None
-        if number is None or isinstance(value, bool | np.bool_ | str):
+        if number is not None and isinstance(value, str):
+            other = "" if self.unit == "1" else f", or '{value} {self.unit}'"
+            raise ParameterError(f"{where} = {value!r} is a text without a unit; write {value}{other} ({self.doc})")
+        if number is None or isinstance(value, bool | np.bool_):
             raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})")
         inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
         if not (inside and math.isfinite(number)):

@@ -9,9 +9,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.errors import ModelError, ParameterError
+from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.dimensions import Measure, measure
-from powertrain.language.units import checked_unit
+from powertrain.language.units import BASE, checked_unit
 
 N = TypeVar("N", float, NDArray[np.float64])
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s+|(?=[^\d\s.]))(\S.*?)\s*$")
@@ -50,6 +50,10 @@ def quantity(text: str, unit: str, where: str) -> float:
     )
     if given == "degC" and unit == "K":
         return number + ZERO_CELSIUS
+    try:
+        _measured(given)
+    except ModelError as error:
+        raise ParameterError(f"{where} = {text!r}: {error}{suggestion(given, [*_COMMON, *BASE])}") from None
     try:
         return converted(number, given, unit)
     except ModelError as error:

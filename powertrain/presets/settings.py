@@ -60,9 +60,19 @@ def place(component: pt.Component, path: str) -> Adjustable:
     """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
     known = {found.path: found for found in places(component)}
     if path not in known:
-        near = suggestion(path, known)
+        near = suggestion(path, known) or _beside(path, known)
         raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
+
+
+def _beside(path: str, known: Iterable[str]) -> str:
+    """'; choose from ...' with the names where the path leaves the known ones."""
+    inside, known = path.rpartition(".")[0], list(known)
+    while inside and inside not in known:
+        inside = inside.rpartition(".")[0]
+    start = f"{inside}." if inside else ""
+    names = [k for k in known if k.startswith(start) and not {".", "["} & set(k[len(start) :])]
+    return f"; choose from {', '.join(names)}" if names else ""
 
 
 def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:

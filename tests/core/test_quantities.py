@@ -55,6 +55,12 @@ def test_parameters_take_units() -> None:
         VehicleBody(m="1500 N")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"'5 stones': unknown unit 'stones'"):
         VehicleBody(m="5 stones")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"unknown unit 'lbs' .*did you mean lb "):
+        VehicleBody(m="3300 lbs")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"a text without a unit; write 1500, or '1500 kg'"):
+        VehicleBody(m="1500")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"a text without a unit; write 0.3 \("):
+        VehicleBody(Cd="0.3")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"'1 lb/foo': unknown unit 'foo'"):
         VehicleBody(m="1 lb/foo")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"'1 lb/ft/s': unknown unit 'ft/s' in 'lb/ft/s'"):

@@ -58,7 +58,10 @@ OPTIONS: list[tuple[dict[str, Any], list[str]]] = [
     ({"starts": {"J1.w": "fast"}}, ["starts: J1.w = 'fast' is not a finite number"]),
     ({"guesses": {"J1.w": [1.0, 2.0]}}, ["guesses: J1.w = [1.0, 2.0] is not a finite number"]),
     ({"parameters": ["J1.J"]}, ["parameters = ['J1.J']"]),
-    ({"parameters": {"J1.J": "1.0"}}, ["J1.J = '1.0' is not a number (Moment of inertia"]),
+    (
+        {"parameters": {"J1.J": "1.0"}},
+        ["J1.J = '1.0' is a text without a unit; write 1.0, or '1.0 kg.m2' (Moment of inertia"],
+    ),
     ({"points": 10.5}, ["points = 10.5 must be a whole number"]),
     ({"points": 0}, ["points = 0 must be at least 1"]),
     ({"rtol": "small"}, ["rtol = 'small' is not a finite number"]),
@@ -109,7 +112,7 @@ def test_input(value: Any, said: list[str]) -> None:
         (lambda: Two(n=2.5), "Two.n = 2.5 is not an int"),  # type: ignore[arg-type]
         (lambda: Two(n=True), "Two.n = True is not an int"),
         (lambda: Inertia(J=True), "Inertia.J = True is not a number (Moment of inertia"),
-        (lambda: Inertia(J="1.0"), "Inertia.J = '1.0' is not a number"),  # type: ignore[arg-type]
+        (lambda: Inertia(J="1.0"), "Inertia.J = '1.0' is a text without a unit"),  # type: ignore[arg-type]
         (lambda: Inertia(J=np.array([1.0, 2.0])), "is not a number"),  # type: ignore[arg-type]
         (lambda: SignTorque(tau_nominal=1.0, reg="tanh"), "reg = 'tanh' is none of 'exp', 'sine', 'linear', 'cosine'"),  # type: ignore[arg-type]
         (lambda: pt.Map.curve([0, 1], ["a", "b"]), "is not an array of numbers"),

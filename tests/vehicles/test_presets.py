@@ -112,3 +112,11 @@ def test_unknown_name() -> None:
     assert "ManualCar" in names()
     assert "toyota-rav4-automatic" in names()
     assert pt.vehicles.load is load
+
+
+def test_names_of_a_file_are_answered_with_what_there_is() -> None:
+    with pytest.raises(
+        pt.ParameterError, match=r"no parameter or component 'tyres'; choose from cycle, driver, .*gearbox"
+    ):
+        applied(ManualCar(), {"tyres": {"radius": 0.3}})
+    assert applied(ManualCar(), {"class": "manualcar", "body": {"m": 1250}})[1] == ["body.m"]
