@@ -38,7 +38,11 @@ class System:
     def discretes(self) -> list[int]:
         """The places in ``m`` of the discrete variables."""
         dae = self.dae
-        modes = {law.index for group in (dae.frictions, dae.switches, dae.relations, dae.contacts, dae.whens) for law in group}
+        modes = {
+            law.index
+            for group in (dae.frictions, dae.switches, dae.relations, dae.contacts, dae.whens)
+            for law in group
+        }
         modes |= {schedule.index + k for schedule in dae.schedules for k in range(3)}
         return [k for k in range(dae.m.numel()) if k not in modes]
 
