@@ -30,14 +30,14 @@ from powertrain.initialization.conditions import (
     unsettled,
 )
 from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.modes.tolerances import ROUND_OFF
 from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.newton import HALVINGS, Solver, dense, newton
 
 Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
-_STILL = 1e-8
-"""The last step: convergence is quadratic, so that the next would be round-off, which is all there is where equations are stiff."""
+_STEP = 1e-12
 _DENSE = 200
 _KEPT = 16
 
@@ -256,15 +256,23 @@ class _Plan:
         found, fine = newton(
             equations,
             y[None, owned],
-            still=_STILL,
+            still=_STEP,
             most=_ITERATIONS,
             halvings=0 if self.linear else HALVINGS,
             factors=choice.factors,
         )
         y[owned] = found[0]
-        if fine[0]:
-            return choice
-        raise InitializationError(self._no_solution(self._evaluate(t, y, m, p)[0] - target, chosen.tolist()))
+        if not fine[0]:
+            r, j = self._evaluate(t, y, m, p)
+            if not self._round_off(r - target, j, y)[chosen].all():
+                raise InitializationError(self._no_solution(r - target, chosen.tolist()))
+        return choice
+
+    def _round_off(self, gap: Array, nonzeros: Array, y: Array) -> NDArray[np.bool_]:
+        """Which rows are zero but for the round-off of their terms; of stiff equations it is all there is."""
+        with np.errstate(invalid="ignore"):
+            terms = np.bincount(self.rows, np.abs(nonzeros * y[self.columns]), len(gap))
+        return np.asarray(np.abs(gap) <= ROUND_OFF * terms)
 
     def _no_solution(self, gap: Array, chosen: list[int]) -> str:
         sizes = [(np.inf if np.isnan(gap[i]) else abs(gap[i]), i) for i in chosen]

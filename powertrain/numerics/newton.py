@@ -25,8 +25,6 @@ Equations = Callable[[Index, Array], tuple[Array, Array]]
 Solver = Callable[[Array], Array]
 """The solutions for right sides, a row each."""
 
-ROUND_OFF = 1e-8
-"""Steps below this that do not help are round-off: convergence would be quadratic there. Nothing is nearer."""
 HALVINGS = 16
 """How often a step is halved; one that does not help then leads nowhere."""
 
@@ -80,8 +78,7 @@ def newton(
     Parameters
     ----------
     still
-        A step is small that changes no unknown by more than this share of its ``sizes(z)``. It is taken, and is the last. Where equations
-        are stiff, steps may end at their round-off above that; this counts as well.
+        A step is small that changes no unknown by more than this share of its ``sizes(z)``. It is taken, and is the last.
         Where a step has no value, a full one leaves nan, a damped one the last unknowns.
     most
         The number of steps.
@@ -109,9 +106,7 @@ def newton(
             active = active[go]
         else:
             z[active[last]] += (step * unit)[last]
-            tried = active
             active, known = _helped(equations, z, active, go, solve, (step, unit, size), halvings)
-            fine[np.setdiff1d(tried[size <= ROUND_OFF], active)] = True
         if not active.size:
             break
     return z, fine
