@@ -30,11 +30,14 @@ from powertrain.initialization.conditions import (
     unsettled,
 )
 from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.modes.tolerances import ROUND_OFF
 from powertrain.numerics.buffers import Bound, zeros
+from powertrain.numerics.newton import HALVINGS, Solver, dense, newton
 
 Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
+_STEP = 1e-12
 _DENSE = 200
 _KEPT = 16
 
@@ -237,34 +240,39 @@ class _Plan:
         """Solves the chosen conditions for the unknowns they own, in place; what nobody owns keeps its guess."""
         if not len(target) or not len(y):
             return _Choice(self, [], [])
-        r, j = self._evaluate(t, y, m, p)
-        choice, open_rows = self._choose(j)
+        choice, open_rows = self._choose(self._evaluate(t, y, m, p)[1])
         if open_rows or choice.displaces:
             y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
-            r, j = self._evaluate(t, y, m, p)
-            choice, open_rows = self._choose(j)
+            choice, open_rows = self._choose(self._evaluate(t, y, m, p)[1])
         if open_rows:
             raise InitializationError(self._singular(open_rows))
         chosen, owned = choice.chosen, choice.owned
-        for _ in range(_ITERATIONS):
-            gap = r[chosen] - target[chosen]
-            if not np.count_nonzero(gap):
-                return choice
-            step = choice.step(j, gap)
-            if not np.isfinite(step).all():
-                break
-            old, size, length = y[owned], float(np.abs(gap).max()), 1.0
-            near = bool(np.all(np.abs(step) <= 1e-9 * (1.0 + np.abs(old))))
-            while True:
-                y[owned] = old + length * step
-                r, j = self._evaluate(t, y, m, p)
-                new = float(np.abs(r[chosen] - target[chosen]).max())
-                if near or new <= size * (1.0 - 0.1 * length) or length < 1e-4:
-                    break
-                length *= 0.5
-            if np.all(np.abs(step) <= 1e-12 * (1.0 + np.abs(y[owned]))):
-                return choice
-        raise InitializationError(self._no_solution(r - target, chosen.tolist()))
+
+        def equations(_: NDArray[np.intp], trial: Array) -> tuple[Array, Array]:
+            y[owned] = trial[0]
+            r, j = self._evaluate(t, y, m, p)
+            return j[None], (r - target)[None, chosen]
+
+        found, fine = newton(
+            equations,
+            y[None, owned],
+            still=_STEP,
+            most=_ITERATIONS,
+            halvings=0 if self.linear else HALVINGS,
+            factors=choice.factors,
+        )
+        y[owned] = found[0]
+        if not fine[0]:
+            r, j = self._evaluate(t, y, m, p)
+            if not self._round_off(r - target, j, y)[chosen].all():
+                raise InitializationError(self._no_solution(r - target, chosen.tolist()))
+        return choice
+
+    def _round_off(self, gap: Array, nonzeros: Array, y: Array) -> NDArray[np.bool_]:
+        """Which rows are zero but for the round-off of their terms; of stiff equations it is all there is."""
+        with np.errstate(invalid="ignore"):
+            terms = np.bincount(self.rows, np.abs(nonzeros * y[self.columns]), len(gap))
+        return np.asarray(np.abs(gap) <= ROUND_OFF * terms)
 
     def _no_solution(self, gap: Array, chosen: list[int]) -> str:
         sizes = [(np.inf if np.isnan(gap[i]) else abs(gap[i]), i) for i in chosen]
@@ -353,26 +361,26 @@ class _Choice:
         self.left = np.array([i for i in range(len(plan.conditions)) if i not in self.taken], int)
         self.open_states = sorted(set(range(plan.n)) - set(owned))
 
-    def step(self, nonzeros: Array, gap: Array) -> Array:
-        """Newton's step; not finite where there is none."""
-        entries, size = nonzeros[self.inside], len(self.chosen)
-        if not np.isfinite(entries).all() or not np.isfinite(gap).all():
-            return np.full(size, np.nan)
-        if size <= _DENSE:
-            matrix = np.zeros((size, size))
-            matrix[self.i, self.k] = entries
-            try:
-                return np.asarray(np.linalg.solve(matrix, -gap), np.float64)
-            except np.linalg.LinAlgError:
-                return np.asarray(np.linalg.lstsq(matrix, -gap, rcond=None)[0], np.float64)
-        from scipy.sparse import csc_array
-        from scipy.sparse.linalg import splu
+    def factors(self, nonzeros: Array) -> Solver:
+        """What solves the square system with these nonzeros, a row of all of them."""
+        entries, size = nonzeros[0, self.inside], len(self.chosen)
+        if size > _DENSE and np.isfinite(entries).all():
+            return _sparse(entries, self.i, self.k, size)
+        matrix = np.zeros((1, size, size))
+        matrix[0, self.i, self.k] = entries
+        return dense(matrix)
 
-        try:
-            factors = splu(csc_array((entries, (self.i, self.k)), shape=(size, size)))
-        except RuntimeError:
-            return np.full(size, np.nan)
-        return np.asarray(factors.solve(-gap), float)
+
+def _sparse(entries: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], size: int) -> Solver:
+    """Dense elimination takes the cube of the size; SciPy's sparse one, slow to import, has run-time pivoting, as is needed here."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    try:
+        factors = splu(csc_array((entries, (rows, columns)), shape=(size, size)))
+    except RuntimeError:  # singular
+        return lambda right: np.full(right.shape, np.nan)
+    return lambda right: np.asarray(factors.solve(right[0]), float)[None]
 
 
 def _reduce(row: dict[int, float], basis: dict[int, tuple[int, dict[int, float]]]) -> None:

@@ -7,12 +7,15 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.selflocking import SelfLocking
+from powertrain.modes.tolerances import ROUND_OFF
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 from powertrain.numerics.newton import newton
 
 _ITERATIONS = 60
 _STEP = 1e-11
 """Steps that change no unknown by more, relative to one and to its size, are the last."""
+_SOLVED = 1e-7
+"""Share of their terms that equations may leave after a last step."""
 _ROUNDING = 1e-9
 """Where Newton's method does not converge (at a kink), the nearest point is taken if it is as close as the modes of laws are resolved."""
 
@@ -63,7 +66,10 @@ class AlgebraicSolver:
         found, fine = newton(lambda _, trial: self._equations(side, trial[0]), z[None], still=_STEP, most=_ITERATIONS)
         z[:] = found[0]
         call()
-        if not (fine[0] and self._closed(z)) and not float(np.abs(self._residual).max()) <= _ROUNDING:
+        if (
+            not self._closed(_SOLVED * (1.0 + np.abs(z)) if fine[0] else ROUND_OFF * np.abs(z))
+            and not float(np.abs(self._residual).max()) <= _ROUNDING
+        ):
             self._refuse(side)
 
     def _equations(self, side: int, trial: Array) -> tuple[Array, Array]:
@@ -72,9 +78,11 @@ class AlgebraicSolver:
         self._bound[side].call()
         return self._jacobian.reshape(1, self.nz, self.nz).transpose(0, 2, 1).copy(), self._residual[None].copy()
 
-    def _closed(self, z: Array) -> bool:
-        terms = np.abs(self._jacobian.reshape(self.nz, self.nz, order="F")) @ (1.0 + np.abs(z))
-        return bool(np.all(np.abs(self._residual) <= 1e-7 * terms))
+    def _closed(self, errors: Array) -> bool:
+        """Whether the equations are zero but for what ``errors`` of the unknowns make of them; of stiff ones round-off is all there is."""
+        with np.errstate(invalid="ignore"):
+            terms = np.abs(self._jacobian.reshape(self.nz, self.nz, order="F")) @ errors
+        return bool(np.all(np.abs(self._residual) <= terms))
 
     def _refuse(self, side: int) -> None:
         sizes = np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)

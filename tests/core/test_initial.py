@@ -8,6 +8,7 @@ from core_models import Crank, row
 
 import powertrain as pt
 from powertrain.components import rotational as rot
+from powertrain.components.electric import AccessoryLoad, Battery
 
 
 @pytest.fixture(scope="module")
@@ -157,3 +158,46 @@ def test_a_start_holds_where_the_slopes_of_an_equation_vanish_at_the_guess() -> 
     assert abs(result["x"][0]) == pytest.approx(0.8)
     with pytest.raises(pt.InitializationError, match="no solution"):
         pt.simulate(Circle(c=1.0), 0.1)
+
+
+class Stiff(pt.Component):
+    """Two unknowns that differences of large terms hold together."""
+
+    k: pt.Parameter = pt.parameter("1", "Stiffness", default=1e7)
+    c: pt.Parameter = pt.parameter("1", "Load", default=2.0)
+    a: pt.Variable = pt.variable("1", "One", guess=1.0)
+    b: pt.Variable = pt.variable("1", "Other", guess=1.0)
+
+    def equations(self) -> pt.Equations:
+        apart = self.k * self.a**2 - self.k * self.b**2
+        yield self.a**3 + apart == self.c
+        yield self.b**3 - 0.7 * self.k * self.a**2 + 0.7 * self.k * self.b**2 == 3.0
+
+
+def test_stiff_equations_are_solved_to_their_round_off() -> None:
+    """k -> infinity: a = b and 1.7 a^3 = 0.7 c + 3; below 1e-9 of the terms there is only rounding."""
+    plant = pt.compile(Stiff())
+    for c in np.linspace(1.0, 5.0, 20).tolist():
+        a = plant.simulate(0.0, parameters={"c": c})["a"][-1]
+        assert a == pytest.approx(((0.7 * c + 3) / 1.7) ** (1 / 3), rel=1e-6)
+
+
+class Bus(pt.Component):
+    """A battery and two loads of constant power: v^2 - U v + R P = 0 for the voltage has two roots, U and a short circuit for small P."""
+
+    battery: Battery = Battery()
+    loads: tuple[AccessoryLoad, ...] = (AccessoryLoad(), AccessoryLoad())
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.battery.bus, *(load.bus for load in self.loads))
+
+
+def test_constant_power_begins_at_the_upper_voltage() -> None:
+    plant = pt.compile(Bus())
+    U, R = 56 * 3.78, 0.15
+    for power in (100.0, 3e3, 2e4, 0.95 * U**2 / 4 / R):
+        loads = {"loads[0].P": 0.3 * power, "loads[1].P": 0.7 * power}
+        found = plant.simulate(0.0, parameters=loads)["battery.bus.v"][-1]
+        assert found == pytest.approx(U / 2 + np.sqrt(U**2 / 4 - R * power), rel=1e-6)
+        with pytest.raises(pt.PowertrainError, match="no solution"):  # which is no reason to short the battery
+            plant.simulate(0.0, parameters=loads, guesses={"loads[0].bus.v": 0.0})
