@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import pickle
 import threading
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +17,7 @@ from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
+from powertrain.engine.options import InputValue, compile_option, run_times, scheduled, watcher
 from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
@@ -27,20 +26,16 @@ from powertrain.initialization.initial import Initializer, InitialReport
 from powertrain.language import htmltext
 from powertrain.language.arguments import (
     by_name,
-    count,
-    flag,
     number,
     numbers_by_name,
     one_of,
     options_checked,
     positive,
-    row,
     tolerances,
 )
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component, children
 from powertrain.nonfinite import explain
-from powertrain.numerics.background import progress as building
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
@@ -53,8 +48,6 @@ M = TypeVar("M", bound=Component)
 Array = NDArray[np.float64]
 _USUAL = 10.0
 """The span [s] for which the method of an export is chosen."""
-InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
-"""The value of an input: a number, or (times in s, values), linear between, constant outside, a repeated time is a jump."""
 
 
 class Plant(Generic[M]):
@@ -187,7 +180,7 @@ class Plant(Generic[M]):
         --------
         >>> plant.simulate(10.0, parameters={"body.m": 1500}, inputs={"pedal": ([0, 1], [0, 0.5])})  # doctest: +SKIP
         """
-        grid = _grid(start, stop, times, points)
+        grid = run_times(start, stop, times, points)
         positive("max_step", max_step)
         rtol, atol = tolerances(rtol, atol)
         p = self.parameter_vector(parameters)
@@ -198,7 +191,7 @@ class Plant(Generic[M]):
         held = self._set_inputs(engine, given, start)
         x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
         knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
-        watch = _progress(progress, start, stop)
+        watch = watcher(progress, start, stop)
         try:
             trajectory = engine.run(
                 x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch
@@ -378,7 +371,7 @@ class Plant(Generic[M]):
 
     def _engine(self, method: Method, compiled: Compile) -> Simulator:
         one_of("method", method, get_args(Method))
-        key = method, _compile(compiled)
+        key = method, compile_option(compiled)
         engines: dict[tuple[str, Compile], Simulator] = self._local.__dict__.setdefault("engines", {})
         if key not in engines:
             engines[key] = Simulator(self.compiled.dae, *key)
@@ -405,7 +398,7 @@ class Plant(Generic[M]):
         for name in inputs:
             if name not in self.compiled.inputs:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
-        return [_scheduled(s, inputs) for s in self.compiled.dae.schedules]
+        return [scheduled(s, inputs) for s in self.compiled.dae.schedules]
 
 
 def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
@@ -458,79 +451,6 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
 if not TYPE_CHECKING:
     Plant.simulate = options_checked(Plant.simulate)
     Plant.start = options_checked(Plant.start)
-
-
-def _grid(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
-    first, last = number("start", start, "s"), number("stop", stop, "s")
-    if last < first:
-        raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
-    if times is None:
-        return np.linspace(first, last, count("points", points) + 1)
-    grid = row("times", times)
-    if not grid.size:
-        return grid
-    if not (grid[1:] >= grid[:-1]).all():
-        raise ParameterError("times must not decrease")
-    for t in (grid[0], grid[-1]):
-        if not first <= t <= last:
-            raise ParameterError(f"times: {t:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
-    return grid
-
-
-def _scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:
-    if schedule.name not in inputs:
-        return schedule
-    value, what = inputs[schedule.name], f"input {schedule.name}"
-    wanted = "give a finite number, or (times, values) of equal length with times that do not decrease"
-    if callable(value):
-        raise ParameterError(
-            f"{what} is a function; {wanted}: (times, [{schedule.name.rpartition('.')[2]}(t) for t in times])"
-        )
-    if isinstance(value, tuple) and len(value) != 2:
-        raise ParameterError(f"{what}: {wanted}")
-    try:
-        times, values = (row(what, v) for v in (value if isinstance(value, tuple) else ([0.0], [number(what, value)])))
-    except ParameterError as error:
-        raise ParameterError(f"{error}; {wanted}") from None
-    if times.size != values.size or not times.size or (np.diff(times) < 0).any():
-        raise ParameterError(f"{what}: {wanted}")
-    return TimeSignal(schedule.name, schedule.index, times, values)
-
-
-def _compile(value: Any) -> Compile:
-    return "background" if value == "background" else flag("compile", value, 'True, False or "background"')
-
-
-def _progress(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:
-    if callable(progress):
-        return progress
-    if not isinstance(progress, bool):
-        raise ParameterError(f"progress = {progress!r} must be True or False, or a function of the time reached")
-    if not progress:
-        return None
-    bar = time_bar(start, stop)
-
-    def watch(t: float) -> None:
-        bar.set_postfix_str(building(), refresh=False)
-        bar.update(t - start - bar.n)
-        if t >= stop:
-            bar.close()
-
-    return watch
-
-
-def time_bar(start: float, stop: float) -> Any:
-    """A progress bar over the time of a simulation (s), in thousandths of its duration or coarser."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings(
-            "ignore", message="IProgress not found"
-        )  # a notebook without widgets gets a bar of text
-        from tqdm.auto import tqdm
-
-    decimals = max(0, 3 - math.ceil(math.log10(stop - start))) if stop > start else 0
-    number = f":.{decimals}f"
-    shown = f"{{desc}}: {{percentage:3.0f}} %|{{bar}}| {{n{number}}} of {{total{number}}} s [{{elapsed}}<{{remaining}}{{postfix}}]"
-    return tqdm(total=stop - start, desc="simulated", bar_format=shown)
 
 
 __all__ = ["InputValue", "Plant", "PowertrainError", "compile", "simulate"]

@@ -80,7 +80,7 @@ class HarmonicDrive(_Reducer):
             Efficiency where the wave generator drives, and where the flexspline does [1].
         starting, backdriving : float
             No-load starting torque at the wave generator, and no-load back-driving torque at the flexspline [N.m].
-        stiffness : table
+        stiffness : tuple of tuple of float
             Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
         d : float
             Damping of the wind-up [N.m.s/rad].
@@ -136,7 +136,7 @@ class CycloidalDrive(_Reducer):
             Efficiency where the eccentric drives, and where the output does [1].
         starting, backdriving : float
             No-load starting torque at the eccentric, and no-load back-driving torque at the output [N.m].
-        stiffness : table
+        stiffness : tuple of tuple of float
             Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
         d : float
             Damping of the wind-up [N.m.s/rad].

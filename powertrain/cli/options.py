@@ -194,7 +194,7 @@ class Interruption:
 
     @staticmethod
     def _drawn(start: float, stop: float) -> Any:
-        from powertrain.plant import time_bar
+        from powertrain.engine.options import time_bar
 
         return time_bar(start, stop)
 

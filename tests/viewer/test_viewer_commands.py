@@ -118,7 +118,7 @@ def test_an_unknown_variant_names_those_there_are() -> None:
 
 
 def test_progress_has_few_digits(capsys: pytest.CaptureFixture[str]) -> None:
-    from powertrain.plant import time_bar
+    from powertrain.engine.options import time_bar
 
     bar = time_bar(0.0, 1800.0)
     bar.update(1234.56789012345)

@@ -1,0 +1,98 @@
+"""The options of a run as a user gives them, checked: times, inputs, the compiler, progress."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powertrain.compiler.hybrid import TimeSignal
+from powertrain.engine.prepared import Compile
+from powertrain.errors import ParameterError
+from powertrain.language.arguments import count, flag, number, row
+from powertrain.numerics.background import progress as building
+
+Array = NDArray[np.float64]
+InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
+"""The value of an input: a number, or (times in s, values), linear between, constant outside, a repeated time is a jump."""
+
+
+def run_times(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
+    """The times of the results [s]: those given, or equally spaced ones. ParameterError where they leave the span or decrease."""
+    first, last = number("start", start, "s"), number("stop", stop, "s")
+    if last < first:
+        raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
+    if times is None:
+        return np.linspace(first, last, count("points", points) + 1)
+    grid = row("times", times)
+    if not grid.size:
+        return grid
+    if not (grid[1:] >= grid[:-1]).all():
+        raise ParameterError("times must not decrease")
+    for t in (grid[0], grid[-1]):
+        if not first <= t <= last:
+            raise ParameterError(f"times: {t:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
+    return grid
+
+
+def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:
+    """A signal of time with the values of the input of its name. ParameterError for anything but numbers over times."""
+    if schedule.name not in inputs:
+        return schedule
+    value, what = inputs[schedule.name], f"input {schedule.name}"
+    wanted = "give a finite number, or (times, values) of equal length with times that do not decrease"
+    if callable(value):
+        raise ParameterError(
+            f"{what} is a function; {wanted}: (times, [{schedule.name.rpartition('.')[2]}(t) for t in times])"
+        )
+    if isinstance(value, tuple) and len(value) != 2:
+        raise ParameterError(f"{what}: {wanted}")
+    try:
+        times, values = (row(what, v) for v in (value if isinstance(value, tuple) else ([0.0], [number(what, value)])))
+    except ParameterError as error:
+        raise ParameterError(f"{error}; {wanted}") from None
+    if times.size != values.size or not times.size or (np.diff(times) < 0).any():
+        raise ParameterError(f"{what}: {wanted}")
+    return TimeSignal(schedule.name, schedule.index, times, values)
+
+
+def compile_option(value: Any) -> Compile:
+    """The option ``compile``."""
+    return "background" if value == "background" else flag("compile", value, 'True, False or "background"')
+
+
+def watcher(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:
+    """What is told the time reached: a function that is given, a bar, or None."""
+    if callable(progress):
+        return progress
+    if not isinstance(progress, bool):
+        raise ParameterError(f"progress = {progress!r} must be True or False, or a function of the time reached")
+    if not progress:
+        return None
+    bar = time_bar(start, stop)
+
+    def watch(t: float) -> None:
+        bar.set_postfix_str(building(), refresh=False)
+        bar.update(t - start - bar.n)
+        if t >= stop:
+            bar.close()
+
+    return watch
+
+
+def time_bar(start: float, stop: float) -> Any:
+    """A progress bar over the time of a simulation (s), in thousandths of its duration or coarser."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", message="IProgress not found"
+        )  # a notebook without widgets gets a bar of text
+        from tqdm.auto import tqdm
+
+    decimals = max(0, 3 - math.ceil(math.log10(stop - start))) if stop > start else 0
+    number = f":.{decimals}f"
+    shown = f"{{desc}}: {{percentage:3.0f}} %|{{bar}}| {{n{number}}} of {{total{number}}} s [{{elapsed}}<{{remaining}}{{postfix}}]"
+    return tqdm(total=stop - start, desc="simulated", bar_format=shown)
