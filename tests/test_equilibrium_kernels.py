@@ -61,14 +61,14 @@ def test_torques_that_follow_each_other_without_limit(gain: float, locked: bool)
     """tau_1 = 1 + gain tau_2 and tau_2 = 1 + gain tau_1 grow as 1/(1 - gain^2)."""
     laws, at = sliding(np.array([[0.0, gain], [gain, 0.0]]))
     near = Near(np.zeros((1, 2), bool), np.full((1, 2), 1e-8))
-    assert undetermined(laws, at, near, np.ones((1, 2))).tolist() == [locked]
+    assert undetermined(laws, at, laws.values(at), near, np.ones((1, 2))).tolist() == [locked]
 
 
 @pytest.mark.parametrize(("damping", "open_"), [(1.0, False), (1e-5, False), (1e-9, True)])
 def test_a_motion_that_nothing_holds(damping: float, open_: bool) -> None:
     laws, at = sliding(np.zeros((1, 1)), damping)
     near = Near(np.zeros((1, 1), bool), np.full((1, 1), 1e-8))
-    assert undetermined(laws, at, near, np.ones((1, 1))).tolist() == [open_]
+    assert undetermined(laws, at, laws.values(at), near, np.ones((1, 1))).tolist() == [open_]
 
 
 @pytest.mark.parametrize("damping", [(1e-9, 1.0), (1.0, 1e-9), (1.0, 1.0)])
@@ -83,7 +83,7 @@ def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> N
         values=lambda at: values,
     )  # fmt: skip
     at, near = Iterates(none, np.ones((1, 2)), none, none), Near(none.astype(bool), none)
-    assert undetermined(laws, at, near, none).tolist() == [min(damping) < 1e-6]  # type: ignore[arg-type]
+    assert undetermined(laws, at, laws.values(at), near, none).tolist() == [min(damping) < 1e-6]  # type: ignore[arg-type]
 
 
 def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, LawValues, Iterates]:

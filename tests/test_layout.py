@@ -21,7 +21,7 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
     "errors",
-    "language: units symbols htmltext",
+    "language: units symbols htmltext tables",
     "language: arguments",
     "language: dimensions",
     "language: quantities",
@@ -36,7 +36,7 @@ ORDER = [
     "language: map",
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
-    "numerics: tape buffers pivots sparse_lu newton compiled background",
+    "numerics: tape buffers lookup pivots sparse_lu newton compiled background",
     "numerics: batch",
     "numerics: replay",
     "compiler: matching calls cancellation",

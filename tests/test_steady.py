@@ -282,6 +282,26 @@ def test_torque_that_keeps_a_speed() -> None:
     np.testing.assert_allclose(found["tau"], 20 * (w / 50) ** 2 / 1.8, rtol=1e-9)
 
 
+def test_a_discrete_variable_has_the_value_that_is_given() -> None:
+    """A damper that is doubled once the wheel has been fast: its start, and the other case."""
+
+    class Wheel(pt.Component):
+        tau: pt.Input = pt.signal_input("N.m", "Driving torque")
+        torque: Torque = Torque()
+        J: Inertia = Inertia(J=0.5)
+        worn: pt.Discrete = pt.discrete("1", "Has been fast", start=0.0)
+
+        def equations(self) -> pt.Equations:
+            yield pt.when(self.J.w > 100.0, pt.reinit(self.worn, 1))
+            yield pt.connect(self.torque.flange, self.J.flange_a)
+            yield self.torque.tau.value == self.tau.value - 2.0 * (1 + self.worn) * self.J.w
+
+    plant = pt.compile(Wheel())
+    assert pt.steady(plant, {"tau": 4.0}, outputs=["J.w"])["J.w"].item() == pytest.approx(2.0)
+    found = pt.steady(plant, {"tau": [4.0, 8.0], "worn": [0.0, 1.0]}, outputs=["J.w"])
+    np.testing.assert_allclose(found["J.w"], [[2.0, 1.0], [4.0, 2.0]], rtol=1e-12)
+
+
 def test_held_speed_reports_its_rate() -> None:
     """What torque and damper leave over accelerates."""
 

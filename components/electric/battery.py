@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import casadi as ca
@@ -74,6 +75,8 @@ class _Battery(Lossy):
         lowest = ca.fmax(U - R * self.i_discharge, U / 2)
         yield self.discharge_power.value == lowest * (U - lowest) / R * limited(low / self.band)
         yield self.charge_power.value == (U + R * self.i_charge) * self.i_charge * limited(high / self.band)
+        most = "voltage of the battery, which delivers its greatest power at half its open-circuit voltage"
+        within(self.bus.v, U / 2, math.inf, name=most, unit="V")
         within(self.i, -self.i_discharge, self.i_charge, name="current of the battery", unit="A", action=self.beyond)
         yield from self._dissipate()
 
@@ -96,10 +99,12 @@ class Battery(_Battery):
     stored energy = Q times the integral of ocv from its lowest state of charge
     discharge_power = v (ocv - v)/(R cold) faded below soc_min + band, v = max(ocv - R cold i_discharge, ocv/2)
     charge_power = (ocv + R cold i_charge) i_charge faded above soc_max - band
+    bus.v >= ocv/2
 
     ``discharge_power`` and ``charge_power`` are signals for a control, which has to respect them. A current beyond i_discharge or
     i_charge is counted or is an error (``beyond``). The axis of ``ocv`` determines what holds for a state of charge outside it. The
-    battery cannot deliver more than ocv^2/(4 R); a simulation ends there. Machines that draw power make the voltage implicit; if that
+    battery cannot deliver more than ocv^2/(4 R), at half its open-circuit voltage; a simulation ends there, and what a machine would draw
+    at a lower voltage is no operating point. Machines that draw power make the voltage implicit; if that
     takes too much time, use ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
     """
 

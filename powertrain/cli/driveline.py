@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -32,6 +33,7 @@ def mapped(
     speeds: Any,
     pedals: int,
     *,
+    held: Mapping[str, float] | None = None,
     cycle: DriveCycle | None = None,
     run: CycleRun | None = None,
     draw: bool = True,
@@ -45,7 +47,8 @@ def mapped(
             f"{type(model).__name__} has no driver whose pedals could be set; choose a vehicle for `powertrain run`"
         )
     unit = next(parts_of(model, VariableUnit), None)
-    found = driveline_map(model, speeds, np.linspace(0, 1, pedals + 1)[1:], variator=unit, progress=progress())
+    positions = np.linspace(0, 1, pedals + 1)[1:]
+    found = driveline_map(model, speeds, positions, variator=unit, held=held, progress=progress())
     if not np.isfinite(found["efficiency"].values).any():
         raise click.ClickException("the vehicle has no tractive force at any point of this map")
     if cycle is not None and draw:

@@ -14,6 +14,7 @@ from powertrain.cli.options import (
     ArgumentType,
     Command,
     CycleName,
+    Held,
     Span,
     progress,
     settings,
@@ -63,6 +64,7 @@ class Mapped(ArgumentType):
         "map SplitPathCar --cycle wltc --plot map.png --out map.nc",
         "map SplitPathCar --of transmission --ratio 0.5:2:61 --load 5:150:30 --set transmission.cvu=HydrostaticUnit --plot map.png",
         "map SplitPathTransmission --set layout=abH --plot map.png",
+        "map PowerSplitHybrid --held control.running=1 --plot map.png",
     ),
 )
 @click.argument("what", metavar="VEHICLE|TRANSMISSION", type=Mapped())
@@ -104,6 +106,13 @@ class Mapped(ArgumentType):
     show_default=True,
     help="Transmission: input speed [rad/s].",
 )
+@click.option(
+    "--held",
+    type=Held(),
+    multiple=True,
+    metavar="PATH=NUMBER",
+    help="Driveline: what a part of a hybrid remembers, such as control.running=1 for an engine that is on. May be repeated.",
+)
 @settings
 @click.option("--out", type=DATA, help="Write the map to a netCDF file (.nc) or to a .csv file.")
 @click.option("--plot", type=PICTURE, help="Plot the map with the cases of the power flow (.png, .pdf, .svg).")
@@ -116,6 +125,7 @@ def command(
     ratio: tuple[float, ...],
     load: tuple[float, ...],
     input_speed: float,
+    held: tuple[tuple[str, float], ...],
     texts: tuple[str, ...],
     params: Path | None,
     out: Path | None,
@@ -135,7 +145,8 @@ def command(
     if (of or "driveline" if whole else "transmission") == "driveline":
         from powertrain.cli.driveline import mapped
 
-        shown, data, figure = mapped(model, values(speed, 47) / 3.6, pedals, cycle=cycle, draw=plot is not None)
+        speeds = values(speed, 47) / 3.6
+        shown, data, figure = mapped(model, speeds, pedals, held=dict(held), cycle=cycle, draw=plot is not None)
     else:
         shown, data, figure = _transmission_map(model, ratio, load, input_speed, draw=plot is not None)
     click.echo(shown)

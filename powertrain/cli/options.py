@@ -136,6 +136,20 @@ DATA = OutputFile(".nc", ".csv")
 PAGE = OutputFile(".html")
 
 
+class Held(ArgumentType):
+    """A discrete variable or a state, and its value."""
+
+    name = "held"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, float]:
+        """The path and the number."""
+        path, _, number = str(value).partition("=")
+        try:
+            return path.strip(), float(number)
+        except ValueError:
+            self.fail(f"{value} is not PATH=NUMBER, such as control.running=1", param, ctx)
+
+
 def settings(function: F) -> F:
     """The options --set and --params."""
     texts = click.option(

@@ -51,7 +51,8 @@ class Compiled:
     """The reduced model and everything that names its parts.
 
     Analyses read these fields. ``flat`` is for those that read texts: selectors, ``energy()`` and ``loss()``, connections.
-    ``resolve`` gives expressions of the model's variables in (t, x, z, m, p), ``open`` the same for given torques of the laws.
+    ``discretes``: which of the held values m a discrete variable is. ``resolve`` gives expressions of the model's variables in
+    (t, x, z, m, p), ``open`` the same for given torques of the laws.
     """
 
     flat: Flat
@@ -61,6 +62,7 @@ class Compiled:
     parameters: dict[str, ModelConstant]
     inputs: dict[str, ModelVariable]
     variables: dict[str, ModelVariable]
+    discretes: dict[str, int]
     resolve: Any = field(repr=False)
     open: Any = field(repr=False)
 
@@ -176,6 +178,7 @@ def _assemble(
         parameters={c.name: c for c in flat.parameters},
         inputs={u.name: u for u in flat.inputs},
         variables={u.name: u for u in flat.unknowns.values()},
+        discretes={d.name: held.place(d.symbol) for d in flat.discretes},
         resolve=resolver.model,
         open=resolver.model_opened,
     )

@@ -125,14 +125,14 @@ def _solutions(
     return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
 
 
-def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mask:
+def undetermined(laws: SteadyLaws, at: Iterates, value: LawValues, near: Near, side: Array) -> Mask:
     """Where an unknown, or the torque of a law that slides, is not determined.
 
     An unknown is not where its rate, changed by so much a second, moves it by a million times as much: it takes so many seconds to come to
     rest, in whatever unit it is. A torque is not where unit changes of the limits move it without limit.
     """
     n = laws.unknowns
-    matrix, right = bordered(laws, at, laws.values(at), near, side, True)
+    matrix, right = bordered(laws, at, value, near, side, True)
     right = np.zeros_like(right)
     drifts = np.zeros(len(right), bool)
     for row, unknown in zip(laws.rates, laws.rate_of[laws.rates], strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -67,22 +68,14 @@ class SteadyLaws:
         self.rate_of, self.rates = b.rate_of, np.flatnonzero(b.rate_of >= 0)
         self._sign = np.where(self.contact, -1.0, 1.0)
         moved = ca.vertcat(b.y, b.tau)
-        self._shapes: list[tuple[int, int]] = []
-        self._entries: list[tuple[Index, Index, int]] = []
-        outputs: list[ca.SX] = []
-        for e in (b.rows, b.speed, b.lower, b.upper, b.conditions):
-            self._add(e, outputs)
-        for e in (b.rows, b.speed, b.lower, b.upper, b.conditions):
-            self._add(ca.jacobian(e, moved), outputs)
+        parts = [b.rows, b.speed, b.lower, b.upper, b.conditions]
+        parts += [ca.jacobian(e, moved) for e in parts]
+        self._shapes = [e.shape for e in parts]
+        self._ends = np.cumsum([0, *(e.numel() for e in parts)])
+        self._places = np.concatenate([first + _by_rows(e) for first, e in zip(self._ends, parts, strict=False)])
+        outputs = [e.nz[k] for e in parts for k in range(e.nnz())]
         scalars = [s for e in (b.grid, b.y, b.modes, b.tau) for s in (ca.vertsplit(e) if e.numel() else [])]
         self._columns = Columns("steady_balance", scalars, b.common, outputs)
-
-    def _add(self, expression: ca.SX, outputs: list[ca.SX]) -> None:
-        pattern = expression.sparsity()
-        first = len(outputs)
-        outputs += [expression.nz[k] for k in range(expression.nnz())]
-        self._shapes.append(expression.shape)
-        self._entries.append((np.array(pattern.row(), np.intp), np.array(pattern.get_col(), np.intp), first))
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
@@ -92,14 +85,13 @@ class SteadyLaws:
         """Everything at the points; ``lossless``: torques that follow others are left out."""
         with np.errstate(all="ignore"):
             found = self._columns(np.hstack([at.grid, at.y, at.modes, self._sign * at.tau]).T)
-        parts = []
-        for k, ((rows, columns), (i, j, first)) in enumerate(zip(self._shapes, self._entries, strict=True)):
-            part = np.zeros((len(at.y), rows, columns))
-            part[:, i, j] = found[first : first + i.size].T
-            parts.append(part[:, :, 0] if k < 5 else part)
+        entries = np.zeros((int(self._ends[-1]), len(at.y)))  # points side by side, for speed
+        entries[self._places] = found
+        cuts = zip(self._shapes, pairwise(self._ends), strict=True)
+        parts = [entries[first:last].reshape(*shape, len(at.y)).transpose(2, 0, 1) for shape, (first, last) in cuts]
         for slope in parts[5:]:
             slope[:, :, self.unknowns :] *= self._sign
-        value = LawValues(*parts)
+        value = LawValues(*(column[:, :, 0] for column in parts[:5]), *parts[5:])
         if lossless:
             for each in (value.lower, value.upper, value.lower_, value.upper_):
                 each[:, self.tied] = 0.0
@@ -142,6 +134,12 @@ class SteadyLaws:
         sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
         terms = BALANCED * (1.0 + _times(np.abs(value.rows_), sizes))
         return np.asarray((np.abs(value.rows) <= terms).all(axis=1))
+
+
+def _by_rows(expression: ca.SX) -> Index:
+    """The places of its structural entries, counted row by row."""
+    pattern = expression.sparsity()
+    return np.array(pattern.row(), np.intp) * expression.shape[1] + np.array(pattern.get_col(), np.intp)
 
 
 def _times(matrices: Array, vectors: Array) -> Array:

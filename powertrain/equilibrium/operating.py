@@ -12,11 +12,12 @@ from math import prod
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Switch
+from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.choices import BACKWARD, FORWARD, INFINITE, STUCK, choices, order
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
 from powertrain.equilibrium.search import Search
-from powertrain.equilibrium.solutions import Solutions
+from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.modes.indicators import guard_margin
 from powertrain.modes.tolerances import RESOLVED
@@ -36,13 +37,14 @@ class Solver:
         self.groups = order(problem, self.choices)
         many = any(prod(len(self.choices[k].modes) for k in g.laws) > COMBINATIONS for g in self.groups if g.coupled)
         self._laws = SteadyLaws(problem.balance) if problem.u or many else None
-        self._solutions = None if self._laws is None else Solutions(self._laws)
+        self._solutions = None if self._laws is None else Solutions(self._laws, self._within)
         self._searches = [Search(problem, self.choices, g) for g in self.groups] if self._laws is None else []
         varying = [*problem.grid, *problem.u, *problem.modes]
         guards = [guard_margin(g) for g in problem.guards]
         wanted = [*problem.outputs, *problem.rates]
         self.wanted = len(wanted)
         self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards])
+        self._guards = Columns("steady_guards", varying, problem.common, guards) if guards else None
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._speeds = Columns("steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved])
         self._frictions = len(frictions)
@@ -51,8 +53,9 @@ class Solver:
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
-        for columns in (self._values, self._speeds, self._torques):
-            columns.set_common(values)
+        for columns in (self._values, self._speeds, self._torques, self._guards):
+            if columns is not None:
+                columns.set_common(values)
         for search in self._searches:
             search.set_common(values)
         if self._laws is not None:
@@ -112,16 +115,25 @@ class Solver:
         balance, count = solutions.laws.balance, grid.shape[1]
         moving = np.array([k for k, law in enumerate(self.problem.laws) if not isinstance(law, Switch)], np.intp)
         best = solutions.solve(grid.T, side[moving].T)
-        found = best.solved
-        names = {n: found.y[:, i] for i, n in enumerate(balance.names)}
-        names |= {s.name(): found.tau[:, i] for i, s in enumerate(balance.tau_symbols)}
-        u = np.array([names[n] for n in self.problem.u_names]).reshape(len(self.problem.u_names), count)
+        found, u = best.solved, self._unknowns(balance, best.solved)
         status = np.select([best.number == 0, best.number > 1], [DIVERGED, SEVERAL], OK).astype(np.int8)
         rest, involved = np.zeros((len(self.choices), count), bool), best.differing.T.copy()
         rest[moving] = best.rest.T
         nameless = (status != OK) & ~involved.any(axis=0)
         involved[np.ix_(moving, np.flatnonzero(nameless))] = True
         return Points(u, found.modes.T.copy(), status, involved, rest)
+
+    def _unknowns(self, balance: Balance, found: SolvedPoints) -> Rows:
+        names = {n: found.y[:, i] for i, n in enumerate(balance.names)}
+        names |= {s.name(): found.tau[:, i] for i, s in enumerate(balance.tau_symbols)}
+        return np.array([names[n] for n in self.problem.u_names]).reshape(len(self.problem.u_names), len(found.y))
+
+    def _within(self, grid: Array, found: SolvedPoints) -> Mask:
+        """Which solutions are within the limits of the model."""
+        if self._guards is None or not len(grid):
+            return np.ones(len(grid), bool)
+        u = self._unknowns(self.problem.balance, found)
+        return np.asarray((self._guards(np.vstack([grid.T, u, found.modes.T])) >= 0.0).all(axis=0))
 
     def _limit(self, grid: Rows, points: Points) -> None:
         """Laws that share a motion share its torque by their compliance; what that gives beyond the limit of one, the others take."""

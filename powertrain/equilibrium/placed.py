@@ -52,6 +52,8 @@ class Placed:
         self.laws: list[Law] = [*frictions, *dae.switches, *dae.contacts]
         self.inputs = {n: Symbol.sym(n) for n in compiled.inputs}
         m = [Symbol(v) for v in dae.held_start.tolist()]
+        for name, place in compiled.discretes.items():
+            m[place] = self.axis.get(name, m[place])
         for law in self.laws:
             m[law.index] = dae.m[law.index]
         for s in dae.schedules:

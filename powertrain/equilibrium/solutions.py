@@ -7,7 +7,8 @@ that of its nearest neighbour, and what is left then is solved by continuation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,13 +43,17 @@ class SolvedPoints:
     given: Mask
     yields: Array
 
+    def some(self, which: Index | Mask) -> SolvedPoints:
+        """Some of them."""
+        return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
+
     def take(self, which: Mask, other: SolvedPoints) -> None:
         """Takes over some of the solutions of others."""
-        for name in ("done", "y", "modes", "tau", "given", "yields"):
-            getattr(self, name)[which] = getattr(other, name)[which]
+        for f in fields(self):
+            getattr(self, f.name)[which] = getattr(other, f.name)[which]
 
-    def put(self, p: int, found: SteadyPoint) -> None:
-        """Takes over one solution."""
+    def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
+        """Takes over one solution, or some."""
         self.done[p] = True
         for name in ("y", "modes", "tau", "given", "yields"):
             getattr(self, name)[p] = getattr(found, name)
@@ -65,10 +70,13 @@ class Best:
 
 
 class Solutions:
-    """Solves one steady problem at many points. Serves one thread."""
+    """Solves one steady problem at many points. Serves one thread.
 
-    def __init__(self, laws: SteadyLaws) -> None:
-        self.laws, self.continuation = laws, Continuation(laws)
+    Solutions beyond a limit of the model (``within`` says which are not) are taken only where there is no other.
+    """
+
+    def __init__(self, laws: SteadyLaws, within: Callable[[Array, SolvedPoints], Mask]) -> None:
+        self.laws, self.within, self.continuation = laws, within, Continuation(laws)
 
     def solve(self, grid: Array, side: Array) -> Best:
         """The points of ``grid``, a row each; ``side`` as in ``SteadyLaws.next_modes``, a row each."""
@@ -76,11 +84,13 @@ class Solutions:
         number = np.zeros(count, np.intp)
         differing = np.zeros((count, laws.balance.modes.numel()), bool)
         start = beginnings(laws, grid)
-        best, begun = self._nothing(start.near), list[Array]()
+        best, beyond, begun = self._nothing(start.near), self._nothing(start.near), list[Array]()
         for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
             found = self._from(start.start + speed * start.sliding, grid, side, start.near, begun)
-            both = best.done & found.done
-            other = both & self._differ(grid, best, found)
+            self._leave(found, beyond, grid)
+            other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
+            if both.size:
+                other[both] = self._differ(grid[both], best.some(both), found.some(both))
             number[other] = 2
             differing |= other[:, None] & (best.modes != found.modes)
             new = found.done & ~best.done
@@ -88,12 +98,17 @@ class Solutions:
             best.take(new | (other & (self._rank(found) < self._rank(best))), found)
         if not laws.count:
             self._relax(best, start.start, grid, side)
-        self._rest_of(best, grid, side)
+        self._rest_of(best, beyond, grid, side)
+        best.take(beyond.done & ~best.done, beyond)
         number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
-        at = Iterates(grid[known], best.y[known], best.modes[known], best.tau[known])
-        number[known[undetermined(laws, at, Near(best.given[known], best.yields[known]), side[known])]] = 2
-        return Best(best, number, self._rest(grid, best), differing)
+        at = Iterates(grid, best.y, best.modes, best.tau).some(known)
+        value, near = laws.values(at), Near(best.given, best.yields).some(known)
+        number[known[undetermined(laws, at, value, near, side[known])]] = 2
+        still = np.abs(value.speed) <= laws.zone(value, at)
+        rest = np.zeros_like(best.given)
+        rest[known] = near.given & still & (value.upper - value.lower > NO_WIDTH)
+        return Best(best, number, rest, differing)
 
     def _nothing(self, near: Near) -> SolvedPoints:
         laws, count = self.laws, len(near.given)
@@ -120,6 +135,13 @@ class Solutions:
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
 
+    def _leave(self, found: SolvedPoints, beyond: SolvedPoints, grid: Array) -> None:
+        """Moves the solutions that are beyond a limit of the model from ``found`` to ``beyond``."""
+        out = found.done.copy()
+        out[out] = ~self.within(grid[out], found.some(out))
+        beyond.take(out, found)
+        found.done[out] = False
+
     def _relax(self, best: SolvedPoints, first: Array, grid: Array, side: Array) -> None:
         """Solves the points that have no solution yet where their motion comes to rest."""
         left = np.flatnonzero(~best.done)
@@ -133,7 +155,7 @@ class Solutions:
         done = left[good]
         best.done[done], best.y[done], best.modes[done] = True, end.y[good], end.modes[good]
 
-    def _rest_of(self, best: SolvedPoints, grid: Array, side: Array) -> None:
+    def _rest_of(self, best: SolvedPoints, beyond: SolvedPoints, grid: Array, side: Array) -> None:
         """Solves the points that have no solution yet: as their neighbours, else by continuation."""
         failed, tries = np.zeros(len(grid), bool), np.zeros(len(grid), int)
         place, fresh = _scaled(grid), np.flatnonzero(best.done)
@@ -142,7 +164,7 @@ class Solutions:
                 left = np.flatnonzero(~best.done & ~failed & (tries < MOST_SOURCES))
                 fresh = self._spread(best, grid, side, left, fresh[KDTree(place[fresh]).query(place[left])[1]])
                 tries[left] += 1
-            left = np.flatnonzero(~best.done & ~failed)
+            left = np.flatnonzero(~best.done & ~beyond.done & ~failed)
             if not left.size:
                 return
             p = int(left[0])
@@ -155,34 +177,23 @@ class Solutions:
 
     def _spread(self, found: SolvedPoints, grid: Array, side: Array, left: Index, sources: Index) -> Index:
         """Begins at points with the solutions of others; which points have one now."""
-        start = Iterates(grid[left], found.y[sources], found.modes[sources], found.tau[sources])
-        near = Near(found.given[sources], found.yields[sources])
-        end, good = corrected(self.laws, start, near, side[left], changes=CHANGES, firm=True)
-        done, source = left[good], sources[good]
-        found.done[done] = True
-        found.y[done], found.modes[done], found.tau[done] = end.y[good], end.modes[good], end.tau[good]
-        found.given[done], found.yields[done] = found.given[source], found.yields[source]
-        return done
+        some = found.some(sources)
+        start = Iterates(grid[left], some.y, some.modes, some.tau)
+        end, good = corrected(self.laws, start, Near(some.given, some.yields), side[left], changes=CHANGES, firm=True)
+        some.y[:], some.modes[:], some.tau[:] = end.y, end.modes, end.tau
+        good[good] = self.within(grid[left[good]], some.some(good))
+        found.put(left[good], some.some(good))
+        return left[good]
 
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a law that slides."""
+        at = Iterates(grid, one.y, one.modes, one.tau)
+        value = self.laws.values(at)
+        slides = np.abs(value.speed) > self.laws.zone(value, at)
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
-        slides = ~self._at_rest(grid, one)
         large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
         return np.asarray(y.any(axis=1) | tau.any(axis=1))
-
-    def _at_rest(self, grid: Array, found: SolvedPoints) -> Mask:
-        at = Iterates(grid, found.y, found.modes, found.tau)
-        value = self.laws.values(at)
-        return np.asarray(np.abs(value.speed) <= self.laws.zone(value, at))
-
-    def _rest(self, grid: Array, found: SolvedPoints) -> Mask:
-        """The laws at rest under a given motion, whose torque is not determined."""
-        at = Iterates(grid, found.y, found.modes, found.tau)
-        value = self.laws.values(at)
-        still = np.abs(value.speed) <= self.laws.zone(value, at)
-        return np.asarray(found.done[:, None] & found.given & still & (value.upper - value.lower > NO_WIDTH))
 
     def _rank(self, found: SolvedPoints) -> NDArray[np.intp]:
         """Laws at rest come before laws that slide, and forward before backward."""

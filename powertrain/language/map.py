@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args, overload
 
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ModelError, ParameterError, suggestion
-from powertrain.language import htmltext
+from powertrain.language import htmltext, tables
 from powertrain.language.arguments import one_of, text
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.dimensions import measure, unit_of
@@ -275,13 +276,15 @@ class Map:
 
     @cached_property
     def _interpolant(self) -> ca.Function:
-        grid = [axis.points for axis in self.axes if len(axis.points) > 1]
-        options: dict[str, Any] = {"inline": False}
-        if self.method == "linear":
-            options["lookup_mode"] = ["exact" if _uniform(points) else "binary" for points in grid]
-        plugin = "linear" if self.method == "linear" else "bspline"
-        name = f"powertrain_map_{zlib.crc32(repr((self.method, grid)).encode() + self.values.tobytes()):08x}"
-        return ca.interpolant(name, plugin, grid, self.values.ravel(order="F"), options)
+        grid = tuple(axis.points for axis in self.axes if len(axis.points) > 1)
+        values, options = self.values.ravel(order="F"), dict[str, Any](inline=False)
+        name = f"powertrain_map_{sha256(repr((self.method, grid)).encode() + self.values.tobytes()).hexdigest()[:16]}"
+        if self.method == "smooth":
+            return ca.interpolant(name, "bspline", grid, values, options)
+        modes = tuple("exact" if _uniform(points) else "binary" for points in grid)
+        function = ca.interpolant(name, "linear", grid, values, options | {"lookup_mode": modes})
+        self.__dict__["_table"] = tables.known.setdefault(name, tables.LinearTable(grid, modes, values))
+        return function
 
     @cached_property
     def _function(self) -> ca.Function:
@@ -313,7 +316,7 @@ class Map:
         return hash((self.axes, self.values.tobytes(), self.unit, self.name, self.method))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k not in ("_interpolant", "_function")}
+        return {k: v for k, v in self.__dict__.items() if k not in ("_interpolant", "_table", "_function")}
 
     def __repr__(self) -> str:
         said = ", ".join(f"{a.name} [{a.unit}] {a.low:g}..{a.high:g} ({len(a.points)}, {a.outside})" for a in self.axes)

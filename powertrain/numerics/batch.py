@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
+from powertrain.numerics.lookup import Lookup, table_of
 from powertrain.numerics.tape import replayed
 
 Rows = NDArray[np.float64]
@@ -158,7 +159,7 @@ def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[
     arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
     others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
     entries = [[a] for a in arguments] + [ca.vertsplit(o) if o.numel() else [] for o in others]
-    results = replayed(scalar, expressions, lambda i, j: entries[i][j], _OfColumns(lanes))
+    results = replayed(scalar, expressions, lambda i, j: entries[i][j], _OfColumns(lanes, {}))
     wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
     return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
 
@@ -168,6 +169,7 @@ class _OfColumns:
     """Arithmetic of columns of ``lanes`` values; constants are scalars."""
 
     lanes: int
+    lookups: dict[tuple[int, ...], Lookup]
 
     def constant(self, value: float) -> ca.MX:
         return ca.MX(value)
@@ -177,7 +179,15 @@ class _OfColumns:
         return ca.MX.unary(code, first) if len(operands) == 1 else ca.MX.binary(code, first, last)
 
     def call(self, function: ca.Function, operands: list[ca.MX]) -> list[ca.MX]:
-        return _call(function, operands, self.lanes)
+        table, slopes = table_of(function)
+        if table is None:
+            return _call(function, operands, self.lanes)
+        count = len(table.points)
+        place = tuple(id(each) for each in (table, *operands[:count]))  # which the lookup keeps alive
+        if place not in self.lookups:
+            self.lookups[place] = Lookup(table, operands[:count])
+        found = self.lookups[place]
+        return [operands[-1] * slope for slope in found.slopes()] if slopes else [found.value()]
 
 
 def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:

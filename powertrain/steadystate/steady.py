@@ -72,7 +72,7 @@ def steady(
         The model.
     grid : mapping of str to array_like
         Values of inputs, parameters or variables by name. A sequence spans a dimension, named by the last part of the name; a number
-        holds at all points; a ``DataArray`` names its own dimensions.
+        holds at all points; a ``DataArray`` names its own dimensions. Discrete variables that are not given keep their starts.
     outputs : str, iterable or mapping, optional
         Names, patterns or selectors of the signals wanted, or a mapping of new names to them; by default all that have a steady value.
     parameters, inputs : mapping of str to float, optional
@@ -191,7 +191,8 @@ def asked_for(
         if n not in compiled.inputs and n not in compiled.parameters and n not in compiled.signals:
             known = [*compiled.inputs, *compiled.parameters, *compiled.signals]
             raise ParameterError(f"grid: the model has no input, parameter or variable {n}{suggestion(n, known)}")
-    prescribed = [n for n in names if n not in compiled.inputs and n not in compiled.parameters]
+    values = compiled.inputs.keys() | compiled.parameters.keys() | compiled.discretes.keys()
+    prescribed = [n for n in names if n not in values]
     loose = [n for n in compiled.inputs if n not in names and n not in inputs]
     for n in inputs:
         if n not in compiled.inputs:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 
 import powertrain as pt
 from powertrain.trials.gears import held_gears, in_gear, is_geared, numbers
-from powertrain.trials.operating import on_rolling_road, operating_map
+from powertrain.trials.operating import mapped_model, operating_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +25,7 @@ def driveline_map(
     accelerators: ArrayLike,
     *,
     variator: str | None = None,
+    held: Mapping[str, float] | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """Operating points of a vehicle over speed and accelerator: force, input power and efficiency to the road.
@@ -43,6 +45,8 @@ def driveline_map(
         Positions of the accelerator [1].
     variator : str, optional
         The path of a variator, whose ``K`` and ``case`` of power flow are added (Yu & Beachley 1986, Fig. 8).
+    held : mapping of str to float, optional
+        What the parts of a hybrid remember, such as ``{"control.running": 1}`` for an engine that is on.
     progress : bool
         A progress bar.
 
@@ -56,14 +60,14 @@ def driveline_map(
     Raises
     ------
     ParameterError
-        As ``on_rolling_road``.
+        For a vehicle without pedals or body, one whose flywheel has no operating points, and a hybrid whose history is not ``held``.
     """
     import xarray as xr
 
     if not is_geared(vehicle):
-        return operating_map(vehicle, speeds, accelerators, variator=variator, progress=progress)
+        return operating_map(vehicle, speeds, accelerators, variator=variator, held=held, progress=progress)
     maps = [
-        operating_map(in_gear(vehicle, k), speeds, accelerators, variator=variator, progress=progress)
+        operating_map(in_gear(vehicle, k), speeds, accelerators, variator=variator, held=held, progress=progress)
         for k in numbers(vehicle)
     ]
     v, pedal = maps[0]["speed"].values, maps[0]["accelerator"].values
@@ -75,5 +79,5 @@ def driveline_map(
 
 
 def check_map(vehicle: pt.Component) -> None:
-    """Errors: those that ``driveline_map`` has for such a vehicle, before anything is calculated."""
-    on_rolling_road(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle)
+    """Errors: those that ``driveline_map`` has for such a vehicle with nothing held, before anything is calculated."""
+    mapped_model(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle)

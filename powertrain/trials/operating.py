@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Mapping
 from functools import reduce
 from operator import add
 from typing import TYPE_CHECKING, Any
@@ -21,23 +22,40 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def on_rolling_road(vehicle: pt.Component) -> pt.Component:
+RUNNING = 250.0
+"""Speed [rad/s] at which an engine is sought that is on."""
+
+
+def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:
     """The vehicle with its body on a level rolling road, its pedals set, its engine on and warm, and its actuators where they want to be.
 
     A ``CoolantCircuit`` gives way to ``WarmEngine``: at full load and 5 m/s it would settle at 125 degC. Its wheels do not slip,
     and those of an axle turn as one: what tyres and differentials lose there is not in it.
-    Errors: ParameterError for a vehicle with a part that remembers, such as the gear that is in.
+    Errors: ParameterError for a vehicle with a part that remembers what is not ``held``, such as the gear that is in.
     """
     parts = {name: getattr(vehicle, name) for name in vehicle._fields}
     steady = {name: part for name, old in parts.items() if (part := _steady(old)) is not old}
     for name, part in parts.items():
         if name not in steady and isinstance(part, pt.Component):
-            _refuse_memory(vehicle, part, name)
+            _refuse_memory(vehicle, part, name, held)
     vehicle = pt.replace(vehicle, steady)
     found = anatomy(vehicle)
     body, pedals = found.the("body"), found.the("pedals")
     mass, share = (float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share"))
     return pt.replace(vehicle, {body: RollingRoad(m=mass, front_share=share), pedals: SetPedals()})
+
+
+def mapped_model(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:
+    """``on_rolling_road`` of a vehicle that has operating points.
+
+    Errors: ParameterError for a vehicle that stores energy in anything but batteries, and as ``on_rolling_road``.
+    """
+    parts = anatomy(vehicle)
+    for store in set(parts.stores) - set(parts.batteries):
+        raise pt.ParameterError(
+            f"{parts.vehicle} has no map of operating points: {store} takes and gives power only while its speed changes"
+        )
+    return on_rolling_road(vehicle, held)
 
 
 def _steady(part: Any) -> Any:
@@ -53,15 +71,17 @@ def _steady(part: Any) -> Any:
     return AlwaysOn() if isinstance(part, EngineSwitch) else part
 
 
-def _refuse_memory(vehicle: pt.Component, part: pt.Component, path: str) -> None:
-    held = [name for name, kind in part._fields.items() if isinstance(kind, pt.Discrete)]
-    if held:
+def _refuse_memory(vehicle: pt.Component, part: pt.Component, path: str, held: Container[str]) -> None:
+    """When something last happened makes no difference to an operating point; what else a part remembers does."""
+    own = {name: kind for name, kind in part._fields.items() if isinstance(kind, pt.Discrete) and kind.unit != "s"}
+    left = [f"{path}.{name}" for name in own if f"{path}.{name}" not in held]
+    if left:
         raise pt.ParameterError(
-            f"{type(vehicle).__name__} has no map of operating points: {path} ({type(part).__name__}) depends on its history "
-            f"({', '.join(held)}), so speed and accelerator alone do not determine its operation"
+            f"{type(vehicle).__name__} has no map of operating points over speed and accelerator alone: {path} ({type(part).__name__}) "
+            f"depends on its history. Say what {', '.join(left)} should be: held={{{left[0]!r}: 1}}, or powertrain map --held {left[0]}=1"
         )
     for name, inner in children(part):
-        _refuse_memory(vehicle, inner, f"{path}.{name}")
+        _refuse_memory(vehicle, inner, f"{path}.{name}", held)
 
 
 def operating_map(
@@ -70,6 +90,7 @@ def operating_map(
     accelerators: ArrayLike,
     *,
     variator: str | None = None,
+    held: Mapping[str, float] | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """``driveline_map`` of a vehicle without gears to shift."""
@@ -77,17 +98,19 @@ def operating_map(
 
     parts = anatomy(vehicle)
     body, pedals = parts.the("body"), parts.the("pedals")
-    plant = pt.compile(on_rolling_road(vehicle))
+    plant = pt.compile(mapped_model(vehicle, held or {}))
     mover = _first_mover(parts)
     fuel = [f"{engine}.fuel_rate" for engine in parts.engines]
     electric = [f"{machine}.{name}" for machine in parts.machines for name in ("power", "lossPower")]
     taken = [*fuel, *electric]
     speed, pedal = np.asarray(speeds, float), np.asarray(accelerators, float)
     grid: dict[str, Any] = {f"{body}.speed": speed, f"{pedals}.accelerator_set": pedal}
-    grid |= {f"{battery}.soc": _charge(vehicle, battery) for battery in parts.batteries}
+    grid |= {f"{battery}.soc": _charge(vehicle, battery) for battery in parts.batteries} | dict(held or {})
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
     options: dict[str, Any] = {"first": True, "progress": progress, "inputs": dict.fromkeys(plant.compiled.inputs, 0.0)}
+    if held and any(held.values()):  # an engine that is on is far from the rest at which a hybrid begins
+        options["guesses"] = {f"{engine}.w": RUNNING for engine in parts.engines}
     if variator is not None:
         flow = pt.power_flow(plant, grid, outputs=outputs, **options)
         data, share = flow.data, flow.variator(variator)

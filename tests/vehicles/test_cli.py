@@ -489,10 +489,10 @@ def test_run_calculates_backward(short: str) -> None:
         100 * (float(said[1]) / float(forward) - 1), abs=0.1
     )  # four digits
     assert "Backward" in done("run", "ManualCar", "--cycle", short, "--backward")
-    assert "has no map of operating points: control" in refused(
-        "run", "PowerSplitHybrid", "--cycle", short, "--backward"
-    )
-    assert "has no map of operating points: control" in refused("map", "PowerSplitHybrid", code=1)
+    said = "Say what control.running should be"
+    assert said in refused("run", "PowerSplitHybrid", "--cycle", short, "--backward")
+    assert said in refused("map", "PowerSplitHybrid", code=1)
+    assert "is not PATH=NUMBER" in refused("map", "PowerSplitHybrid", "--held", "control.running")
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+from powertrain.vehicles.series_hybrid import SeriesHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.variator_car import VariatorCar
 
@@ -158,7 +159,7 @@ def test_backward_asks_the_body_for_its_resistance() -> None:
 @pytest.mark.parametrize(
     ("vehicle", "said"),
     [
-        (FlywheelHybrid(), r"charge \(FlywheelCharge\)"),
+        (FlywheelHybrid(), "flywheel takes and gives power only while its speed changes"),
         (PowerSplitHybrid(), r"control \(PowerSplitControl\)"),
     ],
     ids=lambda v: type(v).__name__ if isinstance(v, pt.Component) else "",
@@ -196,6 +197,34 @@ def test_an_electric_car_is_mapped_from_its_battery() -> None:
     assert float(point["power"]) == pytest.approx(tau * w + 80 + 0.045 * tau**2 + w + 4e-4 * w**2)
     assert 0.85 < float(point["efficiency"]) < 0.95
     assert point["efficiency"].attrs["long_name"] == "Efficiency from the battery to the road"
+
+
+def test_what_a_hybrid_remembers_is_given() -> None:
+    with pytest.raises(
+        pt.ParameterError, match=r"SeriesHybrid .* genset .* depends on its history. Say what genset.running should"
+    ):
+        driveline_map(SeriesHybrid(), [10.0], [0.5])
+    with pytest.raises(
+        pt.ParameterError, match="FlywheelHybrid has no map of operating points: flywheel takes and gives power only"
+    ):
+        driveline_map(FlywheelHybrid(), [10.0], [0.5], held={"charge.charging": 1})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("car", [SeriesHybrid(), PowerSplitHybrid()], ids=["series", "power split"])
+def test_hybrids_are_mapped_with_the_engine_on_or_off(car: pt.Component) -> None:
+    """Off, the battery drives, and the engine stands; on, the tank does: the battery is neither charged nor drained for long."""
+    running = "genset.running" if isinstance(car, SeriesHybrid) else "control.running"
+    speeds, pedals = np.linspace(5.0, 30.0, 8), np.linspace(0.2, 0.8, 7)
+    off, on = (driveline_map(car, speeds, pedals, held={running: float(k)}) for k in (0, 1))
+    assert (off["status"] == OK).all()
+    assert (
+        on["status"] == OK
+    ).mean() > 0.95  # single points are only found beyond what the battery can give, which their status says
+    assert np.abs(off["w"]).max() < 1e-6
+    assert float(on["w"].min()) > 80.0
+    assert 0.8 < float(off["efficiency"].max()) < 0.95
+    assert 0.3 < float(on["efficiency"].max()) < 0.45
 
 
 @pytest.mark.slow

@@ -49,6 +49,24 @@ def test_more_power_than_there_is_has_no_voltage() -> None:
     pt.simulate(rig, 1, parameters={"load.demand": 3.9})
 
 
+@pytest.mark.parametrize("guess", [200.0, 10.0])
+def test_operating_points_are_those_above_half_the_voltage(guess: float) -> None:
+    """The other root, below 100 V, is not what a machine that draws more and more comes to; beyond 20 kW there is none."""
+    rig = Supply(battery=Battery(ocv=FLAT, R=0.5, Q=1e9))
+    demand = np.array([0.4, 2.0, 3.9, 4.1])
+    grid = {"battery.soc": 0.5, "load.demand": demand}
+    found = pt.steady(rig, grid, outputs=["battery.bus.v"], guesses={"battery.bus.v": guess, "battery.i": guess - 200})
+    v = (200 + np.sqrt(200**2 - 4 * 0.5 * 5e3 * demand[:3])) / 2
+    assert found["battery.bus.v"].values[:3] == pytest.approx(v, rel=1e-9)
+    assert np.isnan(found["battery.bus.v"].values[3])
+
+
+def test_a_current_beyond_the_greatest_power_ends_a_simulation() -> None:
+    rig = Discharge(battery=Battery(ocv=FLAT, R=0.2), draw=Current(i=501))
+    with pytest.raises(pt.PowertrainError, match=r"greatest power at half its .* 99\.8 V; allowed is at least 100 V"):
+        pt.simulate(rig, 1)
+
+
 @pytest.mark.parametrize("ohmic", [0.0, 0.4])
 def test_polarized_battery_settles_with_its_time(ohmic: float) -> None:
     """0.2 Ohm, of which a part acts at once, the rest over 2 s."""
