@@ -186,7 +186,8 @@ def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: 
 def _lasting(resolver: Resolver) -> set[int]:
     """What is constant but for resets and signals of time: all that is held, but for the modes of laws."""
     recorder = resolver.reduced.flat.recorder
-    return recorder.constants - {key(t.mode) for t in (*resolver.laws, *recorder.switches, *recorder.relations)}
+    switches = [*recorder.switches, *recorder.relations]
+    return recorder.constants - {key(t.mode) for t in resolver.laws} - {key(s.mode) for s in switches}
 
 
 def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.compiler.hybrid import Guard, HybridDae, Switch
+from powertrain.compiler.hybrid import Guard, HybridDae, Switch, When
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
 from powertrain.engine.location import Locator
@@ -250,7 +250,7 @@ class Prepared:
         self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra)
         self.admissible = Admissible(self.dae, memory, self.resolver.notes)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
-        laws = (*self.dae.relations, *(w for w in self.dae.whens if w.time is None))
+        laws: list[Switch | When] = [*self.dae.relations, *(w for w in self.dae.whens if w.time is None)]
         self._conditions = [(law, ca.Function("powertrain_when", inputs, [law.g])) for law in laws]
         self._ready = True
 
