@@ -62,7 +62,7 @@ def main(picture: str | None = None) -> float:
     plant = pt.compile(MovingOff())
     shares = pt.sensitivity_indices(plant, RESULTS, RANGES, 128, stop=STOP)
     print(shares[["first", "total", "linear"]].to_dataframe().round(2))
-    front = pt.pareto_front(plant, RESULTS, BOUNDS, points=8, stop=STOP)
+    front = pt.pareto_front(plant, RESULTS, BOUNDS, points=6, stop=STOP)
     evolved = pt.pareto_front(plant, RESULTS, BOUNDS, method="nsga2", points=16, generations=12, stop=STOP)
     print(front.round(2).to_string(index=False))
     print(f"{front.attrs['runs']} runs by gradients, {evolved.attrs['runs']} by NSGA-II")
