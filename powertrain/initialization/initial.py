@@ -164,10 +164,14 @@ class _Plan:
         self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
         guesses = {u.name: u.guess for u in compiled.variables.values() if u.guess}
         self.guess = self._guess(guesses, np.zeros(self.size))
-        places = [None if self.linear else self._place(c.label) for c in conditions[:given]]
-        self.known = [place for place in places if place is not None]
-        self.plain = np.array([place is not None for place in places], bool)
+        places = [None if self.linear else self._place(c.label) for c in conditions]
+        self.known = [place for place in places[:given] if place is not None]
+        self.plain = np.array([place is not None for place in places[:given]], bool)
         self.declared = np.array([c.value for c in conditions[given:]])
+        for found, value in zip(places[given:], self.declared.tolist(), strict=True):
+            if found is not None:
+                place, slope, offset = found
+                self.guess[place] = (value - offset) / slope
         self.implied = np.array(
             [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 import pytest
 from core_models import Crank, row
@@ -201,3 +202,20 @@ def test_constant_power_begins_at_the_upper_voltage() -> None:
         assert found == pytest.approx(U / 2 + np.sqrt(U**2 / 4 - R * power), rel=1e-6)
         with pytest.raises(pt.PowertrainError, match="no solution"):  # which is no reason to short the battery
             plant.simulate(0.0, parameters=loads, guesses={"loads[0].bus.v": 0.0})
+
+
+class Rooted(pt.Component):
+    """An unknown that has no value below x = 1."""
+
+    x: pt.Variable = pt.variable("1", "State", start=2.0)
+    z: pt.Variable = pt.variable("1", "z^3 + z = sqrt(x - 1)")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == 0.0
+        yield self.z**3 + self.z == ca.sqrt(self.x - 1.0)
+
+
+def test_the_search_begins_at_the_declared_starts() -> None:
+    """From zero there is no step; nor was there one for a battery whose car is started at rest, from a state of charge of zero."""
+    z = pt.simulate(Rooted(), 1)["z"][0]
+    assert z**3 + z == pytest.approx(1.0, rel=1e-12)
