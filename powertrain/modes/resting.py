@@ -1,11 +1,11 @@
 """Laws at a limit of their torque that do not slide, because laws that are stuck and contacts that are closed hold what they move.
 
 A mass that is pressed against a stop harder than its friction can take: friction is at its limit, yet the mass rests. The speed of such a
-law follows from those of the laws that hold, w = c w_C, so that its row of the mobility G is a combination of theirs,
+law follows from those of the laws that hold, w = c w_C, so that its rate a = b - G tau is the same combination of theirs,
 
-    G_i - G_iC G_CC^+ G_C = 0,
+    G_i - c G_C = 0,  b_i - c b_C = 0,  c = G_iC G_CC^+,
 
-and it stays at rest for as long as they hold. (See ``powertrain.modes.complementarity`` for G.)
+and it stays at rest for as long as they hold. A prescribed motion beside them leaves a difference in b alone. (See ``powertrain.modes.complementarity`` for G.)
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from powertrain.modes.complementarity import Complementarity, Point
 
 _SINGULAR = 1e-10
 """Motions that the laws that hold leave free by less than this share of all of them are held."""
+NOTHING = 1e-8
+"""Rates are the same combination if they differ by less than this share of their terms."""
 
 
 def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]:
@@ -30,15 +32,18 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]
     count = problem.laws.frictions
     holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
     limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
-    return [k for k, follows in zip(limited, _follow(G, limited, holds), strict=True) if follows]
+    return [k for k, follows in zip(limited, _follow(G, near.rate, limited, holds), strict=True) if follows]
 
 
-def _follow(G: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:
-    """Whether each of these rows is a combination of the rows of the laws that hold."""
+def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:
+    """Whether each of these rates is a combination of the rates of the laws that hold."""
     if not rows or not holds.any():
         return [False] * len(rows)
     size = np.sqrt(np.abs(np.diag(G)))
     scaled = G / np.maximum(np.outer(size, size), 1e-300)
     c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds][:, rows], rcond=_SINGULAR)[0]
-    left = scaled[rows] - c.T @ scaled[holds]
-    return [bool(one) for one in np.abs(left).max(axis=1) <= 1e-8]
+    left = np.abs(scaled[rows] - c.T @ scaled[holds]).max(axis=1)
+    free = b / np.maximum(size, 1e-300)
+    moved = np.abs(free[rows] - c.T @ free[holds])
+    terms = np.abs(free[rows]) + np.abs(c.T) @ np.abs(free[holds])
+    return [bool(one) for one in (left <= NOTHING) & (moved <= NOTHING * terms)]

@@ -70,21 +70,23 @@ def _laws(dae: HybridDae) -> list[int]:
 def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
     """Functions of (time and step, y, m, p) for laws that rest at a limit of their torque, held by others.
 
-    ``idle``: which do, and which laws are at rest at all; ``mobility``: the rates of the laws by their torques, row by row.
+    ``idle``: which do, and which laws are at rest at all; ``mobility``: the rates of the laws by their torques, row by row,
+    and without torques.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
     if not laws or opened is None:
         return {}
     y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
     flags = [ca.vertcat(*(idles(dae, f) for f in laws)), ca.vertcat(*(ca.fabs(f.w) <= ZONE for f in laws))]
-    mobility = -ca.jacobian(opened.rate, opened.tau)
+    mobility, free = -ca.jacobian(opened.rate, opened.tau), opened.rate
     if n := opened.residual.numel():
         z = dae.z[:n]
-        moved = ca.solve(ca.jacobian(opened.residual, z), ca.jacobian(opened.residual, opened.tau))
-        mobility += ca.jacobian(opened.rate, z) @ moved
-    (mobility,) = ca.substitute([mobility], [opened.tau], [ca.DM.zeros(opened.tau.numel())])
+        right = ca.horzcat(ca.jacobian(opened.residual, opened.tau), opened.residual)
+        moved = ca.jacobian(opened.rate, z) @ ca.solve(ca.jacobian(opened.residual, z), right)
+        mobility, free = mobility + moved[:, :-1], free - moved[:, -1]
+    mobility, free = ca.substitute([mobility, free], [opened.tau], [ca.DM.zeros(opened.tau.numel())])
     before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
-    found = {"idle": flags, "mobility": [mobility.T]}
+    found = {"idle": flags, "mobility": [mobility.T, free]}
     return {
         name: ca.Function(
             PREFIX + name, [moment, y, dae.m, dae.p], [ca.densify(e) for e in ca.substitute(values, before, now)]

@@ -27,7 +27,7 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F];
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
@@ -232,14 +232,19 @@ static int shared(pt_model *a)
     return found;
 }
 
-/* Eliminates the laws that hold from the mobility (rates by torques, scaled to a diagonal of one): what others hold has nothing left. */
+/* Eliminates the laws that hold from the mobility (rates by torques, scaled to a diagonal of one) and from the rates without torques:
+   what others hold has nothing left. */
 static void eliminate_what_holds(pt_model *a)
 {
     double (*G)[PT_F] = a->mobility;
     for (int i = 0; i < PT_F; i++) a->size[i] = sqrt(fabs(G[i][i]));
     for (int i = 0; i < PT_F; i++)
         for (int j = 0; j < PT_F; j++) G[i][j] /= fmax(a->size[i] * a->size[j], 1e-300);
-    for (int i = 0; i < PT_F; i++) a->holds[i] = a->m[pt_frictions[i]] == 0;
+    for (int i = 0; i < PT_F; i++) {
+        a->holds[i] = a->m[pt_frictions[i]] == 0;
+        a->rate[i] /= fmax(a->size[i], 1e-300);
+        a->terms[i] = fabs(a->rate[i]);
+    }
     for (;;) {
         int k = -1;
         for (int i = 0; i < PT_F; i++)
@@ -248,8 +253,10 @@ static void eliminate_what_holds(pt_model *a)
         a->holds[k] = 0;
         for (int i = 0; i < PT_F; i++) {
             double share = i == k ? 0 : G[i][k] / G[k][k];
-            if (share != 0)
-                for (int j = 0; j < PT_F; j++) G[i][j] -= share * G[k][j];
+            if (share == 0) continue;
+            for (int j = 0; j < PT_F; j++) G[i][j] -= share * G[k][j];
+            a->rate[i] -= share * a->rate[k];
+            a->terms[i] += fabs(share) * a->terms[k];
         }
     }
 }
@@ -258,7 +265,7 @@ static void eliminate_what_holds(pt_model *a)
 static int marked(pt_model *a, int asked)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->mobility[0]};
+    double *wanted[] = {a->mobility[0], a->rate};
     int some = asked, all = 1;
     for (int k = 0; k < PT_RESTS; k++) some |= a->m[pt_rests[k]] != 0;
     if (!some) return 1;
@@ -268,7 +275,7 @@ static int marked(pt_model *a, int asked)
         double left = 0, before = a->m[pt_rests[k]], mode = fabs(a->m[pt_rest_laws[k]]);
         while (pt_frictions[i] != pt_rest_laws[k]) i++;
         for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
-        a->m[pt_rests[k]] = mode == 1 && left <= NOTHING;
+        a->m[pt_rests[k]] = mode == 1 && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i];
         all &= a->m[pt_rests[k]] >= before;
     }
     return all;
