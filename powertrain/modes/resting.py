@@ -5,7 +5,8 @@ law follows from those of the laws that hold, w = c w_C, so that its rate a = b 
 
     G_i - c G_C = 0,  b_i - c b_C = 0,  c = G_iC G_CC^+,
 
-and it stays at rest for as long as they hold. A prescribed motion beside them leaves a difference in b alone. (See ``powertrain.modes.complementarity`` for G.)
+and it stays at rest for as long as they hold. A prescribed motion beside them leaves a difference in b alone.
+(See ``powertrain.modes.complementarity`` for G.)
 """
 
 from __future__ import annotations
