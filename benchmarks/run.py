@@ -66,14 +66,14 @@ QUICK: dict[str, Runner] = {
 }
 HEAD = """# Benchmarks
 
-Measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C. Both sides of a ratio run in turns in the same
-process; a ratio is the median over the rounds. Tolerances are rtol 1e-6 and atol 1e-8 on both sides, where nothing else is said. What
-is timed for powertrain is `Plant.simulate` as a user calls it, initialisation included, and its states read at every output instant; the
-baselines give their states at the same instants. "C" is compiled with `-O3 -march=native` and has the model fixed in its text or generated
-for it; "ODE reduced by hand" means that no time is counted for finding it. `solve_ivp` runs equations in NumPy, as they are written by
-hand, with an event function per law. Ready-to-run ends when a run has started. Errors are against our own runs at 1e-10 or 1e-11, and so
-are the event sequences of the perturbed models (with steps of at most 1 ms): the programs in C are independent of our event handling,
-these references are not.
+These benchmarks were measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C. Both sides of a ratio run
+alternately in the same process, and a ratio is the median over the rounds. Tolerances are rtol 1e-6 and atol 1e-8 on both sides unless
+stated otherwise. For powertrain the time is that of `Plant.simulate` as a user calls it, including initialisation and reading the
+states at every output instant. The baselines return their states at the same instants. "C" is compiled with `-O3 -march=native` from a
+program written or generated for the model. "ODE reduced by hand" means that the time for deriving the equations is not counted.
+`solve_ivp` evaluates hand-written equations in NumPy with one event function per law. "Ready to run" ends when a run has started.
+Errors are relative to powertrain's own runs at tolerances of 1e-10 or 1e-11, and so are the event sequences of the perturbed models
+(with steps of at most 1 ms). The programs in C are independent of powertrain's event handling; these references are not.
 
 """
 
