@@ -14,7 +14,7 @@ from powertrain.cli.options import (
     ArgumentType,
     Command,
     CycleName,
-    Held,
+    HeldValue,
     Span,
     progress,
     settings,
@@ -108,7 +108,7 @@ class Mapped(ArgumentType):
 )
 @click.option(
     "--held",
-    type=Held(),
+    type=HeldValue(),
     multiple=True,
     metavar="PATH=NUMBER",
     help="Driveline: what a part of a hybrid remembers, such as control.running=1 for an engine that is on. May be repeated.",

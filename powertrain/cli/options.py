@@ -136,7 +136,7 @@ DATA = OutputFile(".nc", ".csv")
 PAGE = OutputFile(".html")
 
 
-class Held(ArgumentType):
+class HeldValue(ArgumentType):
     """A discrete variable or a state, and its value."""
 
     name = "held"

@@ -50,7 +50,7 @@ class Shift:
     """Why it has no derivative, if the event changes anything."""
 
 
-class Instants:
+class EventLaws:
     """The laws that may cause the events of one model's runs."""
 
     def __init__(

@@ -25,7 +25,7 @@ from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples, signals_of
-from powertrain.variational.instants import Instants, NotDifferentiable, Shift, without_effect
+from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, without_effect
 from powertrain.variational.many import Many
 from powertrain.variational.mapping import Mapping
 from powertrain.variational.partials import Block, Partials, Slopes
@@ -66,7 +66,7 @@ class Saltation:
         times = [law.time for law in self.timed if law.time is not None]
         asked = column([*(i.value for i in self.indicators), *times])
         self.before, self.values = Partials(system, asked), Many(system.inputs, asked)
-        self.instants = Instants(system, self.indicators, self.timed, self.sticking)
+        self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.contacts else None
 
