@@ -18,7 +18,7 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.complementarity import Complementarity, Point
 
 _SINGULAR = 1e-10
-"""Motions that the laws that hold leave free by less than this share of all of them are held."""
+"""Motions that the laws that hold leave free by less than this share of all of them are held; so well, then, is c known."""
 NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
@@ -47,4 +47,5 @@ def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], hol
     free = b / np.maximum(size, 1e-300)
     moved = np.abs(free[rows] - c.T @ free[holds])
     terms = np.abs(free[rows]) + np.abs(c.T) @ np.abs(free[holds])
-    return [bool(one) for one in (left <= NOTHING) & (moved <= NOTHING * terms)]
+    known = NOTHING * terms + _SINGULAR * np.abs(free[holds]).sum()
+    return [bool(one) for one in (left <= NOTHING) & (moved <= known)]

@@ -27,7 +27,7 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F];
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known;
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
@@ -240,10 +240,12 @@ static void eliminate_what_holds(pt_model *a)
     for (int i = 0; i < PT_F; i++) a->size[i] = sqrt(fabs(G[i][i]));
     for (int i = 0; i < PT_F; i++)
         for (int j = 0; j < PT_F; j++) G[i][j] /= fmax(a->size[i] * a->size[j], 1e-300);
+    a->rate_known = 0;
     for (int i = 0; i < PT_F; i++) {
         a->holds[i] = a->m[pt_frictions[i]] == 0;
         a->rate[i] /= fmax(a->size[i], 1e-300);
         a->terms[i] = fabs(a->rate[i]);
+        if (a->holds[i]) a->rate_known += SINGULAR * a->terms[i];
     }
     for (;;) {
         int k = -1;
@@ -275,7 +277,7 @@ static int marked(pt_model *a, int asked)
         double left = 0, before = a->m[pt_rests[k]], mode = fabs(a->m[pt_rest_laws[k]]);
         while (pt_frictions[i] != pt_rest_laws[k]) i++;
         for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
-        a->m[pt_rests[k]] = mode == 1 && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i];
+        a->m[pt_rests[k]] = mode == 1 && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i] + a->rate_known;
         all &= a->m[pt_rests[k]] >= before;
     }
     return all;
