@@ -43,12 +43,16 @@ _ROUND_OFF = 1e-13
 
 @dataclass(frozen=True)
 class LawTorque:
-    """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset."""
+    """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset.
+
+    ``rests`` is 1 where a friction law is at a limit of its torque, and others hold it at rest.
+    """
 
     place: Place
     law: FrictionLaw | UnilateralLaw
     symbol: Symbol
     mode: Symbol
+    rests: Symbol = field(default_factory=lambda: Symbol(0))
     algebraic: bool = False
     speed: Symbol = field(default_factory=Symbol)
     rate: Symbol = field(default_factory=Symbol)
@@ -87,7 +91,8 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
             symbols[key(symbol)] = symbol
             equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
-        torques.append(LawTorque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
+        name, hold = f"{place.path}.{law.name}".lstrip("."), flat.recorder.hold
+        torques.append(LawTorque(place, law, symbol, hold(name), hold(f"{name}.rests")))
     return replace(reduced, symbols=symbols, equations=equations), torques, others
 
 
@@ -168,7 +173,7 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
         return LawTorques([], [], [])
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
-    loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
+    loose = [_loose(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
     short, parts = _affine([*rows, *(t.rate for t in laws)], list(tau))
     rows, laws = short[: len(laws)], [replace(t, rate=rate) for t, rate in zip(laws, short[len(laws) :], strict=True)]
@@ -202,9 +207,10 @@ def _prescribed(t: LawTorque, own: Symbol) -> bool:
     return not any(ca.which_depends(t.rate, own, 1, False))
 
 
-def _loose(t: LawTorque, own: Symbol) -> Symbol:
+def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """What is zero while the law slides or the contact is open.
 
+    What others hold at rest does not slide: its limit is that of breaking away.
     At rest under a motion that no torque changes, any torque between the bounds will do: operating points ask for these with modes
     between -1 and 1.
     """
@@ -213,7 +219,13 @@ def _loose(t: LawTorque, own: Symbol) -> Symbol:
     lower, upper = t.law.lower, t.law.upper
     if _prescribed(t, own):
         upper = ca.if_else(ca.fabs(t.mode) < 1, lower + (1 + t.mode) / 2 * (upper - lower), upper)
-    return own - ca.if_else(t.mode == -1, lower, upper)
+    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and shares(t, own, tau) else 1
+    return own - holds * ca.if_else(t.mode == -1, lower, upper)
+
+
+def breaks_away(law: FrictionLaw) -> bool:
+    """Whether a law may hold more than it transmits when it slides."""
+    return not (law.peak.is_constant() and float(law.peak) == 1.0)
 
 
 def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:

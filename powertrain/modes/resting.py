@@ -23,8 +23,8 @@ NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
 
-def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]:
-    """The friction laws (places in ``dae.frictions``) at a limit that others hold at rest at ``point``."""
+def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tuple[int, float]]:
+    """The friction laws (places in ``dae.frictions``) at a limit that others hold at rest at ``point``, and their peaks."""
     near = problem.laws.at(point, np.zeros(problem.laws.count))
     G = -near.rate_slope
     if not np.isfinite(G).all():
@@ -33,7 +33,8 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]
     count = problem.laws.frictions
     holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
     limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
-    return [k for k, follows in zip(limited, _follow(G, near.rate, limited, holds), strict=True) if follows]
+    held = _follow(G, near.rate, limited, holds)
+    return [(k, float(near.peak[k])) for k, follows in zip(limited, held, strict=True) if follows]
 
 
 def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:

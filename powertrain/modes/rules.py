@@ -54,6 +54,8 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     fires = {index: _fires(dae, fire[k], instant) for k, (index, instant) in enumerate(instants)}
     for friction in dae.frictions:
         held[friction.index] = friction_rule(dae, friction, jumped, slack)
+        if friction.rests is not None:
+            held[friction.rests] = ca.fmax(_rests(dae, friction), _breaks_away(dae, friction, held[friction.index]))
     for switch in (*dae.switches, *dae.relations):
         old = dae.m[switch.index]
         left = switch_margin(dae, switch) if switch.time is None else relation(old, in_time(dae, switch.g))
@@ -107,6 +109,12 @@ def idles(dae: HybridDae, friction: Friction) -> ca.SX:
 def _rests(dae: HybridDae, friction: Friction) -> ca.SX:
     """1 where a law at a limit of its torque was found to be at rest, held by others."""
     return ca.SX(0) if friction.rests is None else dae.m[friction.rests]
+
+
+def _breaks_away(dae: HybridDae, friction: Friction, new: ca.SX) -> ca.SX:
+    """Whether a law reaches its peak at rest: it keeps it as long as others hold what it moves."""
+    leaves = ca.logic_and(dae.m[friction.index] == 0, ca.fabs(new) == 1)
+    return ca.logic_and(ca.logic_and(leaves, ca.fabs(friction.w) <= ZONE), friction.peak > 1)
 
 
 def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
 import numpy as np
 import pytest
 
+import powertrain as pt
 from powertrain.modes.resting import _follow
 
 
@@ -28,3 +33,65 @@ def test_the_round_off_of_other_rates_is_no_motion() -> None:
     holds = np.array([False, True, True])
     assert _follow(G, np.array([1e-24, 0.0, 1e3]), [0], holds) == [True]
     assert _follow(G, np.array([1e-5, 0.0, 1e3]), [0], holds) == [False]
+
+
+class Brakes(pt.Component):
+    """A mass on which several brakes act, each through a lever of its own."""
+
+    f: pt.Input = pt.signal_input("N", "Force on the mass")
+    v: pt.Variable = pt.variable("m/s", "Speed of the mass", start=0.0)
+
+    brakes: tuple[Brake, ...] = ()
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == self.f.value - sum((b.ratio * b.tau for b in self.brakes), ca.SX(0))
+        for brake in self.brakes:
+            yield brake.w == brake.ratio * self.v
+
+
+class Brake(pt.Component):
+    """Coulomb friction that breaks away at more than it slides with."""
+
+    ratio: pt.Parameter = pt.parameter("1/m", "Speed over that of the mass")
+    limit: pt.Parameter = pt.parameter("N.m", "Torque while it slides")
+    peak: pt.Parameter = pt.parameter("1", "Torque at which it breaks away, relative to its limit")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.friction(self.w, self.tau, -self.limit, self.limit, peak=self.peak)
+
+
+def random_brakes(seed: int) -> tuple[Brakes, float, float]:
+    """Brakes, some without a peak, and with what force they slide and hold together."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    ratios, limits, peaks = rng.uniform(0.3, 3.0, n), rng.uniform(0.5, 4.0, n), rng.uniform(1.0, 1.6, n)
+    peaks[rng.random(n) < 0.3] = 1.0
+    brakes = tuple(Brake(ratio=r, limit=b, peak=p) for r, b, p in zip(ratios, limits, peaks, strict=True))
+    return Brakes(brakes=brakes), float(ratios @ limits), float(ratios @ (limits * peaks))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_brakes_on_one_mass_break_away_together(seed: int) -> None:
+    """At the sum of what each can hold, whichever is at its limit first, and again after each rest; sliding, they share theirs."""
+    model, slides, holds = random_brakes(seed)
+    force = np.arange(5.0), 1.1 * holds * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
+    run = pt.compile(model).simulate(4.0, inputs={"f": force}, rtol=1e-9, atol=1e-11)
+    forces = [abs(np.interp(event.time, *force)) for event in run.events]
+    leave = [f for f, event in zip(forces, run.events, strict=True) if event.old == 0.0]
+    rest = [f for f, event in zip(forces, run.events, strict=True) if event.old != 0.0]
+    assert leave == pytest.approx([holds] * len(leave), rel=1e-6)
+    assert max(rest) < slides
+    assert len(leave) == 4 * len(model.brakes)
+    assert len(rest) == 3 * len(model.brakes)
+
+
+def test_the_same_in_c(tmp_path: Path) -> None:
+    model, _, holds = random_brakes(0)
+    plant = pt.compile(model)
+    force = np.arange(5.0), 1.1 * holds * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
+    given: dict[str, Any] = {"inputs": {"f": force}, "rtol": 1e-9, "atol": 1e-11}
+    found, wanted = plant.export_c(tmp_path).simulate(4.0, **given), plant.simulate(4.0, **given)
+    assert [(e.name, e.old, e.new) for e in found.events] == [(e.name, e.old, e.new) for e in wanted.events]
+    np.testing.assert_allclose(found["v"], wanted["v"], atol=1e-9)
