@@ -105,7 +105,7 @@ def friction(
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
     ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. A law at its
-    limit counts as stuck if other laws hold it at rest.
+    limit, peak*lower or peak*upper, counts as stuck if other laws hold it at rest.
 
     Parameters
     ----------
