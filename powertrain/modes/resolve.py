@@ -75,16 +75,19 @@ class ModeResolver:
 
         One that was marked and is held no longer may slide; one that has come to rest has its peak.
         """
-        m, before, same = self.memory.m, self.memory.m.copy(), True
+        m = self.memory.m
+        marked = {place for place in self._rests if m[place]}
+        if self._problem is None or not (marked or self._flags[4] > 0.0):
+            return True
         m[self._rests] = 0.0
-        if (before[self._rests].any() or self._flags[4] > 0.0) and self._problem is not None:
-            for k, peak in resting(self.dae, self._problem, self._point(side)):
-                law = self.dae.frictions[k]
-                if peak > 1.0 and not before[law.rests]:
-                    m[law.index], same = 0.0, False
-                else:
-                    m[law.rests] = 1.0
-        return same and not (before[self._rests] > m[self._rests]).any()
+        same = True
+        for k, peak in resting(self.dae, self._problem, self._point(side)):
+            law = self.dae.frictions[k]
+            if peak > 1.0 and law.rests not in marked:
+                m[law.index], same = 0.0, False
+            else:
+                m[law.rests] = 1.0
+        return same and all(m[place] for place in marked)
 
     def _found(self, side: int) -> bool:
         """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
