@@ -78,6 +78,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
         rounding=resolver.rounding(k),
         reach=resolver.reach(k),
         rests=held.place(held.rests[key(t.mode)]) if key(t.mode) in held.rests else None,
+        share=resolver.share(k) if key(t.mode) in held.rests else Symbol(0),
     )  # fmt: skip
 
 

@@ -158,11 +158,12 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
-    ``implicit`` are the laws that are not linear in the torques (an efficiency that depends on the load): their own ``tau`` stays an
+    ``first`` are those before the proximal step, with which stuck laws yield. ``implicit`` are the laws that are not linear in the torques (an efficiency that depends on the load): their own ``tau`` stays an
     unknown, for which ``residuals`` are zero.
     """
 
     tau: list[Symbol]
+    first: list[Symbol]
     implicit: list[int]
     residuals: list[Symbol]
 
@@ -170,7 +171,7 @@ class LawTorques:
 def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorques:
     """All torques for given modes; ``laws`` in terms of states and of the torques ``tau``."""
     if not laws:
-        return LawTorques([], [], [])
+        return LawTorques([], [], [], [])
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     loose = [_loose(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
@@ -182,13 +183,15 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
     yields = [sign * compliance(t, own, column(list(tau))) for t, own, sign in zip(laws, tau, signs, strict=True)]
     soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
-    found = _solved([rows[i] for i in explicit], [tau[i] for i in explicit], [COMPLIANCE * soft[i] for i in explicit])
-    whole = list(tau)
-    for i, value in zip(explicit, found, strict=True):
-        whole[i] = value
-    residuals = [rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved]
-    everything = ca.vertsplit(ca.substitute(column([*whole, *residuals]), *parts)) if parts else [*whole, *residuals]
-    return LawTorques(everything[: len(laws)], curved, everything[len(laws) :])
+    steps = _solved([rows[i] for i in explicit], [tau[i] for i in explicit], [COMPLIANCE * soft[i] for i in explicit])
+    first, whole = list(tau), list(tau)
+    for i, yielding, value in zip(explicit, *steps, strict=True):
+        first[i], whole[i] = yielding, value
+    everything = [*whole, *first, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
+    if parts:
+        everything = ca.vertsplit(ca.substitute(column(everything), *parts))
+    n = len(laws)
+    return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
 
 
 def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
@@ -276,10 +279,10 @@ def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tu
     return ca.vertsplit(short), (column(names), column(parts))
 
 
-def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> list[Symbol]:
-    """The unknowns of affine rows, each row's own unknown its pivot, after one proximal step: row + soft (unknown - q) = 0."""
+def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> tuple[list[Symbol], list[Symbol]]:
+    """The unknowns of affine rows, each row's own unknown its pivot, before and after one proximal step: row + soft (unknown - q) = 0."""
     if not rows:
-        return []
+        return [], []
     whole, symbols = column(rows), column(unknowns)
     jacobian = ca.jacobian(whole, symbols) + ca.diag(column(soft))
     right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
@@ -291,7 +294,7 @@ def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> l
     factors = eliminate(entries, numbers)
     first = factors.solve(right)
     second = factors.solve([b + s * first[i] for i, (b, s) in enumerate(zip(right, soft, strict=True))])
-    return [second[j] for j in range(len(rows))]
+    return [first[j] for j in range(len(rows))], [second[j] for j in range(len(rows))]
 
 
 def cancels(slope: Symbol) -> bool:

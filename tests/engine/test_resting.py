@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import powertrain as pt
 from powertrain.modes.resting import _follow
@@ -35,6 +36,10 @@ def test_the_round_off_of_other_rates_is_no_motion() -> None:
     assert _follow(G, np.array([1e-5, 0.0, 1e3]), [0], holds) == [False]
 
 
+KNOTS = np.linspace(0.0, 5.0, 11)
+"""Instants (s)."""
+
+
 class Brakes(pt.Component):
     """A mass on which several brakes act, each through a lever of its own."""
 
@@ -50,16 +55,18 @@ class Brakes(pt.Component):
 
 
 class Brake(pt.Component):
-    """Coulomb friction that breaks away at more than it slides with."""
+    """Coulomb friction that breaks away at more than it slides with; its limit is multiplied by ``press``, the values at ``KNOTS``."""
 
     ratio: pt.Parameter = pt.parameter("1/m", "Speed over that of the mass")
     limit: pt.Parameter = pt.parameter("N.m", "Torque while it slides")
     peak: pt.Parameter = pt.parameter("1", "Torque at which it breaks away, relative to its limit")
     w: pt.Variable = pt.variable("rad/s", "Speed")
     tau: pt.Variable = pt.variable("N.m", "Torque")
+    press: tuple[float, ...] = (1.0,) * len(KNOTS)
 
     def equations(self) -> pt.Equations:
-        yield pt.friction(self.w, self.tau, -self.limit, self.limit, peak=self.peak)
+        limit = self.limit * pt.schedule(KNOTS, self.press)
+        yield pt.friction(self.w, self.tau, -limit, limit, peak=self.peak)
 
 
 def random_brakes(seed: int) -> tuple[Brakes, float, float]:
@@ -95,3 +102,26 @@ def test_the_same_in_c(tmp_path: Path) -> None:
     found, wanted = plant.export_c(tmp_path).simulate(4.0, **given), plant.simulate(4.0, **given)
     assert [(e.name, e.old, e.new) for e in found.events] == [(e.name, e.old, e.new) for e in wanted.events]
     np.testing.assert_allclose(found["v"], wanted["v"], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_brakes_share_what_they_hold_as_equally_stiff_parts(seed: int) -> None:
+    """tau_i = clip(x/r_i, -L_i, L_i) with one x for all, at every instant, whatever limits and load were before."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    ratios, peaks = rng.uniform(0.3, 3.0, n), rng.choice([1.0, 1.2], n)
+    limits = rng.uniform(0.2, 4.0, (n, KNOTS.size))
+    load = rng.uniform(-0.9, 0.9, KNOTS.size) * (ratios @ limits)
+    brakes = tuple(
+        Brake(ratio=r, limit=1.0, peak=p, press=tuple(row)) for r, p, row in zip(ratios, peaks, limits, strict=True)
+    )
+    run = pt.compile(Brakes(brakes=brakes)).simulate(5.0, inputs={"f": (KNOTS, load)})
+    assert not run.events
+    times = np.linspace(0.0, 5.0, 101)
+    found = run.at(times, [f"brakes[{i}].tau" for i in range(n)])
+    for k, t in enumerate(times):
+        most = peaks * [np.interp(t, KNOTS, row) for row in limits]
+        force = np.interp(t, KNOTS, load)
+        x = brentq(lambda x, most=most, force=force: ratios @ np.clip(x / ratios, -most, most) - force, -100, 100)
+        expected = np.clip(x / ratios, -most, most)
+        np.testing.assert_allclose([found[f"brakes[{i}].tau"][k] for i in range(n)], expected, atol=2e-6)
