@@ -158,8 +158,8 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
-    ``first`` are those before the proximal step, with which stuck laws yield. ``implicit`` are the laws that are not linear in the torques (an efficiency that depends on the load): their own ``tau`` stays an
-    unknown, for which ``residuals`` are zero.
+    ``first`` are those before the proximal step, with which stuck laws yield. ``implicit`` are the laws that are not linear in the torques
+    (an efficiency that depends on the load): their own ``tau`` stays an unknown, for which ``residuals`` are zero.
     """
 
     tau: list[Symbol]

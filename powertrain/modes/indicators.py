@@ -28,7 +28,7 @@ def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
     """All indicators that are located as state events; relations with a known instant are left to the time events."""
     found: list[Indicator] = []
     for friction in dae.frictions:
-        mode, slow = dae.m[friction.index], speed_tolerance(dae, friction)
+        slow = speed_tolerance(dae, friction)
         known = slow if friction.prescribed else ca.if_else(_by_torque(dae, friction), friction.hysteresis, slow)
         found.append(Indicator(friction, friction_motion(dae, friction), known))
         if friction.may_free and ca.depends_on(friction.upper - friction.lower, ca.vertcat(dae.t, dae.x, dae.z)):

@@ -11,6 +11,7 @@
 #define AIM 1e-11
 #define CALM 1e-4
 #define AT_REST 1e-13
+#define TURNS 100
 #define HALVINGS 8
 #define FINEST 1e-5
 #define PASSES 20
@@ -304,15 +305,19 @@ static int resolve(pt_model *a)
     return PT_RESETS;
 }
 
-/* Restart after a discontinuity: stuck speeds are zero, the slope, a first step size. */
+/* Restart after a discontinuity: stuck speeds are zero, the slope, a first step size. Speeds that share states are set to zero by turns
+   (S. Kaczmarz, Angenaeherte Aufloesung von Systemen linearer Gleichungen, Bull. Acad. Polon. Sci. A 35 (1937) 355). */
 
 static int refresh(pt_model *a, double *h)
 {
-    const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
-    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
     a->time[0] = a->t;
-    CALL(a, pt_fresh, given, wanted);
-    a->side = 1 - a->side;
+    a->first[1] = INFINITY;
+    for (int turn = 0; turn < TURNS && a->first[1] > AT_REST; turn++) {
+        const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
+        double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
+        CALL(a, pt_fresh, given, wanted);
+        a->side = 1 - a->side;
+    }
     if (!isfinite(a->first[2])) return PT_RATES;
     *h = a->first[0];
     return a->first[1] > AT_REST ? PT_COUPLED : PT_OK;
