@@ -20,7 +20,7 @@ from powertrain.equilibrium.search import Search
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.modes.indicators import guard_margin
-from powertrain.modes.tolerances import RESOLVED
+from powertrain.modes.tolerances import RESOLVED, ZONE
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 
@@ -47,8 +47,11 @@ class Solver:
         self._guards = Columns("steady_guards", varying, problem.common, guards) if guards else None
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._speeds = Columns("steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved])
-        self._frictions = len(frictions)
-        limits = [e for f in frictions for e in (f.torque, f.lower, f.upper)]
+        self._shared = np.array([f.rests is not None for f in frictions], bool)
+        holds = [f.peak if f.rests is not None else 1.0 for f in frictions]
+        limits = [
+            e for f, hold in zip(frictions, holds, strict=True) for e in (f.torque, hold * f.lower, hold * f.upper)
+        ]
         self._torques = Columns("steady_torques", varying, problem.common, limits)
 
     def set_common(self, values: Array) -> None:
@@ -136,9 +139,13 @@ class Solver:
         return np.asarray((self._guards(np.vstack([grid.T, u, found.modes.T])) >= 0.0).all(axis=0))
 
     def _limit(self, grid: Rows, points: Points) -> None:
-        """Laws that share a motion share its torque by their compliance; what that gives beyond the limit of one, the others take."""
-        count = self._frictions
+        """Laws at rest share the torque of a motion by their compliance; what that gives beyond the static limit of one, others take."""
+        count = len(self._shared)
         modes, candidates = points.modes[:count], ~points.rest[:count] & (points.status == OK)
+        slides = (modes == FORWARD) | (modes == BACKWARD)
+        if (held := self._shared[:, None] & candidates & slides).any():
+            still = np.abs(self._speeds(np.vstack([grid, points.u, points.modes]))[:count]) <= ZONE
+            modes[held & still] = STUCK
         for _ in range(count):
             found = self._torques(np.vstack([grid, points.u, points.modes]))
             torque, lower, upper = found[::3], found[1::3], found[2::3]

@@ -125,3 +125,15 @@ def test_brakes_share_what_they_hold_as_equally_stiff_parts(seed: int) -> None:
         x = brentq(lambda x, most=most, force=force: ratios @ np.clip(x / ratios, -most, most) - force, -100, 100)
         expected = np.clip(x / ratios, -most, most)
         np.testing.assert_allclose([found[f"brakes[{i}].tau"][k] for i in range(n)], expected, atol=2e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_operating_points_share_as_simulations_do(seed: int) -> None:
+    model, slides, _ = random_brakes(seed)
+    plant, names = pt.compile(model), [f"brakes[{i}].tau" for i in range(len(model.brakes))]
+    loads = slides * np.array([-0.99, -0.6, 0.3, 0.8, 0.95, 0.99])
+    points = pt.steady(plant, {"f": loads}, outputs=["v", *names])
+    for load, (_, point) in zip(loads, points.groupby("f"), strict=True):
+        run = plant.simulate(0.1, inputs={"f": load})
+        assert point["v"].item() == pytest.approx(0.0, abs=1e-9)
+        assert [point[n].item() for n in names] == pytest.approx([run[n][-1] for n in names], abs=1e-6)
