@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.tolerances import INTEGRATED
 
 _SINGULAR = 1e-10
 """Motions that the laws that hold leave free by less than this share of all of them are held; so well, then, is c known."""
@@ -35,7 +36,8 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tupl
     if not np.isfinite(G).all():
         return []
     held = _follow(G, near.rate, limited, holds)
-    return [(k, float(near.peak[k])) for k, follows in zip(limited, held, strict=True) if follows]
+    rest = problem.laws.at_rest(point, near, INTEGRATED)
+    return [(k, float(near.peak[k])) for k, follows in zip(limited, held, strict=True) if follows and rest[k]]
 
 
 def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:

@@ -8,12 +8,12 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Guard, HybridDae, TimeSignal
+from powertrain.compiler.hybrid import Friction, Guard, HybridDae, TimeSignal
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
 from powertrain.modes.rules import idles
-from powertrain.modes.tolerances import ZONE
+from powertrain.modes.tolerances import INTEGRATED, ZONE
 from powertrain.numerics.buffers import PREFIX, Array
 
 SOURCES = Path(__file__).parent
@@ -71,7 +71,7 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
     """Functions of (time and step, y, m, p) for laws that rest at a limit of their torque, held by others.
 
     ``idle``: which do, and which laws are at rest at all; ``mobility``: the rates of the laws by their torques, row by row,
-    and without torques, and their peaks.
+    and without torques, their peaks, and whether they are at rest but for the error of the integration.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
     if not laws or opened is None:
@@ -86,13 +86,24 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
         mobility, free = mobility + moved[:, :-1], free - moved[:, -1]
     mobility, free = ca.substitute([mobility, free], [opened.tau], [ca.DM.zeros(opened.tau.numel())])
     before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
-    found = {"idle": flags, "mobility": [mobility.T, free, ca.vertcat(*(f.peak for f in laws))]}
+    found = {
+        "idle": flags,
+        "mobility": [
+            mobility.T,
+            free,
+            *(ca.vertcat(*values) for values in zip(*map(_peak_and_rest, laws), strict=True)),
+        ],
+    }
     return {
         name: ca.Function(
             PREFIX + name, [moment, y, dae.m, dae.p], [ca.densify(e) for e in ca.substitute(values, before, now)]
         )
         for name, values in found.items()
     }
+
+
+def _peak_and_rest(law: Friction) -> tuple[ca.SX, ca.SX]:
+    return law.peak, ca.SX(1) if law.algebraic else ca.fabs(law.w) <= INTEGRATED
 
 
 def _header(

@@ -28,7 +28,7 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1];
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
@@ -271,7 +271,7 @@ static void eliminate_what_holds(pt_model *a)
 static int marked(pt_model *a, int asked)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->mobility[0], a->rate, a->peak};
+    double *wanted[] = {a->mobility[0], a->rate, a->peak, a->calm};
     int some = asked, all = 1;
     for (int k = 0; k < PT_RESTS; k++) some |= a->m[pt_rests[k]] != 0;
     if (!some) return 1;
@@ -281,7 +281,7 @@ static int marked(pt_model *a, int asked)
         double left = 0, before = a->m[pt_rests[k]], mode = fabs(a->m[pt_rest_laws[k]]);
         while (pt_frictions[i] != pt_rest_laws[k]) i++;
         for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
-        int held = mode == 1 && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i] + a->rate_known;
+        int held = mode == 1 && a->calm[k] && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i] + a->rate_known;
         int fresh = held && a->peak[k] > 1 && before == 0;
         if (fresh) a->m[pt_rest_laws[k]] = 0;
         a->m[pt_rests[k]] = held && !fresh;

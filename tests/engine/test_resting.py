@@ -137,3 +137,28 @@ def test_operating_points_share_as_simulations_do(seed: int) -> None:
         run = plant.simulate(0.1, inputs={"f": load})
         assert point["v"].item() == pytest.approx(0.0, abs=1e-9)
         assert [point[n].item() for n in names] == pytest.approx([run[n][-1] for n in names], abs=1e-6)
+
+
+class Rubbed(pt.Component):
+    """A mass on two brakes, of which the weaker comes to its limit, along which a belt slides that has a given speed."""
+
+    press: pt.Input = pt.signal_input("1", "How far the belt is pressed")
+    v: pt.Variable = pt.variable("m/s", "Speed of the mass", start=0.0)
+    brake: Brake = Brake(ratio=1.0, limit=2.0, peak=1.2)
+    weak: Brake = Brake(ratio=1.0, limit=0.3, peak=1.2)
+    belt: Brake = Brake(ratio=1.0, limit=1.0, peak=1.2)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == -self.brake.tau - self.weak.tau - self.belt.tau * self.press.value
+        yield self.brake.w == self.v
+        yield self.weak.w == self.v
+        yield self.belt.w == self.v - 2.0
+
+
+def test_a_law_that_slides_past_what_others_hold_does_not_rest() -> None:
+    """Its rate is zero as theirs is, but not its speed."""
+    run = pt.compile(Rubbed()).simulate(2.0, inputs={"press": ([0.0, 1.0, 2.0], [0.0, 1.5, 0.0])})
+    assert not run.events
+    assert set(run["belt.mode"]) == {-1.0}
+    np.testing.assert_allclose(run["belt.tau"], -1.0)
+    np.testing.assert_allclose(run["v"], 0.0, atol=1e-12)
