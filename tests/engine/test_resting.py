@@ -142,14 +142,13 @@ def test_operating_points_share_as_simulations_do(seed: int) -> None:
 class Rubbed(pt.Component):
     """A mass on two brakes, of which the weaker comes to its limit, along which a belt slides that has a given speed."""
 
-    press: pt.Input = pt.signal_input("1", "How far the belt is pressed")
     v: pt.Variable = pt.variable("m/s", "Speed of the mass", start=0.0)
     brake: Brake = Brake(ratio=1.0, limit=2.0, peak=1.2)
     weak: Brake = Brake(ratio=1.0, limit=0.3, peak=1.2)
-    belt: Brake = Brake(ratio=1.0, limit=1.0, peak=1.2)
+    belt: Brake = Brake(ratio=1.0, limit=1.0, peak=1.2, press=tuple(0.3 * min(i, 10 - i) for i in range(11)))
 
     def equations(self) -> pt.Equations:
-        yield pt.der(self.v) == -self.brake.tau - self.weak.tau - self.belt.tau * self.press.value
+        yield pt.der(self.v) == -self.brake.tau - self.weak.tau - self.belt.tau
         yield self.brake.w == self.v
         yield self.weak.w == self.v
         yield self.belt.w == self.v - 2.0
@@ -157,8 +156,8 @@ class Rubbed(pt.Component):
 
 def test_a_law_that_slides_past_what_others_hold_does_not_rest() -> None:
     """Its rate is zero as theirs is, but not its speed."""
-    run = pt.compile(Rubbed()).simulate(2.0, inputs={"press": ([0.0, 1.0, 2.0], [0.0, 1.5, 0.0])})
+    run = pt.compile(Rubbed()).simulate(4.5)
     assert not run.events
-    assert set(run["belt.mode"]) == {-1.0}
-    np.testing.assert_allclose(run["belt.tau"], -1.0)
+    assert set(run["belt.mode"]) <= {-1.0, 2.0}  # free until it is pressed
+    assert run["belt.tau"].min() == pytest.approx(-1.5)
     np.testing.assert_allclose(run["v"], 0.0, atol=1e-12)
