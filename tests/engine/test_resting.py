@@ -159,5 +159,5 @@ def test_a_law_that_slides_past_what_others_hold_does_not_rest() -> None:
     run = pt.compile(Rubbed()).simulate(4.5)
     assert not run.events
     assert set(run["belt.mode"]) <= {-1.0, 2.0}  # free until it is pressed
-    assert run["belt.tau"].min() == pytest.approx(-1.5)
+    assert run["belt.tau"].min() == pytest.approx(-1.5, abs=0.01)
     np.testing.assert_allclose(run["v"], 0.0, atol=1e-12)
