@@ -13,10 +13,10 @@ from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.interfaces import TwoFlanges
 
-SYNCHRONISER = Clutch(fn_max=1200, cgeo=0.93, mue_pos=((0.0, 0.1),), peak=36)
-"""A triple-cone synchroniser: 112 N.m while its cones slide, 4,000 N.m once its dogs are in.
+SYNCHRONISER = Clutch(fn_max=1500, cgeo=0.93, mue_pos=((0.0, 0.1),), peak=29)
+"""A triple-cone synchroniser: 140 N.m while its cones slide, 4,000 N.m once its dogs are in.
 
-Cones: mue n R F/sin(alpha) with mue = 0.1, n = 3, R = 35 mm, alpha = 6.5 deg and F = 1,200 N at the sleeve, hence cgeo = n R/sin(alpha).
+Cones: mue n R F/sin(alpha) with mue = 0.1, n = 3, R = 35 mm, alpha = 6.5 deg and F = 1,500 N at the sleeve, hence cgeo = n R/sin(alpha).
 The dogs hold ``peak`` times that. Such torques take a shift of a passenger car about 0.1 to 0.3 s to synchronise.
 Source: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, chapter 9.
 """

@@ -59,7 +59,7 @@ def test_shift_quality(run: CycleRun) -> None:
 
 @pytest.mark.slow
 def test_synchronisers_preselect_with_the_torque_of_their_cones(run: CycleRun) -> None:
-    """At most 112 N.m while they slide, for 0.03 to 0.15 s; where the lever rests in a gear, that gear is in."""
+    """At most 140 N.m while they slide, for 0.025 to 0.15 s; where the lever rests in a gear, that gear is in."""
     box, result = run.plant.model.gearbox, run.result
     if not isinstance(box, DualClutchGearbox):
         return
@@ -70,9 +70,9 @@ def test_synchronisers_preselect_with_the_torque_of_their_cones(run: CycleRun) -
         torque = np.abs(result.at(t, f"gearbox.synchronisers[{k - 1}].tau"))
         assert np.abs(slip[np.abs(lever - k) < 1e-9]).max() < 1e-6
         slides = np.where((np.abs(slip) > 1e-3) & (torque > 0.1), 1, 0)
-        assert (slides * torque).max() < 112
+        assert (slides * torque).max() < 140
         times = int((np.diff(slides) == 1).sum())
-        assert 30 * times <= slides.sum() <= 150 * times
+        assert 25 * times <= slides.sum() <= 150 * times
         began += times
     assert began > 0
 

@@ -90,8 +90,8 @@ def test_a_gear_that_is_in_holds_a_strong_engine() -> None:
 
 
 def test_cones_slide_until_the_dogs_are_in() -> None:
-    """Cones of 112 N.m take a speed difference away in J dw/T; a larger torque leaves the gear out."""
-    cone = 3 * 0.1 * 0.035 / np.sin(np.radians(6.5)) * 1200
+    """Cones of 139 N.m take a speed difference away in J dw/T; a larger torque leaves the gear out."""
+    cone = 3 * 0.1 * 0.035 / np.sin(np.radians(6.5)) * 1500
     lever = TimeTable(table=((0.0, 0.5), (0.1, 0.5), (0.1, 1.0)))
     box = pt.replace(BOX, synchronisers=ManualGearbox().synchronisers[:3])
     result = pt.simulate(Shifted(lever=lever, box=box), stop=1.0, starts={"box.input.w": 90.0, "box.output.w": 0.0})
