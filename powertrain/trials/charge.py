@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -147,7 +148,8 @@ def charge_depleting(
     """The charge-depleting test of a plug-in hybrid: the cycle again and again, until the charge no longer changes.
 
     The test ends when the change of the charge falls below 4 % of the energy demand of the cycle (UN Regulation No. 154, Annex B8,
-    3.2.4.5). The distance before the last row is the charge-depleting cycle range.
+    3.2.4.5). The distance before the last row is the charge-depleting cycle range. A test that ends before, after ``most`` cycles, says so
+    by a RuntimeWarning: it has no such range.
 
     Parameters
     ----------
@@ -191,6 +193,13 @@ def charge_depleting(
         )
         if change < BREAK_OFF:
             break
+    else:
+        warnings.warn(
+            f"charge_depleting: after {most} cycles, {driven:.1f} km, the charge still changes by {change:.0%} of the energy demand of "
+            f"the cycle, at a state of charge of {soc:.2f}; the range is longer: give a larger most, or a longer cycle",
+            RuntimeWarning,
+            stacklevel=2,
+        )
     return pd.DataFrame(rows, index=pd.RangeIndex(1, len(rows) + 1, name="cycle"))
 
 

@@ -89,7 +89,7 @@ def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
 
 
 def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
-    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
+    """The steepest slope tan(alpha) up to 1 (45 degrees) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
     from tqdm.auto import tqdm
 
     hill = Hill.of(vehicle)

@@ -109,6 +109,20 @@ def test_two_machines_share() -> None:
     assert run.wh_per_km > 0
 
 
+@pytest.mark.slow
+def test_machines_behind_other_ratios_brake_as_asked() -> None:
+    """The power of both machines while they recover is the regenerated force times the speed."""
+    run = drive_cycle(
+        pt.replace(TWO, {"front.final_drive.ratio": 8.0, "rear.final_drive.ratio": 12.0}), TOWN, rtol=1e-6
+    )
+    result = run.result
+    recovers = result["control.regenerated"] > 50
+    power = sum(result[f"{end}_machine.tau"] * result[f"{end}_machine.w"] for end in ("front", "rear"))
+    driven = recovers & (result["driver.accelerator"] < 1e-9)
+    assert driven.sum() > 20
+    np.testing.assert_allclose(-power[driven], (result["control.regenerated"] * run.speed)[driven], rtol=1e-3)
+
+
 @pytest.fixture(scope="module")
 def sustaining() -> ChargeSustaining:
     return charge_sustaining(HYBRIDS["P2"], DriveCycle.named("wltc").part(0, 300), spread=(-0.03, 0.0, 0.03))
@@ -145,6 +159,14 @@ def test_charge_depleting(depleting: pd.DataFrame) -> None:
     assert depleting["relative change"].iloc[-1] < 0.04 <= depleting["relative change"].iloc[-2]
     assert 0.12 < depleting["soc"].iloc[-1] < 0.25
     assert depleting["distance"].iloc[-1] == pytest.approx(len(depleting) * depleting["distance"].iloc[0], rel=1e-2)
+
+
+@pytest.mark.slow
+def test_a_battery_that_is_not_depleted_is_told() -> None:
+    with pytest.warns(
+        RuntimeWarning, match="after 1 cycles, 0.* km, the charge still changes by .* the range is longer"
+    ):
+        charge_depleting(ParallelHybrid.plug_in(), DriveCycle.named("wltc").part(0, 60), most=1)
 
 
 @pytest.mark.slow
