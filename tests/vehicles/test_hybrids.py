@@ -92,7 +92,9 @@ def test_positions_that_cannot_be() -> None:
         ParallelHybrid.at("P5")  # type: ignore[arg-type]
     with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
         pt.compile(ParallelHybrid(position="P4"))
-    with pytest.raises(pt.ModelError, match=r"5 rows of shift speeds, for 6 gears, but gearbox \(PowerShiftGearbox\) has 3"):
+    with pytest.raises(
+        pt.ModelError, match=r"5 rows of shift speeds, for 6 gears, but gearbox \(PowerShiftGearbox\) has 3"
+    ):
         pt.compile(pt.replace(ParallelHybrid(), {"gearbox.ratios": (3.9, 2.4, 1.6)}))
     with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
         pt.compile(pt.replace(TWO, rear=RollingAxle()))
