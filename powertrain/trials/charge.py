@@ -176,7 +176,7 @@ def charge_depleting(
         For a vehicle without one battery and an engine, and for a run that ended early.
     """
     battery = _the_battery(vehicle, "charge_depleting")
-    plant, rows, driven = pt.compile(on_cycle(vehicle, cycle)), [], 0.0
+    plant, rows, driven, change = pt.compile(on_cycle(vehicle, cycle)), [], 0.0, math.inf
     for _ in range(most):
         run = _from_soc(plant, battery, soc, **options)
         soc, driven = float(run.result[f"{battery}.soc"][-1]), driven + run.distance / 1e3

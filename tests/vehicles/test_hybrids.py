@@ -121,7 +121,8 @@ def test_machines_behind_other_ratios_brake_as_asked() -> None:
     )
     result = run.result
     recovers = result["control.regenerated"] > 50
-    power = sum(result[f"{end}_machine.tau"] * result[f"{end}_machine.w"] for end in ("front", "rear"))
+    front, rear = (result[f"{end}_machine.tau"] * result[f"{end}_machine.w"] for end in ("front", "rear"))
+    power = front + rear
     driven = recovers & (result["driver.accelerator"] < 1e-9)
     assert driven.sum() > 20
     np.testing.assert_allclose(-power[driven], (result["control.regenerated"] * run.speed)[driven], rtol=1e-3)
