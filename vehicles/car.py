@@ -100,7 +100,7 @@ class GearedCar(Car):
 
     def _by_schedule(self, clutch: Input) -> Equations:
         """The schedule moves lever, throttle and ``clutch``; the engine runs when ``start_stop`` says so."""
-        _check_gears(self)
+        check_gears(self, self.schedule, self.gearbox)
         yield from self._on_the_cycle()
         yield connect(self.body.v, self.schedule.v, self.start_stop.v)
         yield connect(self.driver.accelerator, self.schedule.accelerator, self.start_stop.accelerator)
@@ -148,12 +148,10 @@ def _check_own_shafts(car: Car, driven: list[str], said: str) -> None:
         )
 
 
-def _check_gears(car: GearedCar) -> None:
-    if (
-        isinstance(car.schedule, (GearSchedule, PowerShiftSchedule))
-        and len(car.schedule.speeds) >= car.gearbox.gear_count
-    ):
+def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:
+    """ModelError where the schedule of a car has more gears than its gearbox."""
+    if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) >= gearbox.gear_count:
         raise ModelError(
-            f"{type(car).__name__}.schedule has {len(car.schedule.speeds)} rows of shift speeds, for {len(car.schedule.speeds) + 1} gears, "
-            f"but gearbox ({type(car.gearbox).__name__}) has {car.gearbox.gear_count}; give schedule.speeds a row for every shift"
+            f"{type(car).__name__}.schedule has {len(schedule.speeds)} rows of shift speeds, for {len(schedule.speeds) + 1} gears, "
+            f"but gearbox ({type(gearbox).__name__}) has {gearbox.gear_count}; give schedule.speeds a row for every shift"
         )

@@ -9,7 +9,7 @@ from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
-from powertrain.vehicles.car import Car
+from powertrain.vehicles.car import Car, check_gears
 
 BATTERY = PolarizedBattery(
     ocv=cells_in_series(96), Q=150 * 3600, R=0.06, i_discharge=600, i_charge=400, soc_min=0.03, soc_max=0.98, band=0.02
@@ -60,6 +60,7 @@ class ElectricCar(Car):
         yield from self._signals()
 
     def _signals(self) -> Equations:
+        check_gears(self, self.schedule, self.gearbox)
         yield from self._on_the_cycle()
         yield connect(self.body.v, self.control.v, self.schedule.v)
         yield connect(self.driver.accelerator, self.schedule.accelerator)

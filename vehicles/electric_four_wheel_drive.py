@@ -18,8 +18,9 @@ class ElectricFourWheelDriveCar(Car):
 
     front torque = (1 - share) tau,  rear torque = share tau,  |tau| at most min(front limit/(1 - share), rear limit/share)
 
-    The control reckons with both machines as one: it suits final drives of one ratio. Both recover. ``front`` and ``rear`` take axles, see
-    ``Car``. The numbers are made up for a car of the middle class.
+    The control reckons with both machines as one of the torque tau and the speed (1 - share) w_front + share w_rear, which has their power;
+    so the final drives may differ. Both recover. ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a car of the
+    middle class.
     """
 
     share: Parameter = parameter(
@@ -51,7 +52,7 @@ class ElectricFourWheelDriveCar(Car):
         yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)
-        yield connect(front.speed, self.control.w)
+        yield self.control.w.value == (1 - share) * front.w + share * rear.w
         yield connect(self.battery.charge_power, self.control.charge_power)
         yield connect(self.battery.discharge_power, self.control.discharge_power)
         ahead, behind = (machine.limit(machine.w, machine.bus.v) for machine in (front, rear))

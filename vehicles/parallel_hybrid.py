@@ -13,6 +13,7 @@ from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.limited import limited
 from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
+from powertrain.vehicles.car import check_gears
 from powertrain.vehicles.hybrid import HybridCar
 
 Position = Literal["P0", "P1", "P2", "P3", "P4"]
@@ -98,6 +99,7 @@ class ParallelHybrid(HybridCar):
         yield from self._signals()
 
     def _signals(self) -> Equations:
+        check_gears(self, self.schedule, self.gearbox)
         yield from self._on_the_cycle()
         yield from self._engine_by(self.control)
         yield connect(self.body.v, self.schedule.v)

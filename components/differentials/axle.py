@@ -60,14 +60,15 @@ class LimitedSlipDifferential(Differential, Lossy):
 
     Power in is crown.tau w_crown + left.tau w_left + right.tau w_right = tau w_rel, which is lost. ``preload`` is the torque that turns
     one side while the other is held and the cage is free. ``bias`` is the torque-bias ratio, larger over smaller side torque without
-    preload: 1 for an open differential, 2.5 to 5 for helical (Torsen-like) differentials, often higher in traction than in coasting.
+    preload: 1 for an open differential, 2.5 to 5 for helical (Torsen-like) differentials, often higher in traction than in coasting. The
+    defaults are a mild one of a passenger car; ``preload=0, bias_drive=1, bias_coast=1`` is open.
     This corresponds to a carrier-fixed efficiency of 1/bias in the mesh law: with both shafts loaded in the same direction, the two
     laws are equal.
     """
 
-    preload: Parameter = parameter("N.m", "Torque between one side and the other without load", default=0.0, min=0)
-    bias_drive: Parameter = parameter("1", "Torque-bias ratio while crown.tau > 0", default=1.0, min=1)
-    bias_coast: Parameter = parameter("1", "Torque-bias ratio while crown.tau < 0", default=1.0, min=1)
+    preload: Parameter = parameter("N.m", "Torque between one side and the other without load", default=20.0, min=0)
+    bias_drive: Parameter = parameter("1", "Torque-bias ratio while crown.tau > 0", default=2.5, min=1)
+    bias_coast: Parameter = parameter("1", "Torque-bias ratio while crown.tau < 0", default=1.5, min=1)
     w_rel: Variable = variable("rad/s", "Speed of the left side against the right side", prefer=True)
     tau: Variable = variable("N.m", "Friction torque, half the difference of the sides' torques")
 

@@ -39,7 +39,7 @@ class MagicFormulaWheel(SlippingWheel):
 
     Up to the peak the tyre creeps with the slip that the formula's rising branch gives for its force: v_creep = |v| kappa(f). It slides
     where f reaches the limit of friction, the formula at the slip kappa_c, no less than its peak:
-    sigma_c der(kappa_c) = v_c - max(|v|, v_low - v_c) kappa_c,  v_c = |v_creep + v_slide|,  v_low = 3 m/s
+    sigma_c der(kappa_c) = v_c - max(|v|, v_low - |v_c|) kappa_c,  v_c = v_creep + v_slide,  v_low = 3 m/s
     So kappa_c goes to v_c/|v|, the formula's slip, but where the wheel neither rolls nor slides faster than walking pace to less: friction
     falls with the speed of sliding, and a locked wheel that comes to rest regains its full grip.
     The tyre's spring c makes the force follow slip over the relaxation length K/c. The load follows the wheel's in the time T:
@@ -62,7 +62,7 @@ class MagicFormulaWheel(SlippingWheel):
     sigma_c: Parameter = parameter("m", "Relaxation length of the contact in sliding", default=0.1, above=0)
     T: Parameter = parameter("s", "Time constant of the contact for changes of load", default=0.02, above=0)
     Fz: Variable = variable("N", "Load on the contact")
-    kappa_c: Variable = variable("1", "Slip of the contact, without sign", start=0.0)
+    kappa_c: Variable = variable("1", "Slip of the contact", start=0.0)
 
     @classmethod
     def from_tir(cls, path: str | Path, **parameters: Any) -> Self:
@@ -109,12 +109,12 @@ class MagicFormulaWheel(SlippingWheel):
         x = inverse_shape(ca.tan(ca.asin(part) / self.pCx1), self.pEx1)
         B = stiffness / (self.pCx1 * peak)
         # The limit of sliding: the formula at kappa_c beyond its peak, which lies at an angle of 90 degrees.
-        angle = self.pCx1 * ca.atan(shape(B * self.kappa_c, self.pEx1))
+        angle = self.pCx1 * ca.atan(shape(B * ca.fabs(self.kappa_c), self.pEx1))
         limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
         yield from self._slip(self.c, x / (B * part * peak), limit / load, load)
         # The slip of the contact, v_c/|v| at a steady speed.
-        sliding = ca.fabs(self.v_creep + self.v_slide)
-        rolling = ca.fmax(ca.fabs(self.v), SLOW - sliding)
+        sliding = self.v_creep + self.v_slide
+        rolling = ca.fmax(ca.fabs(self.v), SLOW - ca.fabs(sliding))
         yield self.sigma_c * der(self.kappa_c) == sliding - rolling * self.kappa_c
         yield self.T * der(self.Fz) == self.fn - self.Fz
 

@@ -33,7 +33,7 @@ class VehicleName(ArgumentType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> VehicleArgument:
         """A file by its ending, a vehicle by its class or name; case, - and _ do not matter."""
-        from powertrain.presets import catalogue, named
+        from powertrain.presets import catalogue, named, settings
 
         text = str(value)
         if text.lower().endswith(".toml") and not Path(text).is_file():
@@ -44,8 +44,8 @@ class VehicleName(ArgumentType):
                 return VehicleArgument(Path(text).stem, model, tuple(paths))
             if text.lower() in named.measured():
                 return VehicleArgument(text.lower(), named.load(text.lower()))
-            entry = catalogue.find(text, catalogue.vehicles(), "vehicle")
-            return VehicleArgument(entry.name, entry.kind())
+            model = settings.model_named(text, catalogue.vehicles())
+            return VehicleArgument(type(model).__name__, model)
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """The vehicles that begin so, or files."""

@@ -21,6 +21,7 @@ _COMMON = {
     "mi": (1609.344, "m"), "ft": (0.3048, "m"), "in": (0.0254, "m"), "lb": (0.45359237, "kg"), "lbf": (4.4482216152605, "N"),
     "lbf.ft": (1.3558179483314004, "N.m"), "psi": (6894.757293168361, "Pa"), "Ah": (3600.0, "A.s"), "%": (0.01, "1"),
     "g/kWh": (1e-3 / 3.6e6, "kg/J"), "gal": (3.785411784e-3, "m3"), "kN": (1e3, "N"), "kNm": (1e3, "N.m"), "mOhm": (1e-3, "Ohm"),
+    "ms": (1e-3, "s"), "MW": (1e6, "W"), "kPa": (1e3, "Pa"), "kV": (1e3, "V"),
 }  # fmt: skip
 """Units of every day beside Modelica's: size in a unit that ``measure`` knows."""
 _NAME, _PART = re.compile(r"[A-Za-z]+"), re.compile(r"([A-Za-z]+|1)(-?\d+)?")

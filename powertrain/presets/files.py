@@ -42,8 +42,8 @@ def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tup
 
     Errors: ParameterError for a file of another model, for names the model does not have, and for values that do not fit.
     """
-    name = tables.get(CLASS, type(model).__name__)
-    if str(name).lower() != type(model).__name__.lower():
+    name = str(tables.get(CLASS, type(model).__name__)).partition("(")[0].partition(".")[0]
+    if name.lower() != type(model).__name__.lower():
         raise pt.ParameterError(f"the parameter file is for {name}, not for {type(model).__name__}")
     paths: list[str] = []
     return _applied(model, tables, "", paths, folder or Path()), paths

@@ -17,7 +17,7 @@ def names() -> tuple[str, ...]:
 
 
 def load(name: str | Path) -> Any:
-    """A vehicle by one of ``names()``, or from a parameter file (.toml) that names its class.
+    """A vehicle by one of ``names()``, a variant such as ``ParallelHybrid.at("P4")``, or a parameter file (.toml) that names its class.
 
     Measured cars are built from the data of the EPA's test-car list and the numbers of their technology. What a file leaves out is as in
     the class; names of CSV files in it are relative to it. Errors: ParameterError for an unknown name, and those of the file.
@@ -31,6 +31,10 @@ def load(name: str | Path) -> Any:
         return build(cars[str(name)], Technology())
     from powertrain.presets.catalogue import vehicles
 
+    if "(" in str(name):
+        from powertrain.presets.settings import model_named
+
+        return model_named(str(name), vehicles())
     known = {entry.name: entry.kind for entry in vehicles()}
     if str(name) not in known:
         near = suggestion(str(name), names())
@@ -47,14 +51,14 @@ def save(vehicle: pt.Component, path: str | Path) -> None:
 
 def of_file(path: Path) -> tuple[Any, list[str]]:
     """The vehicle of a parameter file, and the paths that the file sets."""
-    from powertrain.presets.catalogue import assembled, find
+    from powertrain.presets.catalogue import assembled
     from powertrain.presets.files import CLASS, applied, read
+    from powertrain.presets.settings import model_named
 
     tables = read(path)
     if CLASS not in tables:
         raise pt.ParameterError(f'{path} does not say which vehicle it is: begin it with  class = "ManualCar"')
-    kind = find(str(tables[CLASS]), assembled(), "vehicle").kind
-    return applied(kind(), tables, path.parent)
+    return applied(model_named(str(tables[CLASS]), assembled()), tables, path.parent)
 
 
 def measured() -> dict[str, Any]:

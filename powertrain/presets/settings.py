@@ -12,7 +12,7 @@ import powertrain as pt
 from powertrain.errors import suggestion
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
-from powertrain.presets.catalogue import components, find, fitting
+from powertrain.presets.catalogue import Entry, components, find, fitting
 
 M = TypeVar("M", bound=pt.Component)
 
@@ -134,6 +134,25 @@ def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
     raise pt.ParameterError(f"{where} must be of class {said}, which {name} is not; choose from {names}")
 
 
+def model_named(text: str, among: Iterable[Entry]) -> pt.Component:
+    """A vehicle by the name of its class, or one of its variants: ParallelHybrid, ParallelHybrid.plug_in(), ParallelHybrid.at("P4").
+
+    Errors: ParameterError for an unknown name or variant, and for arguments that it does not take.
+    """
+    if "(" not in text:
+        return find(text, among, "vehicle").kind()
+    try:
+        node = ast.parse(text, mode="eval").body
+    except SyntaxError as error:
+        raise pt.ParameterError(f"vehicle {text!r}: {error.msg}") from None
+    name = text.partition("(")[0].partition(".")[0]
+    if not isinstance(node, ast.Call):
+        raise pt.ParameterError(
+            f'vehicle {text!r} is not of the form Name() or Name.variant(...), such as ParallelHybrid.at("P4")'
+        )
+    return _made(node, find(name, among, "vehicle").kind, "vehicle")
+
+
 def _built(node: ast.expr, where: str, kind: Any = None) -> Any:
     """A value from the syntax tree of Name, Name(...), Name.maker(...) and literals."""
     if isinstance(node, ast.Name) and node.id not in ("inf", "nan"):
@@ -151,8 +170,12 @@ def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
     name = target.value if isinstance(target, ast.Attribute) else target
     if not isinstance(name, ast.Name):
         raise pt.ParameterError(f"{where}: {ast.unparse(node)!r} does not begin with the name of a component")
-    cls = component_named(name.id, kind, where)
-    maker: Any = cls
+    return _made(node, component_named(name.id, kind, where), where)
+
+
+def _made(node: ast.Call, cls: type[pt.Component], where: str) -> pt.Component:
+    """A component of a class, Name(...), or of one of its variants, Name.maker(...)."""
+    target, maker = node.func, typing.cast("Any", cls)
     if isinstance(target, ast.Attribute):
         makers = variants(cls)
         if target.attr not in makers:

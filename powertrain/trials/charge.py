@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -147,7 +148,8 @@ def charge_depleting(
     """The charge-depleting test of a plug-in hybrid: the cycle again and again, until the charge no longer changes.
 
     The test ends when the change of the charge falls below 4 % of the energy demand of the cycle (UN Regulation No. 154, Annex B8,
-    3.2.4.5). The distance before the last row is the charge-depleting cycle range.
+    3.2.4.5). The distance before the last row is the charge-depleting cycle range. A test that ends before, after ``most`` cycles, says so
+    by a RuntimeWarning: it has no such range.
 
     Parameters
     ----------
@@ -174,7 +176,7 @@ def charge_depleting(
         For a vehicle without one battery and an engine, and for a run that ended early.
     """
     battery = _the_battery(vehicle, "charge_depleting")
-    plant, rows, driven = pt.compile(on_cycle(vehicle, cycle)), [], 0.0
+    plant, rows, driven, change = pt.compile(on_cycle(vehicle, cycle)), [], 0.0, math.inf
     for _ in range(most):
         run = _from_soc(plant, battery, soc, **options)
         soc, driven = float(run.result[f"{battery}.soc"][-1]), driven + run.distance / 1e3
@@ -191,6 +193,13 @@ def charge_depleting(
         )
         if change < BREAK_OFF:
             break
+    else:
+        warnings.warn(
+            f"charge_depleting: after {most} cycles, {driven:.1f} km, the charge still changes by {change:.0%} of the energy demand of "
+            f"the cycle, at a state of charge of {soc:.2f}; the range is longer: give a larger most, or a longer cycle",
+            RuntimeWarning,
+            stacklevel=2,
+        )
     return pd.DataFrame(rows, index=pd.RangeIndex(1, len(rows) + 1, name="cycle"))
 
 

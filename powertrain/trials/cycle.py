@@ -18,6 +18,7 @@ import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.language import htmltext
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
+from powertrain.trials.lost_gear import lost_gear
 
 SPEED_BAND = 2 / 3.6
 """How far a vehicle may leave the cycle [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
@@ -263,8 +264,8 @@ def drive_cycle(
     """Drive a vehicle over a cycle.
 
     The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a cycle, it drives as well as it can. If the
-    simulation ends early, the run so far is kept and ``message`` gives the reason; it also reports an engine that stalled for good and
-    a vehicle that did not move.
+    simulation ends early, the run so far is kept and ``message`` gives the reason; it also reports an engine that stalled for good,
+    a vehicle that did not move, and a gear that was not engaged.
 
     Parameters
     ----------
@@ -313,7 +314,8 @@ def drive_cycle(
         if not isinstance(error.result, pt.Result) or error.result.time.size < 2:
             raise
         result, message = error.result, str(error)
-    return CycleRun(driven, plant, result, given, message or _standing(driven, result, anatomy(plant.model)))
+    message = message or lost_gear(result) or _standing(driven, result, anatomy(plant.model))
+    return CycleRun(driven, plant, result, given, message)
 
 
 def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Component:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.control import SetPedals
 from powertrain.trials.anatomy import anatomy
+from powertrain.trials.lost_gear import lost_gear
 
 KM_H, MPH = 1 / 3.6, 0.44704
 MOVES = 1.0
@@ -24,7 +25,7 @@ SETTLED = 1e-3
 def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
     """Accelerate from rest with the pedal fully pressed until the top speed is reached, in steps of one minute.
 
-    Errors: SimulationError if that takes more than ten minutes, and for a vehicle that does not move.
+    Errors: SimulationError if that takes more than ten minutes, for a vehicle that does not move, and for a gear that is not engaged.
     """
     parts = anatomy(vehicle)
     plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
@@ -32,6 +33,8 @@ def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
     for minutes in range(1, 11):
         result = plant.simulate(60.0 * minutes, points=6000 * minutes, **options)
         t, v = result.time, _speed(result)
+        if lost := lost_gear(result):
+            raise pt.SimulationError(lost, result)
         _check_moving(result)
         if v[-1] - v[np.searchsorted(t, t[-1] - 5)] < 5 * SETTLED:
             return result
@@ -86,7 +89,7 @@ def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
 
 
 def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
-    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
+    """The steepest slope tan(alpha) up to 1 (45 degrees) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
     from tqdm.auto import tqdm
 
     hill = Hill.of(vehicle)

@@ -92,6 +92,10 @@ def test_positions_that_cannot_be() -> None:
         ParallelHybrid.at("P5")  # type: ignore[arg-type]
     with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
         pt.compile(ParallelHybrid(position="P4"))
+    with pytest.raises(
+        pt.ModelError, match=r"5 rows of shift speeds, for 6 gears, but gearbox \(PowerShiftGearbox\) has 3"
+    ):
+        pt.compile(pt.replace(ParallelHybrid(), {"gearbox.ratios": (3.9, 2.4, 1.6)}))
     with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
         pt.compile(pt.replace(TWO, rear=RollingAxle()))
     with pytest.raises(pt.ModelError, match="drives each axle from a shaft of its own"):
@@ -107,6 +111,21 @@ def test_two_machines_share() -> None:
     pulls = np.abs(front) > 1
     np.testing.assert_allclose(rear[pulls], 1.5 * front[pulls], rtol=1e-9)
     assert run.wh_per_km > 0
+
+
+@pytest.mark.slow
+def test_machines_behind_other_ratios_brake_as_asked() -> None:
+    """The power of both machines while they recover is the regenerated force times the speed."""
+    run = drive_cycle(
+        pt.replace(TWO, {"front.final_drive.ratio": 8.0, "rear.final_drive.ratio": 12.0}), TOWN, rtol=1e-6
+    )
+    result = run.result
+    recovers = result["control.regenerated"] > 50
+    front, rear = (result[f"{end}_machine.tau"] * result[f"{end}_machine.w"] for end in ("front", "rear"))
+    power = front + rear
+    driven = recovers & (result["driver.accelerator"] < 1e-9)
+    assert driven.sum() > 20
+    np.testing.assert_allclose(-power[driven], (result["control.regenerated"] * run.speed)[driven], rtol=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -145,6 +164,14 @@ def test_charge_depleting(depleting: pd.DataFrame) -> None:
     assert depleting["relative change"].iloc[-1] < 0.04 <= depleting["relative change"].iloc[-2]
     assert 0.12 < depleting["soc"].iloc[-1] < 0.25
     assert depleting["distance"].iloc[-1] == pytest.approx(len(depleting) * depleting["distance"].iloc[0], rel=1e-2)
+
+
+@pytest.mark.slow
+def test_a_battery_that_is_not_depleted_is_told() -> None:
+    with pytest.warns(
+        RuntimeWarning, match="after 1 cycles, 0.* km, the charge still changes by .* the range is longer"
+    ):
+        charge_depleting(ParallelHybrid.plug_in(), DriveCycle.named("wltc").part(0, 60), most=1)
 
 
 @pytest.mark.slow

@@ -13,11 +13,14 @@ from powertrain.components.body import DrivenAxle
 from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
+from powertrain.components.transmissions import ManualGearbox
+from powertrain.components.transmissions.gearbox import SYNCHRONISER
 from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
-from powertrain.trials import CycleRun, drive_cycle
+from powertrain.trials import CycleRun, drive_cycle, full_accelerator
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.cycle import _standing
 from powertrain.trials.gears import in_gear
+from powertrain.trials.lost_gear import lost_gear
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.manual_car import ManualCar
 
@@ -85,6 +88,26 @@ def test_a_car_that_does_not_move_is_told_and_its_starter_is_no_efficiency() -> 
     run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 30))
     assert "of wltc 0-30 s: it does not move. engine delivers at most " in run.message
     assert np.isnan(run.efficiency) or run.efficiency < 0.4
+
+
+@pytest.mark.slow
+def test_a_gear_that_is_not_engaged_is_told() -> None:
+    """Cones of a fifteenth of the torque are not done when the clutch closes; with weak dogs as well the first gear slides."""
+    weak = ManualGearbox.of_ratios(
+        3.6, 2.1, 1.4, 1.05, 0.84, 0.68, synchroniser=pt.replace(SYNCHRONISER, fn_max=100.0, peak=500.0)
+    )
+    with pytest.raises(
+        pt.SimulationError, match=r"gear 2 is not engaged: from t = .* gearbox.synchronisers\[1\] slides"
+    ):
+        full_accelerator(ManualCar(gearbox=weak))
+    assert (
+        "gear 1 is not"
+        in drive_cycle(
+            pt.replace(ManualCar(gearbox=weak), {f"gearbox.synchronisers[{k}].peak": 10.0 for k in range(6)}), TOWN
+        ).message
+    )
+    assert "gear 2 is not engaged" in drive_cycle(ManualCar(gearbox=weak), TOWN).message
+    assert not lost_gear(drive_cycle(ManualCar(), TOWN).result)
 
 
 class TurnedBack(dict[str, Any]):

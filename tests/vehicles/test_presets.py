@@ -19,6 +19,7 @@ from powertrain.presets.files import applied, written
 from powertrain.vehicles import load, names, save
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
 
 HILL = DriveCycle("hill", ((0.0, 0.0), (10.0, 12.5), (20.0, 0.0)), "mine", (0.0, 0.05, -0.01))
@@ -120,3 +121,16 @@ def test_names_of_a_file_are_answered_with_what_there_is() -> None:
     ):
         applied(ManualCar(), {"tyres": {"radius": 0.3}})
     assert applied(ManualCar(), {"class": "manualcar", "body": {"m": 1250}})[1] == ["body.m"]
+
+
+def test_variants_of_vehicles(tmp_path: Path) -> None:
+    """What a class method of a vehicle makes has a name, too, and a file can begin with it."""
+    path = tmp_path / "plug_in.toml"
+    path.write_text('class = "ParallelHybrid.plug_in()"\nbody.m = "1650 kg"\n', encoding="utf-8")
+    assert pt.vehicles.load(path) == pt.replace(ParallelHybrid.plug_in(), {"body.m": 1650.0})
+    assert pt.vehicles.load('ParallelHybrid.at("P4")') == ParallelHybrid.at("P4")
+    assert pt.vehicles.load("ManualCar()") == pt.vehicles.load("ManualCar")
+    with pytest.raises(pt.ParameterError, match="no variant 'plugin'; choose from at, plug_in"):
+        pt.vehicles.load("ParallelHybrid.plugin()")
+    with pytest.raises(pt.ParameterError, match=r"ParallelHybrid.at\(\) cannot be made"):
+        pt.vehicles.load("ParallelHybrid.at()")

@@ -10,7 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
-from powertrain.components.transmissions import Automatic, ManualGearbox
+from powertrain.components.transmissions import Automatic, DualClutchGearbox, ManualGearbox
 from powertrain.trials import CycleRun, drive_cycle, shift_quality, shifts
 from powertrain.trials.lever_figure import plot_lever_diagrams
 from powertrain.trials.shift_figure import plot_shift, plot_shift_quality
@@ -55,6 +55,26 @@ def test_shift_quality(run: CycleRun) -> None:
     )
     assert quality["slip energy"][1] == pytest.approx(lost, rel=0.02)
     assert 0.1 < quality["slip time"][1] < 0.8
+
+
+@pytest.mark.slow
+def test_synchronisers_preselect_with_the_torque_of_their_cones(run: CycleRun) -> None:
+    """At most 140 N.m while they slide, for 0.025 to 0.15 s; where the lever rests in a gear, that gear is in."""
+    box, result = run.plant.model.gearbox, run.result
+    if not isinstance(box, DualClutchGearbox):
+        return
+    t, began = np.arange(0.0, result.time[-1], 1e-3), 0
+    lever = result.at(t, "schedule.lever")
+    for k in (1, 2, 3):
+        slip = result.at(t, f"gearbox.synchronisers[{k - 1}].w_rel")
+        torque = np.abs(result.at(t, f"gearbox.synchronisers[{k - 1}].tau"))
+        assert np.abs(slip[np.abs(lever - k) < 1e-9]).max() < 1e-6
+        slides = np.where((np.abs(slip) > 1e-3) & (torque > 0.1), 1, 0)
+        assert (slides * torque).max() < 140
+        times = int((np.diff(slides) == 1).sum())
+        assert 25 * times <= slides.sum() <= 150 * times
+        began += times
+    assert began > 0
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from powertrain.components.differentials import BevelDifferential, CrownGear, Di
 KINDS = [
     BevelDifferential(),
     BevelDifferential(eta=0.9),
-    LimitedSlipDifferential(),
+    LimitedSlipDifferential(preload=0, bias_drive=1, bias_coast=1),
     LimitedSlipDifferential(preload=1.0, bias_drive=2.5, bias_coast=1.5),
 ]
 
@@ -54,9 +54,13 @@ def test_shares_of_the_torque(torque: float, faster: str) -> None:
     assert open_one["left"] == pytest.approx(open_one["right"]) == pytest.approx(-torque / 2)
     lossy = driven(BevelDifferential(eta=0.9), 10, w["left"], w["right"], torque)
     assert lossy[large] / lossy[small] == pytest.approx(1 / 0.9)
-    torsen = driven(LimitedSlipDifferential(bias_drive=2.5, bias_coast=1.5), 10, w["left"], w["right"], torque)
+    torsen = driven(
+        LimitedSlipDifferential(preload=0, bias_drive=2.5, bias_coast=1.5), 10, w["left"], w["right"], torque
+    )
     assert torsen[large] / torsen[small] == pytest.approx(2.5 if torque > 0 else 1.5)
-    plates = driven(LimitedSlipDifferential(preload=30.0), 10, w["left"], w["right"], torque)
+    plates = driven(
+        LimitedSlipDifferential(preload=30.0, bias_drive=1, bias_coast=1), 10, w["left"], w["right"], torque
+    )
     assert abs(plates[large]) - abs(plates[small]) == pytest.approx(60.0)
     for found in (open_one, lossy, torsen, plates):
         assert sum(found.values()) == pytest.approx(0, abs=1e-9)
@@ -90,7 +94,7 @@ def test_torque_bias_is_the_inverse_efficiency_of_the_mesh_law() -> None:
     for drive in (300.0, -300.0):
         loads = (-np.sign(drive) * 60, -np.sign(drive) * 110)
         bevel = car(BevelDifferential(eta=0.8), loads, drive)
-        bias = car(LimitedSlipDifferential(bias_drive=1 / 0.8, bias_coast=1 / 0.8), loads, drive)
+        bias = car(LimitedSlipDifferential(preload=0, bias_drive=1 / 0.8, bias_coast=1 / 0.8), loads, drive)
         for i in (1, 2, 3):
             assert bevel[f"parts[{i}].w"][-1] == pytest.approx(bias[f"parts[{i}].w"][-1], rel=1e-8)
 

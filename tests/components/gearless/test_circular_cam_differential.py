@@ -135,7 +135,7 @@ def test_constant_coefficient_is_a_limited_slip_differential(torques: tuple[floa
     cams = with_friction(TABLE_1, 0.1)
     bias = float(bias_ratio(cams.kappa(0.0, "averaged")))
     cam = run(axle(CircularCamDifferential.from_design(cams, sharing="averaged"), torques), 1.0)
-    slip = run(axle(LimitedSlipDifferential(bias_drive=bias, bias_coast=bias), torques), 1.0)
+    slip = run(axle(LimitedSlipDifferential(preload=0, bias_drive=bias, bias_coast=bias), torques), 1.0)
     assert cam["parts[0].mode"][-1] == slip["parts[0].mode"][-1]
     for i in (1, 2, 3):
         assert cam[f"parts[{i}].w"][-1] == pytest.approx(slip[f"parts[{i}].w"][-1], rel=1e-9, abs=1e-9)

@@ -87,3 +87,16 @@ def test_a_gear_that_is_in_holds_a_strong_engine() -> None:
     result = pt.simulate(Launched(), 1.0)
     assert result["box.input.w"][-1] == pytest.approx(3.6 * result["box.output.w"][-1], rel=1e-9)
     assert result["car.w"][-1] > 100
+
+
+def test_cones_slide_until_the_dogs_are_in() -> None:
+    """Cones of 139 N.m take a speed difference away in J dw/T; a larger torque leaves the gear out."""
+    cone = 3 * 0.1 * 0.035 / np.sin(np.radians(6.5)) * 1500
+    lever = TimeTable(table=((0.0, 0.5), (0.1, 0.5), (0.1, 1.0)))
+    box = pt.replace(BOX, synchronisers=ManualGearbox().synchronisers[:3])
+    result = pt.simulate(Shifted(lever=lever, box=box), stop=1.0, starts={"box.input.w": 90.0, "box.output.w": 0.0})
+    stuck = next(e for e in result.events if e.name == "box.synchronisers[0].mode" and e.new == 0)
+    assert stuck.time - 0.1 == pytest.approx(30 / (cone * (1 / J_2 + 1 / (9 * J_1))), rel=3e-3)
+    lost = pt.simulate(Launched(), 1.0, starts={"box.input.w": 90.0})
+    assert lost["box.synchronisers[0].tau"][-1] == pytest.approx(-cone, rel=3e-3)
+    assert lost["box.input.w"][-1] > 1000
