@@ -65,8 +65,8 @@ def corrected(
                 laws, begun.some(some), there.some(some), side[active][some], lossless, DAMPED, HALVINGS
             )
             here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
-        here, drive = _shared(laws, here, there, side[active], lossless)
         value = laws.values(here, lossless)
+        drive = _share(laws, here, there, side[active], lossless, value)
         y[active], tau[active] = here.y, here.tau
         new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
         if lossless:  # their direction makes no difference
@@ -84,25 +84,29 @@ def corrected(
     return Iterates(at.grid, y, modes, tau), done
 
 
-def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool) -> tuple[Iterates, Array]:
-    """Solutions with the torques that the compliance of stuck laws gives them, and what then drives each law against its own."""
-    n, tau, drive = laws.unknowns, at.tau.copy(), np.zeros_like(at.tau)
-    stuck = (at.modes[:, laws.law_modes] == np.where(laws.contact, 1.0, STUCK)) & ~near.given
-    some = np.flatnonzero(stuck.any(axis=1) & np.isfinite(at.y).all(axis=1))
-    if laws.count < 2 or not some.size:
-        return at, drive
-    here, there = at.some(some), Near(near.given[some], near.yields[some])
-    value = laws.values(here, lossless)
-    matrix, left = bordered(laws, here, value, there, side[some], False)
+def _share(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, value: LawValues) -> Array:
+    """What drives each law against its own compliance. ``at`` and ``value`` take the torques that stuck laws have by theirs.
+
+    That is asked only where it makes a difference: where several laws are stuck, or one is and another slides at rest.
+    """
+    n, drive, mode = laws.unknowns, np.zeros_like(at.tau), at.modes[:, laws.law_modes]
+    stuck = (mode == np.where(laws.contact, 1.0, STUCK)) & ~near.given
+    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & (np.abs(value.speed) <= laws.zone(value, at))
+    several = (stuck.sum(axis=1) > 1) | (stuck.any(axis=1) & slides.any(axis=1))
+    some = np.flatnonzero(several & np.isfinite(at.y).all(axis=1))
+    if not some.size:
+        return drive
+    here, there, near_value = at.some(some), near.some(some), value.some(some)
+    matrix, left = bordered(laws, here, near_value, there, side[some], False)
     step = solved(matrix, -left)
-    tau[some] += step[:, n:]
-    creep = value.speed + np.einsum("pij,pj->pi", value.speed_, step)
-    drive[some] = creep - there.yields * tau[some]
-    shared = Iterates(here.grid, here.y, here.modes, tau[some])
+    tau = here.tau + step[:, n:]
+    creep = near_value.speed + np.einsum("pij,pj->pi", near_value.speed_, step)
+    drive[some] = creep - there.yields * tau
+    shared = Iterates(here.grid, here.y, here.modes, tau)
     end, _ = _solutions(laws, shared, there, side[some], lossless, PROXIMAL, 0)
-    y, tau = at.y.copy(), at.tau.copy()
-    y[some], tau[some] = end.y, end.tau
-    return Iterates(at.grid, y, at.modes, tau), drive
+    at.y[some], at.tau[some] = end.y, end.tau
+    value.put(some, laws.values(end, lossless))
+    return drive
 
 
 def _solutions(

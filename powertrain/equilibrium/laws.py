@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import casadi as ca
@@ -48,6 +48,15 @@ class LawValues:
     lower_: Array
     upper_: Array
     g_: Array
+
+    def some(self, which: Index) -> LawValues:
+        """Those of some points."""
+        return LawValues(*(getattr(self, f.name)[which] for f in fields(self)))
+
+    def put(self, which: Index, other: LawValues) -> None:
+        """Takes over those of some points."""
+        for f in fields(self):
+            getattr(self, f.name)[which] = getattr(other, f.name)
 
 
 class SteadyLaws:
