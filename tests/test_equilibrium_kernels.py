@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from powertrain.equilibrium.balance import Balance
-from powertrain.equilibrium.beginnings import _degenerate, mobilities
+from powertrain.equilibrium.beginnings import _condition_bound, _degenerate, mobilities
 from powertrain.equilibrium.corrector import Near, fixed, undetermined
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, SteadyLaws
 from powertrain.equilibrium.relaxation import relaxed
@@ -216,3 +216,12 @@ def test_a_motion_is_followed_in_steps_that_grow() -> None:
     end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), none.astype(bool), none)  # type: ignore[arg-type]
     assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)
     assert calls == 2 * (1 + int(np.log(1e11) / np.log(3.0)))
+
+
+def test_conditions_are_not_beyond_their_bound() -> None:
+    """Random matrices in random units, one that is singular, and a number."""
+    rng = np.random.default_rng(0)
+    matrices = rng.normal(size=(400, 4, 4)) * 10.0 ** rng.uniform(-6, 0, (400, 1, 4))
+    assert (_condition_bound(matrices) >= np.linalg.cond(matrices)).all()
+    assert _condition_bound(np.ones((1, 2, 2)))[0] == np.inf
+    assert _condition_bound(np.full((1, 1, 1), -3.0))[0] == pytest.approx(2.0)

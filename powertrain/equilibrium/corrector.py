@@ -120,7 +120,7 @@ def _solutions(
     given = fixed(laws, at, near, side, lossless)
 
     def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
-        return laws.equations(given[:, which], z)
+        return laws.equations(given.take(which, axis=1), z)
 
     def sizes(z: Array) -> Array:
         size = relative(z)

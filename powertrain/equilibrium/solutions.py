@@ -162,6 +162,8 @@ class Solutions:
         while True:
             while fresh.size:
                 left = np.flatnonzero(~best.done & ~failed & (tries < MOST_SOURCES))
+                if not left.size:
+                    break
                 fresh = self._spread(best, grid, side, left, fresh[KDTree(place[fresh]).query(place[left])[1]])
                 tries[left] += 1
             left = np.flatnonzero(~best.done & ~beyond.done & ~failed)

@@ -31,6 +31,8 @@ class Pattern:
         """The solver of the matrices with these ``entries``, a row for each matrix."""
 
         def solve(right: Array) -> Array:
+            if len(right) < FEW:
+                return solved(self.dense(entries), right)
             found = np.full(right.shape[::-1], np.nan).T
             left = self._eliminate(entries.T, right.T, found.T)
             found[left] = solved(self.dense(entries[left]), right[left])
