@@ -2,7 +2,8 @@
 
 For every combination of modes that is met, an expression tape without any other mode is made. It gives the wanted values together with
 a mark where these modes, and no others, hold. It runs ahead until that mark is missing, then the next
-combination takes over. Only points that none of the known combinations fits are left to the solver.
+combination takes over; where neighbours differ, one tape of all combinations. Only points that none of the known combinations fits are
+left to the solver.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ class Walker:
         self._fits = np.empty(max(WIDTHS))
         self._next: dict[Key, Key] = {}
         self._all: tuple[int, Tape] | None = None
+        self._called = 0
         self.unchecked = False
 
     def set_common(self, values: Array) -> None:
@@ -109,20 +111,24 @@ class Walker:
             start = int(left[0])
             end = min(start + LANES, last)
             modes = careful(start, end)
+            self._called += 1
             if modes is not None:
                 self.enter(modes)
             left = left[left >= end]
         return 1 + int(np.count_nonzero(np.diff(which)))
 
     def _union(self) -> Tape:
-        """The wanted values of the first combination that fits, and its number from one; zeros where none does."""
-        if self._all is None or self._all[0] < len(self.keys):
+        """The wanted values of the first combination that fits, and its number from one; zeros where none does.
+
+        It is made anew for new combinations once the solver was called as often as there are combinations, which takes as long.
+        """
+        if self._all is None or self._all[0] < len(self.keys) <= self._called:
             open_, found = Symbol(1), [Symbol(0)] * (len(self._wanted) + 1)
             for number, key in enumerate(self.keys, 1):
                 *values, fits = self._expressions(key)
                 first, open_ = fits * open_, open_ * (1 - fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
-            self._all = len(self.keys), self._made(found, _MIXED)
+            self._all, self._called = (len(self.keys), self._made(found, _MIXED)), 0
         self._all[1].set_common(self._common)
         return self._all[1]
 
