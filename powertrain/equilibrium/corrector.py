@@ -120,7 +120,7 @@ def _solutions(
     given = fixed(laws, at, near, side, lossless)
 
     def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
-        return laws.equations(given.take(which, axis=1), z)
+        return laws.equations(given if which.size == len(at.y) else given.take(which, axis=1), z)
 
     def sizes(z: Array) -> Array:
         size = relative(z)
@@ -160,4 +160,4 @@ def fixed(
 ) -> Rows:
     """What stays as it is while unknowns and torques are solved for: the first argument of ``laws.equations``."""
     kinds = laws.kinds(at, near.given, side, lossless)
-    return np.hstack([at.grid, at.modes, kinds, near.yields, np.full((len(at.y), 1), length)]).T.copy()
+    return laws.equations.given(at.grid, at.modes, kinds, near.yields, length)

@@ -44,21 +44,26 @@ class Equations:
             torque = {UPPER: b.tau[k] - b.upper[k], LOWER: b.tau[k] - b.lower[k], LEAST: b.tau[k] - smallest}
             values.append(_chosen(kinds[k], torque | {HELD: b.speed[k], NOTHING: b.tau[k]}))
         self.pattern, entries = Pattern(matrix.sparsity()), [matrix.nz[k] for k in range(matrix.nnz())]
-        varying = ca.vertsplit(ca.vertcat(b.grid, b.modes, kinds, yields, length, z))
+        given = ca.vertcat(b.grid, b.modes, kinds, yields, length)
+        varying = ca.vertsplit(ca.vertcat(given, z))
         right = ca.vertsplit(ca.vertcat(*values)) if z.numel() else []
         self._columns, self._size = Columns("steady_equations", varying, b.common, [*entries, *right]), len(entries)
+        needed, first = self._columns.needed, given.numel()
+        self._given, self._moving = needed[needed < first], needed[needed >= first] - first
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self._columns.set_common(values)
 
-    def __call__(self, given: Rows, z: Array) -> tuple[Array, Array]:
-        """The matrix' entries for ``solver``, and the values, a row for each point.
+    def given(self, grid: Array, modes: Array, kinds: Array, yields: Array, length: float) -> Rows:
+        """What stays as it is while z changes, a column for each point; the arguments have a row each, but for the length h of a step."""
+        whole = np.hstack([grid, modes, kinds, yields, np.full((len(grid), 1), length)])
+        return np.array(whole.T[self._given], order="C")
 
-        ``given`` are a column for each point: values of the grid, modes, kinds, compliances and the length h of a step.
-        """
+    def __call__(self, given: Rows, z: Array) -> tuple[Array, Array]:
+        """The matrix' entries for ``solver``, and the values, a row for each point, of ``given`` for the same points."""
         with np.errstate(all="ignore"):
-            found = self._columns(np.vstack([given, z.T]))
+            found = self._columns.of_needed(np.vstack([given, z.T[self._moving]]))
         return found[: self._size].T, found[self._size :].T
 
     def solver(self, entries: Array) -> Solver:
