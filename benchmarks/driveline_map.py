@@ -1,6 +1,6 @@
 """The map of a whole driveline from the tank to the road: the split-path car on a rolling road over 100 speeds and 100 accelerators.
 
-At every point all combinations of modes are tried that what is given does not rule out. Times are those of the processor.
+Modes and unknowns are solved together at every point, from the same starts. Times are those of the processor.
 """
 
 from __future__ import annotations

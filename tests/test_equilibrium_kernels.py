@@ -5,11 +5,13 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.equilibrium.beginnings import _degenerate, mobilities
-from powertrain.equilibrium.corrector import Near, bordered, undetermined
+from powertrain.equilibrium.balance import Balance
+from powertrain.equilibrium.beginnings import _condition_bound, _degenerate, mobilities
+from powertrain.equilibrium.corrector import Near, fixed, undetermined
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, SteadyLaws
 from powertrain.equilibrium.relaxation import relaxed
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
@@ -17,33 +19,35 @@ from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 Matrix = np.ndarray[Any, Any]
 
 
-def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple[Any, Iterates]:
+def by_hand(n: int, count: int, rows: Any, speed: Any, lower: Any, upper: Any) -> SteadyLaws:
+    """The laws of ``n`` unknowns whose rates are the rows, and of ``count`` frictions; all are functions of (y, tau)."""
+    y, tau, modes, none = ca.SX.sym("y", n), ca.SX.sym("tau", count), ca.SX.sym("m", count), ca.SX(0, 1)
+    dae = SimpleNamespace(frictions=[SimpleNamespace(may_free=False)] * count, switches=[], contacts=[])
+    laws = [ca.SX(ca.densify(ca.SX(e(y, tau)))) for e in (rows, speed, lower, upper)]
+    names, rate_of = tuple(f"y{i}" for i in range(n)), np.arange(n)
+    given: list[Any] = [dae, none, y, names, np.zeros(n), modes, none, tau, laws[0], rate_of, *laws[1:], none]
+    return SteadyLaws(Balance(*given))
+
+
+def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple[SteadyLaws, Iterates]:
     """One shaft of a speed y, braked by a damper and by laws that slide; their limits follow the others' torques by ``coupling``."""
     count = len(coupling)
-    values = LawValues(
-        rows=np.zeros((1, 1)),
-        speed=np.full((1, count), speed),
-        lower=np.full((1, count), -1.0),
-        upper=np.full((1, count), 1.0),
-        g=np.zeros((1, 0)),
-        rows_=np.concatenate([[[-damping]], -np.ones((1, count))], axis=1)[None],
-        speed_=np.concatenate([np.ones((count, 1)), np.zeros((count, count))], axis=1)[None],
-        lower_=np.zeros((1, count, 1 + count)),
-        upper_=np.concatenate([np.zeros((count, 1)), coupling], axis=1)[None],
-        g_=np.zeros((1, 0, 1 + count)),
+    laws = by_hand(
+        1,
+        count,
+        rows=lambda y, tau: damping * (speed - y) + ca.sum1(1 - tau),
+        speed=lambda y, tau: ca.repmat(y, count),
+        lower=lambda y, tau: -ca.DM.ones(count),
+        upper=lambda y, tau: 1 + ca.DM(coupling) @ (tau - 1),
     )
-    laws = SimpleNamespace(
-        unknowns=1, count=count, frictions=count, contact=np.zeros(count, bool), law_modes=np.arange(count),
-        rates=np.array([0]), rate_of=np.array([0]), values=lambda at: values, zone=lambda value, at: 1e-9,
-    )  # fmt: skip
     return laws, Iterates(np.zeros((1, 0)), np.full((1, 1), speed), np.ones((1, count)), np.ones((1, count)))
 
 
 def test_mobilities() -> None:
     """How much a torque moves its own law: its entry of G; what cancels does not move it, and counts as one."""
     G = np.array([[2.0, -0.5, 0.0], [-0.5, 0.25, 0.0], [1.0, 0.0, 0.0]])
-    laws, _ = sliding(np.zeros((3, 3)))
-    value = laws.values(None)
+    laws, at = sliding(np.zeros((3, 3)))
+    value = laws.values(at)
     value.speed_[0, :, 1:] = -G
     value.speed_[0, 2, 0] = 1.0
     given, reach, slope = mobilities(value, np.array([[[0.0, 0.0, 0.0]]]))
@@ -61,29 +65,27 @@ def test_torques_that_follow_each_other_without_limit(gain: float, locked: bool)
     """tau_1 = 1 + gain tau_2 and tau_2 = 1 + gain tau_1 grow as 1/(1 - gain^2)."""
     laws, at = sliding(np.array([[0.0, gain], [gain, 0.0]]))
     near = Near(np.zeros((1, 2), bool), np.full((1, 2), 1e-8))
-    assert undetermined(laws, at, laws.values(at), near, np.ones((1, 2))).tolist() == [locked]
+    assert undetermined(laws, at, near, np.ones((1, 2))).tolist() == [locked]
 
 
 @pytest.mark.parametrize(("damping", "open_"), [(1.0, False), (1e-5, False), (1e-9, True)])
 def test_a_motion_that_nothing_holds(damping: float, open_: bool) -> None:
     laws, at = sliding(np.zeros((1, 1)), damping)
     near = Near(np.zeros((1, 1), bool), np.full((1, 1), 1e-8))
-    assert undetermined(laws, at, laws.values(at), near, np.ones((1, 1))).tolist() == [open_]
+    assert undetermined(laws, at, near, np.ones((1, 1))).tolist() == [open_]
 
 
 @pytest.mark.parametrize("damping", [(1e-9, 1.0), (1.0, 1e-9), (1.0, 1.0)])
 def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> None:
     """Of two shafts without laws, the first or the last."""
     none = np.zeros((1, 0))
-    slopes = [np.zeros((1, 0, 2))] * 4
-    values = LawValues(np.zeros((1, 2)), none, none, none, none, -np.diag(damping)[None], *slopes)
-    index = np.arange(2)
-    laws = SimpleNamespace(
-        unknowns=2, count=0, frictions=0, contact=np.zeros(0, bool), law_modes=index[:0], rates=index, rate_of=index,
-        values=lambda at: values,
-    )  # fmt: skip
+
+    def nothing(y: Any, tau: Any) -> Any:
+        return ca.SX(0, 1)
+
+    laws = by_hand(2, 0, lambda y, tau: ca.DM(damping) * (1 - y), nothing, nothing, nothing)
     at, near = Iterates(none, np.ones((1, 2)), none, none), Near(none.astype(bool), none)
-    assert undetermined(laws, at, laws.values(at), near, none).tolist() == [min(damping) < 1e-6]  # type: ignore[arg-type]
+    assert undetermined(laws, at, near, none).tolist() == [min(damping) < 1e-6]
 
 
 def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, LawValues, Iterates]:
@@ -155,13 +157,46 @@ def test_modes_at_rest_come_first() -> None:
 
 def test_stuck_laws_yield_in_newtons_matrix() -> None:
     """Row of a stuck law: its speed, less what it yields; of a sliding one: its torque, less its limit."""
-    laws, at = sliding(np.zeros((2, 2)), speed=0.0)
-    at.modes[0] = STUCK, FORWARD
+    laws, at = sliding(np.zeros((2, 2)), speed=2.0)
+    at.modes[0], at.tau[0] = (STUCK, FORWARD), (7.0, 3.0)
     near = Near(np.zeros((1, 2), bool), np.array([[3e-8, 5e-8]]))
-    matrix, right = bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=False)
-    np.testing.assert_array_equal(matrix[0, 1:], [[1.0, -3e-8, 0.0], [0.0, 0.0, 1.0]])
-    np.testing.assert_allclose(right[0, 1:], [-3e-8, 0.0])
-    assert bordered(laws, at, laws.values(at), near, np.ones((1, 2)), proximal=True)[1][0, 1] == 0.0
+    entries, value = laws.equations(fixed(laws, at, near, np.ones((1, 2)), length=4.0), at.z)
+    matrix = laws.equations.pattern.dense(entries)
+    np.testing.assert_array_equal(matrix, [[[-1.25, -1.0, -1.0], [1.0, -3e-8, 0.0], [0.0, 0.0, 1.0]]])
+    np.testing.assert_array_equal(value, [[-8.0, 2.0, 2.0]])
+
+
+@pytest.mark.parametrize(
+    ("mode", "side", "given", "lossless", "value", "slopes"),
+    [
+        (STUCK, 1.0, False, False, 5.0, [1.0, -1e-8]),
+        (FORWARD, 1.0, False, False, 4.0 - 30.0, [-6.0, 1.0]),
+        (BACKWARD, 1.0, False, False, 4.0 - 10.0, [-2.0, 1.0]),
+        (STUCK, 1.0, True, False, 4.0 - 30.0, [-6.0, 1.0]),
+        (STUCK, -1.0, True, False, 4.0 - 10.0, [-2.0, 1.0]),
+        (STUCK, 0.0, True, False, 4.0 - 10.0, [0.0, 1.0]),
+        (FORWARD, 1.0, False, True, 4.0, [0.0, 1.0]),
+    ],
+)
+def test_what_is_zero_of_a_law(
+    mode: float, side: float, given: bool, lossless: bool, value: float, slopes: list[float]
+) -> None:
+    """A torque of 4 N.m at 5 rad/s, whose limits are 2 y and 6 y: the smallest between them is the lower."""
+    laws = by_hand(1, 1, lambda y, tau: -y, lambda y, tau: y, lambda y, tau: 2 * y, lambda y, tau: 6 * y)
+    at = Iterates(np.zeros((1, 0)), np.array([[5.0]]), np.array([[mode]]), np.array([[4.0]]))
+    near, sides = Near(np.array([[given]]), np.array([[1e-8]])), np.array([[side]])
+    entries, found = laws.equations(fixed(laws, at, near, sides, lossless), at.z)
+    assert found[0].tolist() == [-5.0, value]
+    assert laws.equations.pattern.dense(entries)[0, 1].tolist() == slopes
+
+
+def test_a_limit_that_is_infinite_is_not_seen_from_the_other() -> None:
+    laws = by_hand(1, 1, lambda y, tau: -y, lambda y, tau: y, lambda y, tau: -1 / y, lambda y, tau: tau + 1)
+    at = Iterates(np.zeros((1, 0)), np.zeros((1, 1)), np.array([[FORWARD]]), np.array([[4.0]]))
+    near = Near(np.zeros((1, 1), bool), np.array([[1e-8]]))
+    entries, found = laws.equations(fixed(laws, at, near, np.ones((1, 1))), at.z)
+    assert found[0, 1] == -1.0
+    assert np.isfinite(entries).all()
 
 
 def test_a_motion_is_followed_in_steps_that_grow() -> None:
@@ -181,3 +216,12 @@ def test_a_motion_is_followed_in_steps_that_grow() -> None:
     end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), none.astype(bool), none)  # type: ignore[arg-type]
     assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)
     assert calls == 2 * (1 + int(np.log(1e11) / np.log(3.0)))
+
+
+def test_conditions_are_not_beyond_their_bound() -> None:
+    """Random matrices in random units, one that is singular, and a number."""
+    rng = np.random.default_rng(0)
+    matrices = rng.normal(size=(400, 4, 4)) * 10.0 ** rng.uniform(-6, 0, (400, 1, 4))
+    assert (_condition_bound(matrices) >= np.linalg.cond(matrices)).all()
+    assert _condition_bound(np.ones((1, 2, 2)))[0] == np.inf
+    assert _condition_bound(np.full((1, 1, 1), -3.0))[0] == pytest.approx(2.0)

@@ -21,12 +21,12 @@ import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
-from powertrain.equilibrium.corrector import CHANGES, STILL, Near, bordered, corrected
+from powertrain.equilibrium.corrector import CHANGES, STILL, Near, corrected, fixed
 from powertrain.equilibrium.laws import FORWARD, STUCK, Iterates, SteadyLaws
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
 from powertrain.modes.tolerances import NO_WIDTH, REST
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.newton import relative, solved
+from powertrain.numerics.newton import relative
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """Lengths of steps in seconds: some that follow the motion, then Newton's; and by how much they grow, or fall where they are too long."""
@@ -189,11 +189,11 @@ class Continuation:
     def _described(self, here: Iterates, point: _Trial, moved: Array, near: Near, side: Array) -> bool:
         """Whether one linearisation describes the step: Newton's correction of it is shorter."""
         laws, n = self.laws, self.laws.unknowns
-        value = laws.values(here, point.lossless)
         some = Near(near.given[None], near.yields[None])
-        matrix, left = bordered(laws, here, value, some, side[None], True, point.step)
+        given = fixed(laws, here, some, side[None], point.lossless, point.step)
+        entries, left = laws.equations(given, here.z)
         left[0, laws.rates] -= moved[laws.rate_of[laws.rates]] / point.step
-        correction = solved(matrix, -left)[0, :n]
+        correction = laws.equations.solver(entries)(-left)[0, :n]
         scale = relative(point.x)
         return bool(
             np.abs(correction / scale).max(initial=0.0) <= DESCRIBED * np.abs(moved / scale).max(initial=0.0) + STILL

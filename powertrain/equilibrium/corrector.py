@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, Mask, SteadyLaws
+from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues, Mask, SteadyLaws
+from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.newton import HALVINGS, newton, relative, solved
+from powertrain.numerics.newton import HALVINGS, newton, relative
 
 LAST_STEP = 1e7
 """Seconds: a step of this length holds what nothing else does."""
@@ -65,8 +66,8 @@ def corrected(
                 laws, begun.some(some), there.some(some), side[active][some], lossless, DAMPED, HALVINGS
             )
             here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
-        here, drive = _shared(laws, here, there, side[active], lossless)
         value = laws.values(here, lossless)
+        drive = _share(laws, here, there, side[active], lossless, value)
         y[active], tau[active] = here.y, here.tau
         new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
         if lossless:  # their direction makes no difference
@@ -84,25 +85,30 @@ def corrected(
     return Iterates(at.grid, y, modes, tau), done
 
 
-def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool) -> tuple[Iterates, Array]:
-    """Solutions with the torques that the compliance of stuck laws gives them, and what then drives each law against its own."""
-    n, tau, drive = laws.unknowns, at.tau.copy(), np.zeros_like(at.tau)
-    stuck = (at.modes[:, laws.law_modes] == np.where(laws.contact, 1.0, STUCK)) & ~near.given
-    some = np.flatnonzero(stuck.any(axis=1) & np.isfinite(at.y).all(axis=1))
-    if laws.count < 2 or not some.size:
-        return at, drive
-    here, there = at.some(some), Near(near.given[some], near.yields[some])
-    value = laws.values(here, lossless)
-    matrix, left = bordered(laws, here, value, there, side[some], False)
-    step = solved(matrix, -left)
-    tau[some] += step[:, n:]
-    creep = value.speed + np.einsum("pij,pj->pi", value.speed_, step)
-    drive[some] = creep - there.yields * tau[some]
-    shared = Iterates(here.grid, here.y, here.modes, tau[some])
+def _share(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, value: LawValues) -> Array:
+    """What drives each law against its own compliance. ``at`` and ``value`` take the torques that stuck laws have by theirs.
+
+    That is asked only where it makes a difference: where several laws are stuck, or one is and another slides at rest.
+    """
+    n, drive, mode = laws.unknowns, np.zeros_like(at.tau), at.modes[:, laws.law_modes]
+    stuck = (mode == np.where(laws.contact, 1.0, STUCK)) & ~near.given
+    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & (np.abs(value.speed) <= laws.zone(value, at))
+    several = (stuck.sum(axis=1) > 1) | (stuck.any(axis=1) & slides.any(axis=1))
+    some = np.flatnonzero(several & np.isfinite(at.y).all(axis=1))
+    if not some.size:
+        return drive
+    here, there, near_value = at.some(some), near.some(some), value.some(some)
+    entries, left = laws.equations(fixed(laws, here, there, side[some], lossless), here.z)
+    left[:, n:] -= stuck[some] * there.yields * here.tau
+    step = laws.equations.solver(entries)(-left)
+    tau = here.tau + step[:, n:]
+    creep = near_value.speed + np.einsum("pij,pj->pi", near_value.speed_, step)
+    drive[some] = creep - there.yields * tau
+    shared = Iterates(here.grid, here.y, here.modes, tau)
     end, _ = _solutions(laws, shared, there, side[some], lossless, PROXIMAL, 0)
-    y, tau = at.y.copy(), at.tau.copy()
-    y[some], tau[some] = end.y, end.tau
-    return Iterates(at.grid, y, at.modes, tau), drive
+    at.y[some], at.tau[some] = end.y, end.tau
+    value.put(some, laws.values(end, lossless))
+    return drive
 
 
 def _solutions(
@@ -111,66 +117,47 @@ def _solutions(
     """Newton's steps for the modes at all points, and where they became small; stuck laws yield to what their torque changes."""
     n = laws.unknowns
 
+    given = fixed(laws, at, near, side, lossless)
+
     def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
-        here = Iterates(at.grid[which], z[:, :n], at.modes[which], z[:, n:])
-        return bordered(laws, here, laws.values(here, lossless), near.some(which), side[which], True)
+        return laws.equations(given if which.size == len(at.y) else given.take(which, axis=1), z)
 
     def sizes(z: Array) -> Array:
         size = relative(z)
         size[:, n:] = size[:, n:].max(axis=1, keepdims=True, initial=1.0)
         return size
 
-    z = np.concatenate([at.y, at.tau], axis=1)
-    z, fine = newton(equations, z, still=STILL, most=most, halvings=halvings, sizes=sizes)
+    solver = laws.equations.solver
+    z, fine = newton(equations, at.z, still=STILL, most=most, halvings=halvings, sizes=sizes, factors=solver)
     return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
 
 
-def undetermined(laws: SteadyLaws, at: Iterates, value: LawValues, near: Near, side: Array) -> Mask:
+def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mask:
     """Where an unknown, or the torque of a law that slides, is not determined.
 
     An unknown is not where its rate, changed by so much a second, moves it by a million times as much: it takes so many seconds to come to
     rest, in whatever unit it is. A torque is not where unit changes of the limits move it without limit.
     """
     n = laws.unknowns
-    matrix, right = bordered(laws, at, value, near, side, True)
-    right = np.zeros_like(right)
+    entries, right = laws.equations(fixed(laws, at, near, side), at.z)
+    solve, right = laws.equations.solver(entries), np.zeros_like(right)
     drifts = np.zeros(len(right), bool)
     for row, unknown in zip(laws.rates, laws.rate_of[laws.rates], strict=True):
         right[:, row] = 1.0
-        drifts |= np.abs(solved(matrix, right)[:, unknown]) > NEUTRAL
+        drifts |= np.abs(solve(right)[:, unknown]) > NEUTRAL
         right[:, row] = 0.0
     mode = at.modes[:, laws.law_modes]
     slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
     right[:, n:] = slides * np.linspace(
         1.0, 2.0, laws.count
     )  # alike, they would hide torques that grow against each other
-    torque = np.where(slides, solved(matrix, right)[:, n:], 0.0)
+    torque = np.where(slides, solve(right)[:, n:], 0.0)
     return np.asarray(drifts | (np.abs(torque) > LOCKED).any(axis=1))
 
 
-def bordered(
-    laws: SteadyLaws,
-    at: Iterates,
-    value: LawValues,
-    near: Near,
-    side: Array,
-    proximal: bool,
-    length: float = LAST_STEP,
-) -> tuple[Array, Array]:
-    """Matrix and equations in (y, tau): rows are zero, stuck laws at rest up to their compliance, sliding ones at their limit."""
-    n, k, mode = laws.unknowns, np.arange(laws.count), at.modes[:, laws.law_modes]
-    given, yields = near.given, near.yields
-    mode = np.where(given & (mode == STUCK), side, mode)
-    held = np.where(laws.contact, mode == 1.0, mode == STUCK) & ~given
-    least = given & (mode == STUCK)
-    upper = laws.contact | (mode == FORWARD) | (mode == FREE)
-    bound = np.where(upper, value.upper, value.lower)
-    slope = np.where(upper[..., None], value.upper_, value.lower_)
-    zero = np.clip(0.0, np.minimum(value.lower, value.upper), np.maximum(value.lower, value.upper))
-    bound, slope = np.where(least, zero, bound), np.where(least[..., None], 0.0, slope)
-    bound, slope = np.where(held, 0.0, bound), np.where(held[..., None], value.speed_, -slope)
-    slope[:, k, n + k] += np.where(held, -yields, 1.0)
-    rows = value.rows_.copy()
-    rows[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / length
-    left = np.where(held, value.speed - (0.0 if proximal else yields * at.tau), at.tau - bound)
-    return np.concatenate([rows, slope], axis=1), np.concatenate([value.rows, left], axis=1)
+def fixed(
+    laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool = False, length: float = LAST_STEP
+) -> Rows:
+    """What stays as it is while unknowns and torques are solved for: the first argument of ``laws.equations``."""
+    kinds = laws.kinds(at, near.given, side, lossless)
+    return laws.equations.given(at.grid, at.modes, kinds, near.yields, length)

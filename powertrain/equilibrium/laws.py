@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import casadi as ca
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.balance import Balance
+from powertrain.equilibrium.equations import HELD, LEAST, LOWER, NOTHING, UPPER, Equations
 from powertrain.modes.tolerances import BALANCED, NO_WIDTH, RESOLVED, REST
 from powertrain.numerics.batch import Columns
 from powertrain.numerics.buffers import Array
@@ -28,6 +29,11 @@ class Iterates:
     y: Array
     modes: Array
     tau: Array
+
+    @property
+    def z(self) -> Array:
+        """Unknowns and torques."""
+        return np.concatenate([self.y, self.tau], axis=1)
 
     def some(self, which: Index | Mask) -> Iterates:
         """Some of them."""
@@ -49,12 +55,21 @@ class LawValues:
     upper_: Array
     g_: Array
 
+    def some(self, which: Index) -> LawValues:
+        """Those of some points."""
+        return LawValues(*(getattr(self, f.name)[which] for f in fields(self)))
+
+    def put(self, which: Index, other: LawValues) -> None:
+        """Takes over those of some points."""
+        for f in fields(self):
+            getattr(self, f.name)[which] = getattr(other, f.name)
+
 
 class SteadyLaws:
     """The laws of one steady problem. Serves one thread."""
 
     def __init__(self, balance: Balance) -> None:
-        dae, b = balance.dae, balance
+        dae, b = balance.dae, _of_torques(balance)
         self.balance, self.count, self.unknowns = b, b.tau.numel(), b.y.numel()
         self.frictions, switches = len(dae.frictions), len(dae.switches)
         laws = np.arange(self.count)
@@ -66,36 +81,44 @@ class SteadyLaws:
         self.tied_modes = self.law_modes[self.tied]
         self.switch_modes = self.frictions + np.arange(switches)
         self.rate_of, self.rates = b.rate_of, np.flatnonzero(b.rate_of >= 0)
-        self._sign = np.where(self.contact, -1.0, 1.0)
-        moved = ca.vertcat(b.y, b.tau)
-        parts = [b.rows, b.speed, b.lower, b.upper, b.conditions]
+        self.equations = Equations(b)
+        moved, parts = ca.vertcat(b.y, b.tau), [b.rows, b.speed, b.lower, b.upper, b.conditions]
         parts += [ca.jacobian(e, moved) for e in parts]
         self._shapes = [e.shape for e in parts]
         self._ends = np.cumsum([0, *(e.numel() for e in parts)])
         self._places = np.concatenate([first + _by_rows(e) for first, e in zip(self._ends, parts, strict=False)])
         outputs = [e.nz[k] for e in parts for k in range(e.nnz())]
-        scalars = [s for e in (b.grid, b.y, b.modes, b.tau) for s in (ca.vertsplit(e) if e.numel() else [])]
+        scalars = [s for e in (b.grid, b.modes, moved) for s in (ca.vertsplit(e) if e.numel() else [])]
         self._columns = Columns("steady_balance", scalars, b.common, outputs)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self._columns.set_common(values)
+        self.equations.set_common(values)
 
     def values(self, at: Iterates, lossless: bool = False) -> LawValues:
         """Everything at the points; ``lossless``: torques that follow others are left out."""
         with np.errstate(all="ignore"):
-            found = self._columns(np.hstack([at.grid, at.y, at.modes, self._sign * at.tau]).T)
+            found = self._columns(np.hstack([at.grid, at.modes, at.y, at.tau]).T)
         entries = np.zeros((int(self._ends[-1]), len(at.y)))  # points side by side, for speed
         entries[self._places] = found
         cuts = zip(self._shapes, pairwise(self._ends), strict=True)
         parts = [entries[first:last].reshape(*shape, len(at.y)).transpose(2, 0, 1) for shape, (first, last) in cuts]
-        for slope in parts[5:]:
-            slope[:, :, self.unknowns :] *= self._sign
         value = LawValues(*(column[:, :, 0] for column in parts[:5]), *parts[5:])
         if lossless:
             for each in (value.lower, value.upper, value.lower_, value.upper_):
                 each[:, self.tied] = 0.0
         return value
+
+    def kinds(self, at: Iterates, given: Mask, side: Array, lossless: bool = False) -> Array:
+        """What is zero of each law in its mode, as the numbers of ``equations``; ``given`` and ``side`` as in ``next_modes``."""
+        mode = at.modes[:, self.law_modes]
+        mode = np.where(given & (mode == STUCK), side, mode)
+        held = np.where(self.contact, mode == 1.0, mode == STUCK) & ~given
+        upper = self.contact | (mode == FORWARD) | (mode == FREE)
+        follows = np.broadcast_to(self.tied & lossless, mode.shape)
+        kinds = [held, follows, given & (mode == STUCK), upper]
+        return np.select(kinds, [HELD, NOTHING, LEAST, UPPER], float(LOWER))
 
     def zone(self, value: LawValues, at: Iterates) -> Array:
         """Speeds below this are rest."""
@@ -134,6 +157,16 @@ class SteadyLaws:
         sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
         terms = BALANCED * (1.0 + _times(np.abs(value.rows_), sizes))
         return np.asarray((np.abs(value.rows) <= terms).all(axis=1))
+
+
+def _of_torques(b: Balance) -> Balance:
+    """The same in torques alone: minus the forces of contacts."""
+    if not b.dae.contacts:
+        return b
+    sign = ca.DM([1.0] * len(b.dae.frictions) + [-1.0] * len(b.dae.contacts))
+    given = [b.rows, b.speed, b.lower, b.upper, b.conditions]
+    rows, speed, lower, upper, conditions = ca.substitute(given, [b.tau], [sign * b.tau])
+    return replace(b, rows=rows, speed=speed, lower=lower, upper=upper, conditions=conditions)
 
 
 def _by_rows(expression: ca.SX) -> Index:

@@ -104,7 +104,7 @@ class Solutions:
         known = np.flatnonzero(best.done)
         at = Iterates(grid, best.y, best.modes, best.tau).some(known)
         value, near = laws.values(at), Near(best.given, best.yields).some(known)
-        number[known[undetermined(laws, at, value, near, side[known])]] = 2
+        number[known[undetermined(laws, at, near, side[known])]] = 2
         still = np.abs(value.speed) <= laws.zone(value, at)
         rest = np.zeros_like(best.given)
         rest[known] = near.given & still & (value.upper - value.lower > NO_WIDTH)
@@ -162,6 +162,8 @@ class Solutions:
         while True:
             while fresh.size:
                 left = np.flatnonzero(~best.done & ~failed & (tries < MOST_SOURCES))
+                if not left.size:
+                    break
                 fresh = self._spread(best, grid, side, left, fresh[KDTree(place[fresh]).query(place[left])[1]])
                 tries[left] += 1
             left = np.flatnonzero(~best.done & ~beyond.done & ~failed)

@@ -203,7 +203,7 @@ def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list
 
 def _filled(value: ca.MX, lanes: int) -> ca.MX:
     value = ca.densify(value)
-    return value if value.numel() == lanes else ca.repmat(value, lanes, 1)
+    return value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)  # a repetition is one operation a lane
 
 
 def all_hold(margins: Sequence[Symbol]) -> Symbol:

@@ -87,15 +87,20 @@ def newton(
     factors
         The solver for F'(z), where this is no dense matrix.
     """
-    z, fine = z.copy(), np.zeros(len(z), bool)
+    columns, fine = (
+        np.array(z.T, order="C"),
+        np.zeros(len(z), bool),
+    )  # an unknown of all systems side by side, for speed
+    z = columns.T
     active = np.flatnonzero(np.isfinite(z).all(axis=1))
     known: tuple[Array, Array] | None = None
     for _ in range(most):
-        matrix, value = equations(active, z[active]) if known is None else known
+        here = columns.take(active, axis=1).T
+        matrix, value = equations(active, here) if known is None else known
         if not value.any():
             fine[active] = True
             break
-        solve, unit = factors(matrix), sizes(z[active])
+        solve, unit = factors(matrix), sizes(here)
         step = solve(-value) / unit
         size = np.abs(step).max(axis=1, initial=0.0)
         last = size <= still

@@ -2,7 +2,8 @@
 
 For every combination of modes that is met, an expression tape without any other mode is made. It gives the wanted values together with
 a mark where these modes, and no others, hold. It runs ahead until that mark is missing, then the next
-combination takes over. Only points that none of the known combinations fits are left to the solver.
+combination takes over; where neighbours differ, one tape of all combinations. Only points that none of the known combinations fits are
+left to the solver.
 """
 
 from __future__ import annotations
@@ -50,7 +51,8 @@ class Walker:
         self._common: Array = np.zeros(1)
         self._fits = np.empty(max(WIDTHS))
         self._next: dict[Key, Key] = {}
-        self._often: dict[Key, int] = {}
+        self._all: tuple[int, Tape] | None = None
+        self._called = 0
         self.unchecked = False
 
     def set_common(self, values: Array) -> None:
@@ -100,28 +102,35 @@ class Walker:
     def _mixed(
         self, first: int, last: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
     ) -> int:
-        """Points whose neighbours have other modes: what one combination does not fit, the next one tries. Returns the number of runs."""
-        left, which = np.arange(first, last), np.full(last - first, -1)
-        for n, key in enumerate(sorted(self.keys, key=lambda k: -self._often.get(k, 0))):
-            if not left.size:
-                break
-            level = sum(left.size > 2 * width for width in WIDTHS[:-1])
-            found = self._tape(key, level)(np.array([a[left] for a in arguments]))
-            good = found[-1] != 0.0
-            fitting = left[good]
-            for row, values in zip(results, found, strict=False):
-                row[fitting] = values[good]
-            which[fitting - first] = n
-            self._often[key] = self._often.get(key, 0) + fitting.size
-            left = left[~good]
+        """Points whose neighbours have other modes, with all combinations at once. Returns the number of runs."""
+        some = slice(first, first + _MIXED)
+        self._union().into([a[some] for a in arguments], 0, [*(r[some] for r in results), self._fits])
+        which = self._fits[: last - first].copy()
+        left = first + np.flatnonzero(which == 0.0)
         while left.size:
             start = int(left[0])
             end = min(start + LANES, last)
             modes = careful(start, end)
+            self._called += 1
             if modes is not None:
                 self.enter(modes)
             left = left[left >= end]
         return 1 + int(np.count_nonzero(np.diff(which)))
+
+    def _union(self) -> Tape:
+        """The wanted values of the first combination that fits, and its number from one; zeros where none does.
+
+        It is made anew for new combinations once the solver was called as often as there are combinations, which takes as long.
+        """
+        if self._all is None or self._all[0] < len(self.keys) <= self._called:
+            open_, found = Symbol(1), [Symbol(0)] * (len(self._wanted) + 1)
+            for number, key in enumerate(self.keys, 1):
+                *values, fits = self._expressions(key)
+                first, open_ = fits * open_, open_ * (1 - fits)
+                found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
+            self._all, self._called = (len(self.keys), self._made(found, _MIXED)), 0
+        self._all[1].set_common(self._common)
+        return self._all[1]
 
     def _candidates(self, current: Key | None) -> list[Key]:
         first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]
@@ -140,10 +149,12 @@ class Walker:
 
     def _tape(self, key: Key, level: int) -> Tape:
         if (key, level) not in self._tapes:
-            tape = Tape("steady_walk", self.problem.grid, self.problem.common, self._expressions(key), WIDTHS[level])
-            tape.set_common(self._common)
-            self._tapes[key, level] = tape
+            self._tapes[key, level] = self._made(self._expressions(key), WIDTHS[level])
+            self._tapes[key, level].set_common(self._common)
         return self._tapes[key, level]
+
+    def _made(self, expressions: list[Symbol], width: int) -> Tape:
+        return Tape("steady_walk", self.problem.grid, self.problem.common, list(ca.cse(expressions)), width)
 
     def enter(self, modes: Array) -> Key | None:
         """The combination of some modes, with the switches that have no influence left at zero."""
@@ -199,7 +210,7 @@ class Walker:
         fits = all_hold(margins)
         for rival in rivals:
             fits = fits * (1 - all_hold(rival))
-        return list(ca.cse([*wanted, fits]))
+        return [*wanted, fits]
 
     def _alternatives(self, key: Key, switches: list[int]) -> list[dict[int, float]]:
         """Other combinations of the laws that depend on each other."""

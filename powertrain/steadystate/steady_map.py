@@ -21,7 +21,7 @@ from powertrain.steadystate.results import MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
-_SLOW_BLOCK = 8192
+_SLOW_BLOCK = 16384
 _SHORT_ROW = 64
 
 

@@ -1,0 +1,129 @@
+"""Gaussian elimination of many small systems of one sparsity at once, on columns: an entry of all systems is one array.
+
+The next pivot is in the shortest row. It serves all systems in which it is not small beside the rest of that row; the others go on
+apart, with a pivot of their own (threshold pivoting: I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices,
+Oxford 2017, section 5.2). Systems that are few, or have no pivot, are solved one by one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from powertrain.numerics.newton import Array, Index, Mask, Solver, solved
+
+THRESHOLD = 0.1
+"""The share of the largest entry of its row that a pivot has at least."""
+FEW = 128
+"""So few systems are solved sooner one by one."""
+
+
+class Pattern:
+    """Square matrices with entries at the same places."""
+
+    def __init__(self, sparsity: ca.Sparsity) -> None:
+        self.rows, self.columns = np.array(sparsity.row(), np.intp), np.array(sparsity.get_col(), np.intp)
+        self.size = sparsity.size1()
+
+    def solver(self, entries: Array) -> Solver:
+        """The solver of the matrices with these ``entries``, a row for each matrix."""
+
+        def solve(right: Array) -> Array:
+            if len(right) < FEW:
+                return solved(self.dense(entries), right)
+            found = np.full(right.shape[::-1], np.nan).T
+            left = self._eliminate(entries.T, right.T, found.T)
+            found[left] = solved(self.dense(entries[left]), right[left])
+            return found
+
+        return solve
+
+    def dense(self, entries: Array) -> Array:
+        """The matrices in full."""
+        full = np.zeros((len(entries), self.size, self.size))
+        full[:, self.rows, self.columns] = entries
+        return full
+
+    def _eliminate(self, entries: Array, right: Array, found: Array) -> Index:
+        """Solves systems, a column each, into ``found``; which are left."""
+        table: list[dict[int, Array]] = [{} for _ in range(self.size)]
+        for i, j, values in zip(self.rows.tolist(), self.columns.tolist(), entries, strict=True):
+            table[i][j] = values
+        waiting, left = [_Part(np.arange(right.shape[1]), table, list(right), [])], [np.zeros(0, np.intp)]
+        while waiting:
+            part = waiting.pop()
+            while part.open and part.systems.size >= FEW:
+                i = part.shortest_row()
+                sizes = {j: np.abs(values) for j, values in part.table[i].items()}
+                largest = np.maximum.reduce([*sizes.values(), np.zeros(part.systems.size)])
+                sound = (largest > 0.0) & (largest < np.inf)
+                if not sound.all():
+                    left.append(part.systems[~sound])
+                    part = part.some(sound)
+                    continue
+                j = part.shortest_column([j for j in sizes if sizes[j][0] >= THRESHOLD * largest[0]])
+                good = sizes[j] >= THRESHOLD * largest
+                if not good.all():
+                    waiting.append(part.some(~good))
+                    part = part.some(good)
+                part.eliminate(i, j)
+            if part.open:
+                left.append(part.systems)
+            else:
+                part.substitute(found)
+        return np.concatenate(left)
+
+
+@dataclass
+class _Part:
+    """Some systems half done: their numbers, the rows that are left of them, right sides, and the pivots so far, as (row, column)."""
+
+    systems: Index
+    table: list[dict[int, Array]]
+    right: list[Array]
+    pivots: list[tuple[int, int]]
+
+    def some(self, which: Mask) -> _Part:
+        """Some of them."""
+        table = [{j: values[which] for j, values in row.items()} for row in self.table]
+        return _Part(self.systems[which], table, [values[which] for values in self.right], self.pivots.copy())
+
+    @property
+    def open(self) -> list[int]:
+        """The rows without a pivot."""
+        done = {i for i, _ in self.pivots}
+        return [i for i in range(len(self.table)) if i not in done]
+
+    def shortest_row(self) -> int:
+        """The next row."""
+        return min(self.open, key=lambda i: len(self.table[i]))
+
+    def shortest_column(self, columns: list[int]) -> int:
+        """The one among ``columns`` with entries in the fewest rows."""
+        rows = self.open
+        return min(columns, key=lambda j: sum(j in self.table[i] for i in rows))
+
+    def eliminate(self, i: int, j: int) -> None:
+        """Takes unknown j out of all rows but i."""
+        self.pivots.append((i, j))
+        for k in self.open:
+            if j not in self.table[k]:
+                continue
+            factor = self.table[k].pop(j) / self.table[i][j]
+            self.right[k] = self.right[k] - factor * self.right[i]
+            for n, values in self.table[i].items():
+                if n != j:
+                    self.table[k][n] = self.table[k].get(n, 0.0) - factor * values
+
+    def substitute(self, found: Array) -> None:
+        """The solutions, from the last pivot to the first."""
+        solution: dict[int, Array] = {}
+        for i, j in reversed(self.pivots):
+            total = self.right[i]
+            for n, values in self.table[i].items():
+                if n != j:
+                    total = total - values * solution[n]
+            solution[j] = total / self.table[i][j]
+            found[j, self.systems] = solution[j]
