@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain, count
 from typing import NoReturn
 
 import casadi as ca
@@ -62,6 +63,7 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
     flat, torques, others = reduced.flat, [], []
     symbols, equations = dict(reduced.symbols), list(reduced.equations)
     taken: dict[int, Place] = {}
+    named: set[str] = set()
     for place, law in flat.laws:
         if not isinstance(law, FrictionLaw | UnilateralLaw):
             others.append((place, law))
@@ -87,8 +89,15 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
             symbols[key(symbol)] = symbol
             equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
-        torques.append(LawTorque(place, law, symbol, flat.recorder.hold(f"{place.path}.{law.name}".lstrip("."))))
+        torques.append(LawTorque(place, law, symbol, flat.recorder.hold(_unlike(named, f"{place.path}.{law.name}".lstrip(".")))))
     return replace(reduced, symbols=symbols, equations=equations), torques, others
+
+
+def _unlike(named: set[str], name: str) -> str:
+    """The name of a law; a number tells a second one of that name in the same component apart."""
+    found = next(n for n in chain([name], (f"{name}_{k}" for k in count(2))) if n not in named)
+    named.add(found)
+    return found
 
 
 def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
