@@ -133,7 +133,9 @@ def test_two_contacts_of_one_component() -> None:
     result = plant.simulate(6.0, **TIGHT)
     assert [e.name for e in result.events] == ["contact_2", "contact"]
     found = pt.floquet(result, 0.5, 5.25)
-    exact = 0.25 * (np.array([[1.0, 5.25], [0.0, 1.0]]) if found.names[0] == "x" else np.array([[1.0, 0.0], [5.25, 1.0]]))
+    exact = 0.25 * (
+        np.array([[1.0, 5.25], [0.0, 1.0]]) if found.names[0] == "x" else np.array([[1.0, 0.0], [5.25, 1.0]])
+    )
     np.testing.assert_allclose(found.matrix, exact, atol=1e-9)
     assert set(plant.function(modes=(result, 0.5)).modes) == {"contact", "contact_2"}
 

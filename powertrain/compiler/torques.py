@@ -89,7 +89,9 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
             symbols[key(symbol)] = symbol
             equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
-        torques.append(LawTorque(place, law, symbol, flat.recorder.hold(_unlike(named, f"{place.path}.{law.name}".lstrip(".")))))
+        torques.append(
+            LawTorque(place, law, symbol, flat.recorder.hold(_unlike(named, f"{place.path}.{law.name}".lstrip("."))))
+        )
     return replace(reduced, symbols=symbols, equations=equations), torques, others
 
 
