@@ -194,6 +194,12 @@ def test_corners_are_rounded() -> None:
         top, least = (at + 1 + math.hypot(at - 1, 1.25 * h)) / 2, (at - math.hypot(at, h)) / 2
         exact = [math.hypot(at, h), top, least, step * at + (1 - step) * 2 * at, 2.0 * at]
         np.testing.assert_allclose(np.array(made(at, [0.0, width])).ravel(), exact, rtol=1e-12)
+    far = rounded(ca.Function("f", [x, p], [ca.vertcat(*y)], ["x", "p"], ["y"]), [course + 9.0, 0 * course], ["x"])[1]
+    root = rounded(
+        ca.Function("f", [x, p], [ca.if_else(x > 0.0, ca.sqrt(x), 0.0)], ["x", "p"], ["y"]), [course, 0 * course], ["x"]
+    )
+    assert far == root[1] == 0  # never reached; without a value beyond the corner
+    assert root[0](-1.0, [0.0, 0.1]) == 0.0
 
 
 def test_intervals_of_each_phase(launch: pt.Plant[Launch], by_hand: pt.Result[Launch]) -> None:

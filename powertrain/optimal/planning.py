@@ -83,7 +83,8 @@ def optimal_control(
     """Inputs and parameters that minimise an objective, through the sequence of modes of ``guess``.
 
     The instants at which modes change are free. The limits of the modes (speeds that keep their sign, torques within bounds) are
-    constraints. The method is direct collocation, solved by IPOPT. The plan is then simulated with the complete model;
+    constraints. The method is direct collocation, solved by IPOPT; corners of the equations that are no modes and that the guess
+    reaches are rounded in the plan. The plan is then simulated with the complete model;
     ``plan.same_modes`` says whether the modes were as planned.
 
     Parameters
