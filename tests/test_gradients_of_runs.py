@@ -297,6 +297,32 @@ class Held(pt.Component):
         yield pt.connect(self.shaft.flange_b, self.second.flange_a)
 
 
+class TwoBrakes(pt.Component):
+    """An inertia that two brakes hold against a rising torque, and a mark that is set at a speed."""
+
+    inertia: pt.Parameter = pt.parameter("kg.m2", "Moment of inertia", default=2.0)
+    first: pt.Parameter = pt.parameter("N.m", "Torque of one brake", default=3.0)
+    second: pt.Parameter = pt.parameter("N.m", "Torque of the other brake", default=5.0)
+    w: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+    tau_1: pt.Variable = pt.variable("N.m", "Torque of one brake")
+    tau_2: pt.Variable = pt.variable("N.m", "Torque of the other brake")
+    mark: pt.Discrete = pt.discrete("1", "1 above 0.5 rad/s", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.inertia * pt.der(self.w) == 4.0 * pt.time - self.tau_1 - self.tau_2
+        yield pt.friction(self.w, self.tau_1, -self.first, self.first)
+        yield pt.friction(self.w, self.tau_2, -self.second, self.second)
+        yield pt.when(self.w > 0.5, pt.reinit(self.mark, 1.0))
+
+
+def test_laws_that_share_a_motion_let_go_together() -> None:
+    """w = (a/2)(T - M/a)^2/J with a = 4 N.m/s, M the torque of both: dw/dM = -(T - M/a)/J; what laws remember of rest is no variable."""
+    run = pt.simulate(TwoBrakes(), 4.0, rtol=1e-10, atol=1e-12)
+    found = pt.gradient(run, pt.final("w"), ["first", "second", "inertia"])
+    assert found.value == pytest.approx(4.0, rel=1e-6)
+    assert [found[n] for n in ("first", "second", "inertia")] == pytest.approx([-1.0, -1.0, -2.0], rel=1e-6)
+
+
 def test_a_stuck_law_keeps_its_speed_at_the_start() -> None:
     starts = {"first.w": 0.0, "second.w": 0.01, "first.phi": 0.0, "second.phi": 0.0}
     plant = pt.compile(Held())
