@@ -22,6 +22,8 @@ STAGES = 4
 POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])), 1.0)
 """The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
 
+_LATE = 1e-12
+"""What depends on the time since an event has its right limit there: sign(0) is neither side. In s, and relative to the time."""
 _EARLY = 1e-6
 """How much earlier, as a share of the step before an event."""
 
@@ -101,14 +103,15 @@ def _instants(trajectory: Trajectory, corrected: Any) -> Instants:
     n, unknowns = trajectory.states, trajectory.dense.shape[2]
     times = np.array([i.time for i in found], float)
 
-    def side(values: list[Array], held: list[Array]) -> Samples:
+    def side(times: Array, values: list[Array], held: list[Array]) -> Samples:
         y = np.array(values, float).reshape(len(found), -1)[:, :unknowns] if found else np.zeros((0, unknowns))
         m = np.array(held, float) if found else np.zeros((0, trajectory.held.shape[1]))
         return Samples(times, y[:, :n], y[:, n:], m)
 
     owner = np.maximum(trajectory.times.searchsorted(times, side="left") - 1, 0)
-    seen = side([i.left for i in found], [i.held_left for i in found])
-    right = side([i.right for i in found], [i.held_right for i in found])
+    seen = side(times, [i.left for i in found], [i.held_left for i in found])
+    after = times + _LATE * (1.0 + np.abs(times))
+    right = side(after, [i.right for i in found], [i.held_right for i in found])
     before = _dense(trajectory, trajectory.times[owner], owner) if found else seen
     start = trajectory.times[owner]
     early = _dense(trajectory, times - _EARLY * (times - start), owner) if found else seen
