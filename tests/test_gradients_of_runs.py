@@ -297,6 +297,25 @@ class Held(pt.Component):
         yield pt.connect(self.shaft.flange_b, self.second.flange_a)
 
 
+class Ramp(pt.Component):
+    """A value that rises with the rate c to 1 and stays there, and the integral of its rate squared."""
+
+    c: pt.Parameter = pt.parameter("1/s", "Rate", default=0.8)
+    y: pt.Variable = pt.variable("1", "Value")
+    E: pt.Variable = pt.variable("1/s", "Integral of the rate squared", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.y == pt.switch(self.c * pt.time < 1.0, self.c * pt.time, 1.0, continuous=True)
+        yield pt.der(self.E) == pt.der(self.y) ** 2
+
+
+def test_a_rate_jumps_where_branches_meet() -> None:
+    """E = c^2 (1/c) = c: the kink in y, which is no event of the log, is a jump of its rate, and its instant 1/c moves."""
+    found = pt.gradient(pt.simulate(Ramp(), 3.0, rtol=1e-10), pt.final("E"), "c")
+    assert found.value == pytest.approx(0.8, rel=1e-9)
+    assert found["c"] == pytest.approx(1.0, rel=1e-6)
+
+
 class TwoBrakes(pt.Component):
     """An inertia that two brakes hold against a rising torque, and a mark that is set at a speed."""
 
