@@ -39,10 +39,15 @@ def command(name: str, text: bool, schematic: Path | None) -> None:
     """Describe a component or vehicle: parameters with units, defaults and ranges, slots, ports, variables, equations, source.
 
     Set parameters and slots with `powertrain run VEHICLE --set PATH=VALUE`. If a name occurs in several families, put the family in front.
+    Of a parameter file (.toml) or a measured car, the class that it sets is described.
     """
-    from powertrain.presets import catalogue
+    from powertrain.presets import catalogue, named
 
     with of_the_command_line():
+        if name.lower().endswith(".toml"):
+            name = type(named.of_file(Path(name))[0]).__name__
+        elif name.lower() in named.measured():
+            name = type(named.load(name.lower())).__name__
         entry = catalogue.find(name, (*catalogue.assembled(), *catalogue.components()), "component")
     click.echo(described(entry, text))
     if schematic is not None:

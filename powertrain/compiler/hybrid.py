@@ -27,7 +27,8 @@ class Friction:
     ``limitless``: modes in which its own torque has no limit, so that it cannot move that way.
     ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``rounding``: what the rounding of angles and positions
     adds to that; ``reach``: G_ii.
-    ``rests``: where other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest all the same.
+    ``rests``: where other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest all the same;
+    ``share`` is then what its compliance would have it take, no less than its limit.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Friction:
     rounding: ca.SX = field(default_factory=lambda: ca.SX(0))
     reach: ca.SX = field(default_factory=lambda: ca.SX(1))
     rests: int | None = None
+    share: ca.SX = field(default_factory=lambda: ca.SX(0))
 
     @property
     def hysteresis(self) -> ca.SX:

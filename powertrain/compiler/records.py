@@ -46,9 +46,7 @@ def held_values(
     recorder = flat.recorder
     flags = [recorder.hold(f"{place.path}.{law.name}") for place, law in others if isinstance(law, WhenLaw)]
     rests = {
-        key(t.mode): recorder.hold(f"{t.mode.name()}.rests")
-        for k, t in enumerate(torques)
-        if isinstance(t.law, FrictionLaw) and resolver.shares(k)
+        key(t.mode): t.rests for k, t in enumerate(torques) if isinstance(t.law, FrictionLaw) and resolver.shares(k)
     }
     symbols = [*(t.mode for t in torques), *(s.mode for s in recorder.switches), *flags]
     symbols += [*(d.symbol for d in flat.discretes), *(s for e in recorder.schedules for s in e.held), *rests.values()]
@@ -80,6 +78,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
         rounding=resolver.rounding(k),
         reach=resolver.reach(k),
         rests=held.place(held.rests[key(t.mode)]) if key(t.mode) in held.rests else None,
+        share=resolver.share(k) if key(t.mode) in held.rests else Symbol(0),
     )  # fmt: skip
 
 

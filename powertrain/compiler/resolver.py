@@ -11,7 +11,7 @@ import casadi as ca
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import LawTorque, cancels, compliance, mobility, shares, solve_torques
+from powertrain.compiler.torques import COMPLIANCE, LawTorque, cancels, compliance, mobility, shares, solve_torques
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
@@ -37,7 +37,7 @@ class Resolver:
         self._opened = self._in_torques([self._opened])[0]
         self.laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         found = solve_torques(self.laws, self.tau)
-        self.torque = column(found.tau)
+        self.torque, self._yielding = column(found.tau), column(found.first)
         self.assigned = self.close([self._opened])[0]
         self._implicit_laws = found.residuals
         self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
@@ -172,6 +172,11 @@ class Resolver:
         """The reach of every law for given torques."""
         slopes = [ca.jacobian(law.rate, own) for law, own in zip(self.laws, self.tau, strict=True)]
         return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
+
+    def share(self, k: int) -> Symbol:
+        """The torque at which a law would yield as it is moved before the proximal step; at a limit it would take no less."""
+        yielded = _substituted([self.laws[k].rate], column(self.tau), self._yielding)[0]
+        return yielded / (COMPLIANCE * self.close([self.open_compliance(k)])[0])
 
     def open_compliance(self, k: int) -> Symbol:
         """How much a law yields while it is stuck, for given torques."""

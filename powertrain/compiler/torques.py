@@ -44,12 +44,16 @@ _ROUND_OFF = 1e-13
 
 @dataclass(frozen=True)
 class LawTorque:
-    """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset."""
+    """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset.
+
+    ``rests`` is 1 where a friction law is at a limit of its torque, and others hold it at rest.
+    """
 
     place: Place
     law: FrictionLaw | UnilateralLaw
     symbol: Symbol
     mode: Symbol
+    rests: Symbol = field(default_factory=lambda: Symbol(0))
     algebraic: bool = False
     speed: Symbol = field(default_factory=Symbol)
     rate: Symbol = field(default_factory=Symbol)
@@ -89,9 +93,8 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
             symbols[key(symbol)] = symbol
             equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
-        torques.append(
-            LawTorque(place, law, symbol, flat.recorder.hold(_unlike(named, f"{place.path}.{law.name}".lstrip("."))))
-        )
+        name, hold = _unlike(named, f"{place.path}.{law.name}".lstrip(".")), flat.recorder.hold
+        torques.append(LawTorque(place, law, symbol, hold(name), hold(f"{name}.rests")))
     return replace(reduced, symbols=symbols, equations=equations), torques, others
 
 
@@ -164,11 +167,12 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
-    ``implicit`` are the laws that are not linear in the torques (an efficiency that depends on the load): their own ``tau`` stays an
-    unknown, for which ``residuals`` are zero.
+    ``first`` are those before the proximal step, with which stuck laws yield. ``implicit`` are the laws that are not linear in the torques
+    (an efficiency that depends on the load): their own ``tau`` stays an unknown, for which ``residuals`` are zero.
     """
 
     tau: list[Symbol]
+    first: list[Symbol]
     implicit: list[int]
     residuals: list[Symbol]
 
@@ -176,10 +180,10 @@ class LawTorques:
 def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorques:
     """All torques for given modes; ``laws`` in terms of states and of the torques ``tau``."""
     if not laws:
-        return LawTorques([], [], [])
+        return LawTorques([], [], [], [])
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
-    loose = [_loose(t, own) for t, own in zip(laws, tau, strict=True)]
+    loose = [_loose(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
     short, parts = _affine([*rows, *(t.rate for t in laws)], list(tau))
     rows, laws = short[: len(laws)], [replace(t, rate=rate) for t, rate in zip(laws, short[len(laws) :], strict=True)]
@@ -188,13 +192,15 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
     yields = [sign * compliance(t, own, column(list(tau))) for t, own, sign in zip(laws, tau, signs, strict=True)]
     soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
-    found = _solved([rows[i] for i in explicit], [tau[i] for i in explicit], [COMPLIANCE * soft[i] for i in explicit])
-    whole = list(tau)
-    for i, value in zip(explicit, found, strict=True):
-        whole[i] = value
-    residuals = [rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved]
-    everything = ca.vertsplit(ca.substitute(column([*whole, *residuals]), *parts)) if parts else [*whole, *residuals]
-    return LawTorques(everything[: len(laws)], curved, everything[len(laws) :])
+    steps = _solved([rows[i] for i in explicit], [tau[i] for i in explicit], [COMPLIANCE * soft[i] for i in explicit])
+    first, whole = list(tau), list(tau)
+    for i, yielding, value in zip(explicit, *steps, strict=True):
+        first[i], whole[i] = yielding, value
+    everything = [*whole, *first, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
+    if parts:
+        everything = ca.vertsplit(ca.substitute(column(everything), *parts))
+    n = len(laws)
+    return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
 
 
 def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
@@ -213,9 +219,10 @@ def _prescribed(t: LawTorque, own: Symbol) -> bool:
     return not any(ca.which_depends(t.rate, own, 1, False))
 
 
-def _loose(t: LawTorque, own: Symbol) -> Symbol:
+def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """What is zero while the law slides or the contact is open.
 
+    What others hold at rest does not slide: its limit is that of breaking away.
     At rest under a motion that no torque changes, any torque between the bounds will do: operating points ask for these with modes
     between -1 and 1.
     """
@@ -224,7 +231,13 @@ def _loose(t: LawTorque, own: Symbol) -> Symbol:
     lower, upper = t.law.lower, t.law.upper
     if _prescribed(t, own):
         upper = ca.if_else(ca.fabs(t.mode) < 1, lower + (1 + t.mode) / 2 * (upper - lower), upper)
-    return own - ca.if_else(t.mode == -1, lower, upper)
+    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and shares(t, own, tau) else 1
+    return own - holds * ca.if_else(t.mode == -1, lower, upper)
+
+
+def breaks_away(law: FrictionLaw) -> bool:
+    """Whether a law may hold more than it transmits when it slides."""
+    return not (law.peak.is_constant() and float(law.peak) == 1.0)
 
 
 def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
@@ -275,10 +288,10 @@ def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tu
     return ca.vertsplit(short), (column(names), column(parts))
 
 
-def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> list[Symbol]:
-    """The unknowns of affine rows, each row's own unknown its pivot, after one proximal step: row + soft (unknown - q) = 0."""
+def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> tuple[list[Symbol], list[Symbol]]:
+    """The unknowns of affine rows, each row's own unknown its pivot, before and after one proximal step: row + soft (unknown - q) = 0."""
     if not rows:
-        return []
+        return [], []
     whole, symbols = column(rows), column(unknowns)
     jacobian = ca.jacobian(whole, symbols) + ca.diag(column(soft))
     right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
@@ -290,7 +303,7 @@ def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> l
     factors = eliminate(entries, numbers)
     first = factors.solve(right)
     second = factors.solve([b + s * first[i] for i, (b, s) in enumerate(zip(right, soft, strict=True))])
-    return [second[j] for j in range(len(rows))]
+    return [first[j] for j in range(len(rows))], [second[j] for j in range(len(rows))]
 
 
 def cancels(slope: Symbol) -> bool:

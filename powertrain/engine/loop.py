@@ -22,9 +22,6 @@ from powertrain.numerics.buffers import view
 
 _STIFF = 3.25
 _STIFF_STEPS = 15
-_FREE = 2.0
-_BEGINNING = 1e-9
-"""Laws that are no longer free this soon after the start begin with it: that is no event."""
 _FINEST = 1e-5
 """Share of the simulated span below which steps are not halved to resolve indicators."""
 _CALM = 1e-4
@@ -268,9 +265,9 @@ class Run:
         self.idle = 0
         self._restart()
         right = memory.y[self.side].copy()
-        begins = t <= self.start + _BEGINNING * max(1.0, abs(t)) and all(held_left[k] == _FREE for k in changed)
-        if resolver.extra or not begins:
-            self.recorder.instants.append(Instant(t, left, right, held_left, held, tuple(resolver.extra)))
+        instant = Instant(t, left, right, held_left, held, tuple(resolver.extra))
+        if not instant.begins(self.start):
+            self.recorder.instants.append(instant)
         for index in changed:
             if index in self.catalogue.chattering and self.chatter.note(index, t):
                 raise SimulationError(self.chatter.message(self.catalogue.chattering[index], t))

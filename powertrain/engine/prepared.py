@@ -269,7 +269,7 @@ class Prepared:
         """All functions of a run with one method, for other drivers than ``loop``; after a start was loaded."""
         model = self._shared()
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
-        found = {"method": make(model)} | self._called(model) | {"longest": self.waves.function()}
+        found = {"method": make(model)} | self._called(model) | {"longest": self.waves.function}
         if self.dae.whens:
             found["resets"] = reset_values(self.dae)
         return found

@@ -23,6 +23,11 @@ class Event:
     new: float
 
 
+_FREE = 2.0
+_BEGINNING = 1e-9
+"""Laws that are no longer free this soon (s) after the start begin with it."""
+
+
 class Instant(NamedTuple):
     """All that happened at one instant: unknowns and held values of both sides. ``extra`` are (name, kind) of impacts and resets."""
 
@@ -32,6 +37,11 @@ class Instant(NamedTuple):
     held_left: Array
     held_right: Array
     extra: tuple[tuple[str, str], ...] = ()
+
+    def begins(self, start: float) -> bool:
+        """Whether laws that were free begin with the run here: that is no event."""
+        soon = self.time <= start + _BEGINNING * max(1.0, abs(self.time))
+        return soon and not self.extra and bool((self.held_left[self.held_left != self.held_right] == _FREE).all())
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -11,7 +12,7 @@ from powertrain.compiler.calls import marks
 from powertrain.compiler.hybrid import Contact, Friction, HybridDae
 from powertrain.language.symbols import column, free_symbols, key
 from powertrain.modes.indicators import Indicator
-from powertrain.numerics.buffers import Array
+from powertrain.numerics.buffers import Array, Evaluated
 
 PART = 1 / 8
 """Part of a period that a step may take: a parabola through a sine's samples at quarters of it is right to 1e-5 of its amplitude."""
@@ -30,42 +31,35 @@ class Waves:
         self._sizes = dae.m.numel(), dae.p.numel()
         self._symbols = dae.t, dae.m, dae.p
 
+    @cached_property
     def function(self) -> ca.Function:
-        """``longest_step`` as a function of (t, stop, m, p)."""
+        """The longest step (s) as a function of (t, stop, m, p), for the modes in m; infinite where none of them follows a sine."""
         t, m, p = self._symbols
         stop, fastest, k = ca.SX.sym("stop"), ca.SX(0.0), 0
         now, then = (self._speeds(at, m, p) for at in (t, stop))
         for law, count in self._laws:
             for _ in range(count):
-                fastest = ca.fmax(fastest, ca.if_else(_following(law, m), ca.fmax(now[k], then[k]), 0.0))
+                fastest = ca.fmax(fastest, ca.if_else(_follows(law, m), ca.fmax(now[k], then[k]), 0.0))
                 k += 1
         longest = ca.if_else(fastest > 0, 2 * np.pi * PART / fastest, np.inf)
         return ca.Function("powertrain_longest", [t, stop, m, p], [longest])
 
     def longest_step(self, t: float, stop: float, m: Array, p: Array) -> float:
-        """In seconds, for the modes in ``m``; infinite where none of them follows a sine."""
+        """The value of ``function``."""
         if not self._laws:
             return np.inf
-        acting = np.repeat([_follows(law, m) for law, _ in self._laws], [count for _, count in self._laws])
-        if not acting.any():
-            return np.inf
-        nm, count = self._sizes
-        speeds = [np.array(self._speeds(at, m[:nm], p[:count]), float).ravel() for at in (t, stop)]
-        fastest = float(np.nan_to_num(np.maximum(*speeds))[acting.astype(bool)].max())
-        return 2 * np.pi / fastest * PART if fastest > 0.0 else np.inf
+        count, np_ = self._sizes
+        return float(self._longest(t, stop, m[:count], p[:np_])[0][0, 0])
+
+    @cached_property
+    def _longest(self) -> Evaluated:
+        return Evaluated(self.function)
 
 
-def _follows(law: object, m: Array) -> bool:
+def _follows(law: object, m: ca.SX) -> ca.SX:
     """Whether a law's condition is one of time alone: where it moves, what it moves is integrated."""
     if isinstance(law, Friction):
-        return law.algebraic or law.prescribed or m[law.index] in (0.0, 2.0)  # stuck or free
-    return not isinstance(law, Contact) or m[law.index] > 0.5
-
-
-def _following(law: object, m: ca.SX) -> ca.SX:
-    """``_follows`` as an expression of the modes."""
-    if isinstance(law, Friction):
-        mode = m[law.index]
+        mode = m[law.index]  # stuck or free
         return ca.SX(1) if law.algebraic or law.prescribed else ca.logic_or(mode == 0, mode == 2)
     return m[law.index] > 0.5 if isinstance(law, Contact) else ca.SX(1)
 

@@ -105,7 +105,7 @@ def friction(
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
     ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. A law at its
-    limit counts as stuck if other laws hold it at rest.
+    limit, peak*lower or peak*upper, counts as stuck if other laws hold it at rest.
 
     Parameters
     ----------
@@ -160,11 +160,15 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
-    return to_be_yielded("when", WhenLaw(_combined(_condition("when", condition), name), resets, name))
+    condition = _condition("when", condition)
+    return to_be_yielded("when", WhenLaw(_combined(condition, name, recorder().relations), resets, name))
 
 
-def _combined(condition: Symbol, name: str) -> Symbol:
-    """Positive exactly while ``condition`` holds; of several comparisons, in terms of their truth, which only events change."""
+def _combined(condition: Symbol, name: str, relations: list[SwitchEntry]) -> Symbol:
+    """Positive exactly while ``condition`` holds; of several comparisons, in terms of their truth, which only events change.
+
+    The comparisons join ``relations``.
+    """
     active, found = recorder(), list[Symbol]()
 
     def alone(relation: Symbol) -> Symbol:
@@ -175,11 +179,11 @@ def _combined(condition: Symbol, name: str) -> Symbol:
         g = _residual(relation)
         if _held(g):
             return g
-        known = next((r for r in active.relations if key(r.condition) == key(relation)), None)
+        known = next((r for r in relations if key(r.condition) == key(relation)), None)
         if known is None:
-            mode = active.hold(f"{active.path}.{name}.relation{len(active.relations)}".lstrip("."))
+            mode = active.hold(f"{active.path}.{name}.relation{len(relations)}".lstrip("."))
             known = SwitchEntry(mode, g, active.place, True, relation)
-            active.relations.append(known)
+            relations.append(known)
         return 2 * known.mode - 1
 
     g = crossing(condition, alone)
@@ -203,7 +207,8 @@ def switch(
 ) -> Symbol:
     """``a`` while ``condition`` holds, else ``b``; the change is an exact event.
 
-    Several switches with the same condition object change together.
+    Several switches with the same condition object change together. Every comparison that a condition combines is an event of its own, so
+    that they may hold together for any short time.
 
     Parameters
     ----------
@@ -220,14 +225,16 @@ def switch(
     -------
     expression
     """
-    active, g = recorder(), crossing(_condition("switch", condition))
+    active, condition = recorder(), _condition("switch", condition)
     a, b = _expression("switch", a), _expression("switch", b)
-    if _held(g):
-        return ca.if_else(Symbol(condition), a, b)
+    if _held(crossing(condition)):
+        return ca.if_else(condition, a, b)
     for entry in active.switches:
-        if entry.condition is condition and entry.continuous == continuous:
+        if key(entry.condition) == key(condition) and entry.continuous == continuous:
             return ca.if_else(entry.mode, a, b)
-    mode = active.hold(f"{active.path}.{name or f'switch{len(active.switches)}'}".lstrip("."))
+    name = name or f"switch{len(active.switches)}"
+    g = crossing(condition) if continuous else _combined(condition, name, active.switches)
+    mode = active.hold(f"{active.path}.{name}".lstrip("."))
     active.switches.append(SwitchEntry(mode, g, active.place, continuous, condition))
     return ca.if_else(mode, a, b)
 

@@ -157,7 +157,7 @@ class Complementarity:
     """Solves the complementarity problem of one model at any point."""
 
     def __init__(self, dae: HybridDae, laws: TorqueLaws | None = None) -> None:
-        self.laws: TorqueLaws = Laws(dae) if laws is None else laws
+        self.dae, self.laws = dae, Laws(dae) if laws is None else laws
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
         known = ca.vertcat(*[f.hysteresis for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
@@ -185,9 +185,12 @@ class Complementarity:
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
         holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
-        return _Problem(laws, *_widened(base, bend, holds, np.where(rest, known, 0.0)), tau, rest, zone).answer(
-            self.switches
-        )
+        wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
+        answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
+        for law, hold in zip(self.dae.frictions, holds, strict=False):
+            if law.rests is not None and hold > 1.0:  # at its peak it does not slide yet
+                answer.modes[law.rests] = float(abs(answer.modes.get(law.index, 0.0)) == 1.0)
+        return answer
 
     def bending(self, near: LinearLaws) -> list[int]:
         """The continuous conditions that depend on torques, by their places among the switches."""

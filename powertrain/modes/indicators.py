@@ -28,8 +28,8 @@ def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
     """All indicators that are located as state events; relations with a known instant are left to the time events."""
     found: list[Indicator] = []
     for friction in dae.frictions:
-        mode, slow = dae.m[friction.index], speed_tolerance(dae, friction)
-        known = slow if friction.prescribed else ca.if_else(mode == 0, friction.hysteresis, slow)
+        slow = speed_tolerance(dae, friction)
+        known = slow if friction.prescribed else ca.if_else(_by_torque(dae, friction), friction.hysteresis, slow)
         found.append(Indicator(friction, friction_motion(dae, friction), known))
         if friction.may_free and ca.depends_on(friction.upper - friction.lower, ca.vertcat(dae.t, dae.x, dae.z)):
             found.append(Indicator(friction, friction_free(dae, friction)))
@@ -87,7 +87,20 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
         loose = ca.fmax(loose, friction.hysteresis - ca.fabs(friction.upper - friction.lower))
     if friction.may_free:
         loose = ca.if_else(mode == 2, 1.0, loose)
+    if friction.rests is not None:
+        loose = ca.if_else(dae.m[friction.rests], held_margin(dae, friction), loose)
     return ca.if_else(mode == 0, stuck, loose)
+
+
+def held_margin(dae: HybridDae, friction: Friction) -> ca.SX:
+    """What others hold at a limit stays there while, as stiff as they are, it would take more; the hysteresis included."""
+    return dae.m[friction.index] * (friction.share - friction.torque) + friction.hysteresis
+
+
+def _by_torque(dae: HybridDae, friction: Friction) -> ca.SX:
+    """Whether the torque of a law tells how long it keeps its mode, not its speed."""
+    stuck = dae.m[friction.index] == 0
+    return stuck if friction.rests is None else ca.logic_or(stuck, dae.m[friction.rests])
 
 
 def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:

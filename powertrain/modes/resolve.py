@@ -71,13 +71,23 @@ class ModeResolver:
         )
 
     def _note_rest(self, side: int) -> bool:
-        """Mark the laws at a limit that others hold; False where one that was marked is held no longer, so that its rate decides anew."""
-        before = self.memory.m[self._rests]
-        self.memory.m[self._rests] = 0.0
-        if (before.any() or self._flags[4] > 0.0) and self._problem is not None:
-            for k in resting(self.dae, self._problem, self._point(side)):
-                self.memory.m[self.dae.frictions[k].rests] = 1.0
-        return not (before > self.memory.m[self._rests]).any()
+        """Mark the laws at a limit that others hold; False where that changes torques or rates, so that modes are to be found anew.
+
+        One that was marked and is held no longer may slide; one that has come to rest has its peak.
+        """
+        m = self.memory.m
+        marked = {place for place in self._rests if m[place]}
+        if self._problem is None or not (marked or self._flags[4] > 0.0):
+            return True
+        m[self._rests] = 0.0
+        same = True
+        for k, peak in resting(self.dae, self._problem, self._point(side)):
+            law = self.dae.frictions[k]
+            if peak > 1.0 and law.rests not in marked:
+                m[law.index], same = 0.0, False
+            else:
+                m[law.rests] = 1.0
+        return same and all(m[place] for place in marked)
 
     def _found(self, side: int) -> bool:
         """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
@@ -115,12 +125,18 @@ class ModeResolver:
     def _shared(self, side: int) -> bool:
         """Laws have come to rest at a limit, held by others: of all that is consistent take what their compliance says."""
         modes = self.memory.m.copy()
-        self.memory.m[self._rests] = 0.0
+        self._forget_rest()
         found = self._linearized(side, held=False)[0]
         if found is None:
             self.memory.m[:] = modes
             self._solvable(side)
         return found is not False
+
+    def _forget_rest(self) -> None:
+        """Laws that rest at a limit are stuck as others are, until the complementarity problem says who is at a limit."""
+        for law in self.dae.frictions:
+            if law.rests is not None and self.memory.m[law.rests] > 0.0:
+                self.memory.m[law.rests] = self.memory.m[law.index] = 0.0
 
     @cached_property
     def _problem(self) -> Complementarity | None:
@@ -130,7 +146,7 @@ class ModeResolver:
         """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
         if self._problem is None:
             return self._jam(side, set(), 1)
-        self.memory.m[self._rests] = 0.0
+        self._forget_rest()
         start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
         found, laws = self._linearized(side, held=False)
         if found is not None:

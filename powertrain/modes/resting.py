@@ -23,23 +23,23 @@ NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
 
-def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]:
-    """The friction laws (places in ``dae.frictions``) at a limit that others hold at rest at ``point``."""
+def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tuple[int, float]]:
+    """The friction laws (places in ``dae.frictions``) at a limit that others hold at rest at ``point``, and their peaks."""
+    modes, count = point.m[problem.laws.index], problem.laws.frictions
+    holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
+    limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
+    if not limited or not holds.any():
+        return []
     near = problem.laws.at(point, np.zeros(problem.laws.count))
     G = -near.rate_slope
     if not np.isfinite(G).all():
         return []
-    modes = point.m[problem.laws.index]
-    count = problem.laws.frictions
-    holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
-    limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
-    return [k for k, follows in zip(limited, _follow(G, near.rate, limited, holds), strict=True) if follows]
+    held = _follow(G, near.rate, limited, holds)
+    return [(k, float(near.peak[k])) for k, follows in zip(limited, held, strict=True) if follows]
 
 
 def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:
     """Whether each of these rates is a combination of the rates of the laws that hold."""
-    if not rows or not holds.any():
-        return [False] * len(rows)
     size = np.sqrt(np.abs(np.diag(G)))
     scaled = G / np.maximum(np.outer(size, size), 1e-300)
     c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds][:, rows], rcond=_SINGULAR)[0]

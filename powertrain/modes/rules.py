@@ -11,6 +11,7 @@ from powertrain.language.symbols import column
 from powertrain.modes.indicators import (
     approaching,
     friction_free,
+    held_margin,
     in_time,
     relation,
     speed_tolerance,
@@ -54,6 +55,8 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     fires = {index: _fires(dae, fire[k], instant) for k, (index, instant) in enumerate(instants)}
     for friction in dae.frictions:
         held[friction.index] = friction_rule(dae, friction, jumped, slack)
+        if friction.rests is not None:
+            held[friction.rests] = ca.fmax(_rests(dae, friction), _breaks_away(dae, friction, held[friction.index]))
     for switch in (*dae.switches, *dae.relations):
         old = dae.m[switch.index]
         left = switch_margin(dae, switch) if switch.time is None else relation(old, in_time(dae, switch.g))
@@ -109,6 +112,12 @@ def _rests(dae: HybridDae, friction: Friction) -> ca.SX:
     return ca.SX(0) if friction.rests is None else dae.m[friction.rests]
 
 
+def _breaks_away(dae: HybridDae, friction: Friction, new: ca.SX) -> ca.SX:
+    """Whether a law reaches its peak at rest: it keeps it as long as others hold what it moves."""
+    leaves = ca.logic_and(dae.m[friction.index] == 0, ca.fabs(new) == 1)
+    return ca.logic_and(ca.logic_and(leaves, ca.fabs(friction.w) <= ZONE), friction.peak > 1)
+
+
 def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
     """The next mode of one friction law."""
     mode, w, rate = dae.m[friction.index], friction.w, friction.rate
@@ -124,6 +133,8 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
         least = allowed * friction.reach * friction.hysteresis + (EPS if friction.algebraic else 0)
         nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.hysteresis)
         forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
+        kept = ca.logic_or(ca.logic_not(_rests(dae, friction)), held_margin(dae, friction) > 0)
+        forward, backward = ca.logic_and(forward, kept), ca.logic_and(backward, kept)
         loose = ca.if_else(
             mode == 1, ca.if_else(forward, 1.0, 0.0), ca.if_else(mode == -1, ca.if_else(backward, -1.0, 0.0), 0.0)
         )

@@ -71,7 +71,7 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
     """Functions of (time and step, y, m, p) for laws that rest at a limit of their torque, held by others.
 
     ``idle``: which do, and which laws are at rest at all; ``mobility``: the rates of the laws by their torques, row by row,
-    and without torques.
+    and without torques, and their peaks.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
     if not laws or opened is None:
@@ -86,7 +86,7 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
         mobility, free = mobility + moved[:, :-1], free - moved[:, -1]
     mobility, free = ca.substitute([mobility, free], [opened.tau], [ca.DM.zeros(opened.tau.numel())])
     before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
-    found = {"idle": flags, "mobility": [mobility.T, free]}
+    found = {"idle": flags, "mobility": [mobility.T, free, ca.vertcat(*(f.peak for f in laws))]}
     return {
         name: ca.Function(
             PREFIX + name, [moment, y, dae.m, dae.p], [ca.densify(e) for e in ca.substitute(values, before, now)]

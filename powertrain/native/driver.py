@@ -136,7 +136,7 @@ class _Run:
     """One run in memory of Python's, and what C has kept of it so far."""
 
     def __init__(self, library: ctypes.CDLL, start: float, at: Begun, signals: dict[str, np.ndarray]) -> None:
-        self.library = library
+        self.library, self.start = library, start
         sizes = (ctypes.c_int * 6)()
         library.pt_sizes(sizes)
         self.x, self.z, self.m, _, self.whens, _ = sizes
@@ -198,6 +198,7 @@ class _Run:
         notes = catalogue(dae)
         final = np.array(self.library.pt_unknowns(self.model)[: self.y])[:n]
         final_held = np.array(self.library.pt_held(self.model)[: self.m])[: dae.m.numel()]
+        instants = [self._instant(values, dae) for values in np.concatenate(self.instants)]
         return Trajectory(
             times=table[:, 1].copy(),
             sizes=table[:, 2].copy(),
@@ -208,7 +209,7 @@ class _Run:
             final=final,
             final_held=final_held,
             states=self.x,
-            instants=tuple(self._instant(values, dae) for values in np.concatenate(self.instants)),
+            instants=tuple(instant for instant in instants if not instant.begins(self.start)),
             laws=notes.kinds,
             rests=notes.rests,
             statistics=dict(zip(("steps", "rejected", "events"), self.counts.tolist(), strict=False)),

@@ -11,6 +11,7 @@
 #define AIM 1e-11
 #define CALM 1e-4
 #define AT_REST 1e-13
+#define TURNS 100
 #define HALVINGS 8
 #define FINEST 1e-5
 #define PASSES 20
@@ -27,7 +28,7 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known;
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
@@ -206,6 +207,8 @@ static int one_by_one(pt_model *a)
         while (k < PT_LAWS && a->m[pt_laws[k]] == a->held[pt_laws[k]]) k++;
         if (k == PT_LAWS) return PT_MODES;
         a->m[pt_laws[k]] = a->held[pt_laws[k]];
+        for (int i = 0; i < PT_RESTS; i++)
+            if (pt_rest_laws[i] == pt_laws[k]) a->m[pt_rests[i]] = a->held[pt_rests[i]];
     }
     return PT_MODES;
 }
@@ -263,11 +266,12 @@ static void eliminate_what_holds(pt_model *a)
     }
 }
 
-/* Marks the laws at a limit that others hold at rest; 0 where one that was marked is held no longer, so that its rate decides anew. */
+/* Marks the laws at a limit that others hold at rest; 0 where that changes torques or rates, so that modes are to be found anew: one that
+   was marked and is held no longer may slide, one that has come to rest has its peak. */
 static int marked(pt_model *a, int asked)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->mobility[0], a->rate};
+    double *wanted[] = {a->mobility[0], a->rate, a->peak};
     int some = asked, all = 1;
     for (int k = 0; k < PT_RESTS; k++) some |= a->m[pt_rests[k]] != 0;
     if (!some) return 1;
@@ -277,8 +281,11 @@ static int marked(pt_model *a, int asked)
         double left = 0, before = a->m[pt_rests[k]], mode = fabs(a->m[pt_rest_laws[k]]);
         while (pt_frictions[i] != pt_rest_laws[k]) i++;
         for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
-        a->m[pt_rests[k]] = mode == 1 && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i] + a->rate_known;
-        all &= a->m[pt_rests[k]] >= before;
+        int held = mode == 1 && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i] + a->rate_known;
+        int fresh = held && a->peak[k] > 1 && before == 0;
+        if (fresh) a->m[pt_rest_laws[k]] = 0;
+        a->m[pt_rests[k]] = held && !fresh;
+        all &= !fresh && a->m[pt_rests[k]] >= before;
     }
     return all;
 }
@@ -298,15 +305,19 @@ static int resolve(pt_model *a)
     return PT_RESETS;
 }
 
-/* Restart after a discontinuity: stuck speeds are zero, the slope, a first step size. */
+/* Restart after a discontinuity: stuck speeds are zero, the slope, a first step size. Speeds that share states are set to zero by turns
+   (S. Kaczmarz, Angenaeherte Aufloesung von Systemen linearer Gleichungen, Bull. Acad. Polon. Sci. A 35 (1937) 355). */
 
 static int refresh(pt_model *a, double *h)
 {
-    const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
-    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
     a->time[0] = a->t;
-    CALL(a, pt_fresh, given, wanted);
-    a->side = 1 - a->side;
+    a->first[1] = INFINITY;
+    for (int turn = 0; turn < TURNS && a->first[1] > AT_REST; turn++) {
+        const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
+        double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
+        CALL(a, pt_fresh, given, wanted);
+        a->side = 1 - a->side;
+    }
     if (!isfinite(a->first[2])) return PT_RATES;
     *h = a->first[0];
     return a->first[1] > AT_REST ? PT_COUPLED : PT_OK;

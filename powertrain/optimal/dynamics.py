@@ -277,13 +277,20 @@ def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
         elif mode == FREE:
             found[f"{law.name}: free"] = law.lower - law.upper
     for switch in (s for s in dae.switches if not s.continuous):
-        found[f"{switch.name}: {'true' if held[switch.index] > 0.5 else 'false'}"] = (
-            float(2.0 * held[switch.index] - 1.0) * switch.g
-        )
+        found[f"{switch.name}: {'true' if held[switch.index] > 0.5 else 'false'}"] = float(
+            2.0 * held[switch.index] - 1.0
+        ) * _compared(dae, switch.g)
     for contact in dae.contacts:
         closed = held[contact.index] > 0.5
         found[f"{contact.name}: {'closed' if closed else 'open'}"] = contact.force if closed else contact.gap
     return {name: e for name, e in found.items() if not (e.is_constant() and np.isinf(float(e)))}
+
+
+def _compared(dae: HybridDae, g: Symbol) -> Symbol:
+    """A condition in terms of what it compares; where it combines comparisons it is given in terms of their modes."""
+    alone = [s for s in dae.switches if s.continuous]
+    modes = column([dae.m[s.index] for s in alone])
+    return ca.substitute(g, modes, column([(1 + s.g) / 2 for s in alone])) if ca.depends_on(g, modes) else g
 
 
 def _stills(dae: HybridDae, held: Array) -> dict[str, Symbol]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable
+from pathlib import Path
 
 import casadi as ca
+import numpy as np
 import pytest
 from small_models import Gate
 
@@ -83,6 +86,67 @@ def test_what_only_events_change_is_compared_exactly() -> None:
     assert [result[name][-1] for name in ("n", "there", "late")] == pytest.approx([2.0, 2.0, 3.0], abs=1e-9)
 
 
+class Pushed(pt.Component):
+    """A mass that is pushed while a condition holds."""
+
+    condition: Callable[[Pushed], pt.Symbol]
+    F: pt.Parameter = pt.parameter("N", "Force", default=2000.0)
+    s: pt.Variable = pt.variable("m", "Position", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.s) == self.v
+        yield pt.der(self.v) == pt.switch(self.condition(self), self.F, 0.0, name="push")
+
+
+PUSHES: dict[str, tuple[Callable[[Pushed], pt.Symbol], bool]] = {
+    # the condition, and whether it holds for a time or for a way
+    "for a time": (lambda m: ca.logic_and(pt.time > T, pt.time < T + SHORT), True),
+    "for a way": (lambda m: ca.logic_and(m.s > S, m.s < S + SHORT), False),
+    "not outside": (lambda m: ca.logic_not(ca.logic_or(m.s < S, m.s > S + SHORT)), False),
+    "nested": (lambda m: ca.logic_and(ca.logic_or(m.s > S, m.s < -1), ca.logic_and(m.s < S + SHORT, m.v > 0)), False),
+}
+
+
+@pytest.mark.parametrize("push", PUSHES)
+def test_a_switch_that_holds_for_a_moment(push: str, tmp_path: Path) -> None:
+    """An impulse F dt, or a work F ds, of a mass of 1 kg; in Python, in steps, in C, and its derivative."""
+    condition, timed = PUSHES[push]
+    plant = pt.compile(Pushed(condition=condition))
+    result = plant.simulate(STOP)
+    F = result.parameters["F"]
+    speed = 1 + F * SHORT if timed else math.sqrt(1 + 2 * F * SHORT)
+    assert result["v"][-1] == pytest.approx(speed, rel=1e-8)
+    assert [e.name for e in result.events] == ["push", "push"]
+    assert result.statistics["steps"] < 50
+    assert pt.gradient(result, "v", ["F"])["F"] == pytest.approx(SHORT if timed else SHORT / speed, rel=1e-6)
+    assert plant.export_c(tmp_path).simulate(STOP)["v"][-1] == pytest.approx(speed, rel=1e-8)
+    run = plant.start()
+    run.step(STOP)
+    assert run["v"] == pytest.approx(speed, rel=1e-8)
+
+
+def test_operating_points_on_both_sides_of_combined_comparisons() -> None:
+    """A brake that is pressed where two signals agree: brute force over a grid that has all four cases."""
+
+    class Pressed(pt.Component):
+        a: pt.Input = pt.signal_input("1", "One signal")
+        b: pt.Input = pt.signal_input("1", "Another")
+        w: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+
+        def equations(self) -> pt.Equations:
+            both = ca.logic_and(self.a.value + self.w > 0, ca.logic_not(self.b.value > 0.5))
+            yield pt.der(self.w) == 3 - self.w - pt.switch(both, 2.0, 0.0)
+
+    grid = {"a": [-5.0, -2.0, 1.0, 4.0], "b": [0.0, 1.0]}
+    found = pt.steady(pt.compile(Pressed()), grid, outputs=["w"])
+    a, b = (found[name].to_numpy() for name in ("a", "b"))
+    on, off = (a[:, None] + 1 > 0) & (b <= 0.5), ~((a[:, None] + 3 > 0) & (b <= 0.5))
+    w = found["w"].transpose("a", "b").to_numpy()
+    assert (np.isclose(w, 1.0) == on).all()
+    assert (np.isclose(w, 3.0) == (off & ~on)).all()
+
+
 class Swinging(pt.Component):
     """A wheel on a spring and a mass that coasts, which is knocked whenever a condition of both becomes true."""
 
@@ -92,12 +156,14 @@ class Swinging(pt.Component):
     wheel: Inertia = Inertia(J=1.0)
     load: Mass = Mass(m=1.0)
     knocks: pt.Discrete = pt.discrete("1", "How often", start=0.0)
+    held: pt.Variable = pt.variable("s", "How long the condition has held", start=0.0)
 
     def equations(self) -> pt.Equations:
         yield pt.connect(self.ground.flange, self.spring.flange_a)
         yield pt.connect(self.spring.flange_b, self.wheel.flange_a)
         knock = pt.reinit(self.load.v, 0.9 * self.load.v), pt.reinit(self.knocks, self.knocks + 1)
         yield pt.when(self.condition(self), *knock, name="knock")
+        yield pt.der(self.held) == pt.switch(self.condition(self), 1.0, 0.0)
 
     def initial(self) -> pt.Equations:
         yield self.wheel.phi == 1
@@ -131,3 +197,4 @@ def test_random_conditions_need_no_short_steps(seed: int) -> None:
     assert [e.kind + f"{e.new}" for e in coarse.events] == [e.kind + f"{e.new}" for e in fine.events]
     assert coarse.events.times == pytest.approx(fine.events.times, abs=1e-5)
     assert coarse["load.s"][-1] == pytest.approx(fine["load.s"][-1], abs=1e-5)
+    assert coarse["held"][-1] == pytest.approx(fine["held"][-1], abs=1e-5)

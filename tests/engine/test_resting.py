@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+import powertrain as pt
 from powertrain.modes.resting import _follow
 
 
@@ -28,3 +34,94 @@ def test_the_round_off_of_other_rates_is_no_motion() -> None:
     holds = np.array([False, True, True])
     assert _follow(G, np.array([1e-24, 0.0, 1e3]), [0], holds) == [True]
     assert _follow(G, np.array([1e-5, 0.0, 1e3]), [0], holds) == [False]
+
+
+KNOTS = np.linspace(0.0, 5.0, 11)
+"""Instants (s)."""
+
+
+class Brakes(pt.Component):
+    """A mass on which several brakes act, each through a lever of its own."""
+
+    f: pt.Input = pt.signal_input("N", "Force on the mass")
+    v: pt.Variable = pt.variable("m/s", "Speed of the mass", start=0.0)
+
+    brakes: tuple[Brake, ...] = ()
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == self.f.value - sum((b.ratio * b.tau for b in self.brakes), ca.SX(0))
+        for brake in self.brakes:
+            yield brake.w == brake.ratio * self.v
+
+
+class Brake(pt.Component):
+    """Coulomb friction that breaks away at more than it slides with; its limit is multiplied by ``press``, the values at ``KNOTS``."""
+
+    ratio: pt.Parameter = pt.parameter("1/m", "Speed over that of the mass")
+    limit: pt.Parameter = pt.parameter("N.m", "Torque while it slides")
+    peak: pt.Parameter = pt.parameter("1", "Torque at which it breaks away, relative to its limit")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+    press: tuple[float, ...] = (1.0,) * len(KNOTS)
+
+    def equations(self) -> pt.Equations:
+        limit = self.limit * pt.schedule(KNOTS, self.press)
+        yield pt.friction(self.w, self.tau, -limit, limit, peak=self.peak)
+
+
+def random_brakes(seed: int) -> tuple[Brakes, float, float]:
+    """Brakes, some without a peak, and with what force they slide and hold together."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    ratios, limits, peaks = rng.uniform(0.3, 3.0, n), rng.uniform(0.5, 4.0, n), rng.uniform(1.0, 1.6, n)
+    peaks[rng.random(n) < 0.3] = 1.0
+    brakes = tuple(Brake(ratio=r, limit=b, peak=p) for r, b, p in zip(ratios, limits, peaks, strict=True))
+    return Brakes(brakes=brakes), float(ratios @ limits), float(ratios @ (limits * peaks))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_brakes_on_one_mass_break_away_together(seed: int) -> None:
+    """At the sum of what each can hold, whichever is at its limit first, and again after each rest; sliding, they share theirs."""
+    model, slides, holds = random_brakes(seed)
+    force = np.arange(5.0), 1.1 * holds * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
+    run = pt.compile(model).simulate(4.0, inputs={"f": force}, rtol=1e-9, atol=1e-11)
+    forces = [abs(np.interp(event.time, *force)) for event in run.events]
+    leave = [f for f, event in zip(forces, run.events, strict=True) if event.old == 0.0]
+    rest = [f for f, event in zip(forces, run.events, strict=True) if event.old != 0.0]
+    assert leave == pytest.approx([holds] * len(leave), rel=1e-6)
+    assert max(rest) < slides
+    assert len(leave) == 4 * len(model.brakes)
+    assert len(rest) == 3 * len(model.brakes)
+
+
+def test_the_same_in_c(tmp_path: Path) -> None:
+    model, _, holds = random_brakes(0)
+    plant = pt.compile(model)
+    force = np.arange(5.0), 1.1 * holds * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
+    given: dict[str, Any] = {"inputs": {"f": force}, "rtol": 1e-9, "atol": 1e-11}
+    found, wanted = plant.export_c(tmp_path).simulate(4.0, **given), plant.simulate(4.0, **given)
+    assert [(e.name, e.old, e.new) for e in found.events] == [(e.name, e.old, e.new) for e in wanted.events]
+    np.testing.assert_allclose(found["v"], wanted["v"], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_brakes_share_what_they_hold_as_equally_stiff_parts(seed: int) -> None:
+    """tau_i = clip(x/r_i, -L_i, L_i) with one x for all, at every instant, whatever limits and load were before."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    ratios, peaks = rng.uniform(0.3, 3.0, n), rng.choice([1.0, 1.2], n)
+    limits = rng.uniform(0.2, 4.0, (n, KNOTS.size))
+    load = rng.uniform(-0.9, 0.9, KNOTS.size) * (ratios @ limits)
+    brakes = tuple(
+        Brake(ratio=r, limit=1.0, peak=p, press=tuple(row)) for r, p, row in zip(ratios, peaks, limits, strict=True)
+    )
+    run = pt.compile(Brakes(brakes=brakes)).simulate(5.0, inputs={"f": (KNOTS, load)})
+    assert not run.events
+    times = np.linspace(0.0, 5.0, 101)
+    found = run.at(times, [f"brakes[{i}].tau" for i in range(n)])
+    for k, t in enumerate(times):
+        most = peaks * [np.interp(t, KNOTS, row) for row in limits]
+        force = np.interp(t, KNOTS, load)
+        x = brentq(lambda x, most=most, force=force: ratios @ np.clip(x / ratios, -most, most) - force, -100, 100)
+        expected = np.clip(x / ratios, -most, most)
+        np.testing.assert_allclose([found[f"brakes[{i}].tau"][k] for i in range(n)], expected, atol=2e-6)

@@ -182,6 +182,13 @@ def test_info_of_everything(name: str) -> None:
     assert name.rpartition(".")[2] in done("info", name)
 
 
+def test_info_of_a_parameter_file_and_of_a_measured_car(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('class = "ManualCar"\n', encoding="utf-8")
+    assert done("info", str(file)).startswith("ManualCar (manual_car)")
+    assert done("info", "honda-civic-4dr-belt").startswith("VariatorCar")
+
+
 def test_info_fills_prose_to_the_terminal_and_leaves_formulas_their_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "70")
     lines = done("info", "CircularCamDifferential").partition("Parameters")[0].splitlines()
