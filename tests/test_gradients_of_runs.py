@@ -316,6 +316,29 @@ def test_a_rate_jumps_where_branches_meet() -> None:
     assert found["c"] == pytest.approx(1.0, rel=1e-6)
 
 
+class Chain(pt.Component):
+    """A reset at x = 1 sets off another one, which remembers the time b and is over by that; y rises with b from then on."""
+
+    c: pt.Parameter = pt.parameter("1/s", "Rate", default=0.8)
+    x: pt.Variable = pt.variable("1", "Value", start=0.0)
+    y: pt.Variable = pt.variable("1", "Other value", start=0.0)
+    a: pt.Discrete = pt.discrete("1", "Whether x has reached 1", start=0.0)
+    b: pt.Discrete = pt.discrete("s", "When", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.c
+        yield pt.der(self.y) == self.b
+        yield pt.when(self.x > 1.0, pt.reinit(self.a, 1.0))
+        yield pt.when(ca.logic_and(self.a > 0.5, self.b < 0.5), pt.reinit(self.b, pt.time))
+
+
+def test_a_reset_sets_off_another_one() -> None:
+    """y = b (T - b) with b = 1/c: dy/dc = -(T - 2/c)/c^2."""
+    found = pt.gradient(pt.simulate(Chain(), 3.0, rtol=1e-10), pt.final("y"), "c")
+    assert found.value == pytest.approx(1.25 * 1.75, rel=1e-9)
+    assert found["c"] == pytest.approx(-0.5 / 0.64, rel=1e-7)
+
+
 class TwoBrakes(pt.Component):
     """An inertia that two brakes hold against a rising torque, and a mark that is set at a speed."""
 
