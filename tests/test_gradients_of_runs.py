@@ -607,3 +607,23 @@ def test_bad_input(decay: pt.Plant[Decay]) -> None:
     recorded = run_of(decay, record=["inertia.w"])
     with pytest.raises(pt.ParameterError, match="record="):
         pt.gradient(recorded, "inertia.w", "inertia.J")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["AutomaticCar", "ParallelHybrid"])
+def test_fuel_through_shifts(name: str) -> None:
+    """Shifts that the time since a reset carries out, one of which stops the engine of the hybrid, against differences."""
+    from powertrain import vehicles
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.trials.cycle import on_cycle
+
+    plant = pt.compile(on_cycle(getattr(vehicles, name)(), DriveCycle.named("udds").part(0, 50)))
+    options: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11, "points": 1}
+    found = pt.gradient(plant.simulate(45.0, **options), "engine.fuel", ["body.m", "front.final_drive.ratio"])
+    for parameter, h in (("body.m", 1e-4), ("front.final_drive.ratio", 1e-4)):
+        value = plant.parameters[parameter]
+        ends = [
+            plant.simulate(45.0, parameters={parameter: value * k}, **options)["engine.fuel"][-1]
+            for k in (1 + h, 1 - h)
+        ]
+        assert found[parameter] == pytest.approx((ends[0] - ends[1]) / (2 * h * value), rel=1e-3), parameter
