@@ -102,6 +102,15 @@ def test_what_the_data_do_not_determine_is_named(plant: pt.Plant[Engaging]) -> N
     assert "not determined by the data: the combination" in str(found)
 
 
+def test_what_the_data_do_not_determine_stays_near_its_first_value(plant: pt.Plant[Engaging]) -> None:
+    """The product has to rise by 1/0.8: least together if both factors rise by the root of it."""
+    wrt, wrong = ["clutch.fn_max", "clutch.cgeo", "engine.J"], {"clutch.fn_max": 160.0, "engine.J": 0.26}
+    found = pt.fit(plant, measured(plant, 0.0), wrt, first=wrong).values
+    assert found == pytest.approx(
+        {"clutch.fn_max": 160.0 * 1.25**0.5, "clutch.cgeo": 1.25**0.5, "engine.J": 0.2}, rel=1e-5
+    )
+
+
 def test_bounds_hold(plant: pt.Plant[Engaging]) -> None:
     found = pt.fit(plant, measured(plant, 0.0), ["engine.J", "load.J"], bounds={"engine.J": (0.25, 1.0)})
     assert found.values["engine.J"] == pytest.approx(0.25, rel=1e-6)

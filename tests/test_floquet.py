@@ -112,6 +112,34 @@ def test_bouncing_on_a_moving_table(e: float) -> None:
     np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(exact.astype(complex)), rtol=1e-6)
 
 
+class Walls(pt.Component):
+    """A mass between two walls, without anything else: it keeps its speed from hit to hit."""
+
+    x: pt.Variable = pt.variable("m", "Position", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=1.0)
+    left: pt.Variable = pt.variable("N", "Force of one wall")
+    right: pt.Variable = pt.variable("N", "Force of the other wall")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == self.left - self.right
+        yield pt.unilateral(self.x + 1.0, self.left, restitution=0.5)
+        yield pt.unilateral(1.0 - self.x, self.right, restitution=0.5)
+
+
+def test_two_contacts_of_one_component() -> None:
+    """A hit multiplies every change by -e, so two of them with flights between make e^2 [[1, T], [0, 1]] of (x, v)."""
+    plant = pt.compile(Walls())
+    result = plant.simulate(6.0, **TIGHT)
+    assert [e.name for e in result.events] == ["contact_2", "contact"]
+    found = pt.floquet(result, 0.5, 5.25)
+    exact = 0.25 * (
+        np.array([[1.0, 5.25], [0.0, 1.0]]) if found.names[0] == "x" else np.array([[1.0, 0.0], [5.25, 1.0]])
+    )
+    np.testing.assert_allclose(found.matrix, exact, atol=1e-9)
+    assert set(plant.function(modes=(result, 0.5)).modes) == {"contact", "contact_2"}
+
+
 def test_bad_input() -> None:
     result = pt.simulate(Damped(), 1.0)
     with pytest.raises(pt.ParameterError, match="is outside the simulated span"):

@@ -10,8 +10,8 @@ import pytest
 import powertrain as pt
 from powertrain.components.rotational import Inertia, QuadraticSpeedDependentTorque, SpringDamper, Torque
 from powertrain.design import SplitPathBench
+from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.system import formulate
-from powertrain.steadystate import gradient
 
 R_O = "transmission.differential.ratio"
 OUTPUTS = ["V", "efficiency", "K"]
@@ -90,7 +90,7 @@ def test_the_problem_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
         built.append(given)
         return formulate(*given)
 
-    monkeypatch.setattr(gradient, "formulate", counted)
+    monkeypatch.setattr("powertrain.steadystate.steady.formulate", counted)
     for nominal, torque in ((-5.0, 2.0), (-5.0, 3.0), (-20.0, 3.0)):
         found = pt.steady_gradient(
             plant, {"torque": torque}, "torque", outputs=["rotor.w"], parameters={"fan.tau_nominal": nominal},
@@ -100,6 +100,18 @@ def test_the_problem_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(built) == 2  # inertias that turn together do so by ratios that other parameters might change
     pt.steady_gradient(plant, {"torque": 2.0}, "torque", outputs=["other.w"], guesses={"rotor.w": 40.0})
     assert len(built) == 3
+
+
+def test_points_are_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    plant, solved, solve = pt.compile(Twisted()), [], Solver.solve
+
+    def counted(solver: Solver, grid: Any, *side: Any) -> Any:
+        solved.append(grid.shape[1])
+        return solve(solver, grid, *side)
+
+    monkeypatch.setattr(Solver, "solve", counted)
+    pt.steady_gradient(plant, {"torque": [2.0, 3.0]}, "torque", outputs=["rotor.w"], guesses={"rotor.w": 40.0})
+    assert solved == [2]
 
 
 def test_what_is_not_on_the_grid_is_refused(bench: pt.Plant[SplitPathBench]) -> None:

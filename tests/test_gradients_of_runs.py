@@ -297,6 +297,74 @@ class Held(pt.Component):
         yield pt.connect(self.shaft.flange_b, self.second.flange_a)
 
 
+class Ramp(pt.Component):
+    """A value that rises with the rate c to 1 and stays there, and the integral of its rate squared."""
+
+    c: pt.Parameter = pt.parameter("1/s", "Rate", default=0.8)
+    y: pt.Variable = pt.variable("1", "Value")
+    E: pt.Variable = pt.variable("1/s", "Integral of the rate squared", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.y == pt.switch(self.c * pt.time < 1.0, self.c * pt.time, 1.0, continuous=True)
+        yield pt.der(self.E) == pt.der(self.y) ** 2
+
+
+def test_a_rate_jumps_where_branches_meet() -> None:
+    """E = c^2 (1/c) = c: the kink in y, which is no event of the log, is a jump of its rate, and its instant 1/c moves."""
+    found = pt.gradient(pt.simulate(Ramp(), 3.0, rtol=1e-10), pt.final("E"), "c")
+    assert found.value == pytest.approx(0.8, rel=1e-9)
+    assert found["c"] == pytest.approx(1.0, rel=1e-6)
+
+
+class Chain(pt.Component):
+    """A reset at x = 1 sets off another one, which remembers the time b and is over by that; y rises with b from then on."""
+
+    c: pt.Parameter = pt.parameter("1/s", "Rate", default=0.8)
+    x: pt.Variable = pt.variable("1", "Value", start=0.0)
+    y: pt.Variable = pt.variable("1", "Other value", start=0.0)
+    a: pt.Discrete = pt.discrete("1", "Whether x has reached 1", start=0.0)
+    b: pt.Discrete = pt.discrete("s", "When", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.c
+        yield pt.der(self.y) == self.b
+        yield pt.when(self.x > 1.0, pt.reinit(self.a, 1.0))
+        yield pt.when(ca.logic_and(self.a > 0.5, self.b < 0.5), pt.reinit(self.b, pt.time))
+
+
+def test_a_reset_sets_off_another_one() -> None:
+    """y = b (T - b) with b = 1/c: dy/dc = -(T - 2/c)/c^2."""
+    found = pt.gradient(pt.simulate(Chain(), 3.0, rtol=1e-10), pt.final("y"), "c")
+    assert found.value == pytest.approx(1.25 * 1.75, rel=1e-9)
+    assert found["c"] == pytest.approx(-0.5 / 0.64, rel=1e-7)
+
+
+class TwoBrakes(pt.Component):
+    """An inertia that two brakes hold against a rising torque, and a mark that is set at a speed."""
+
+    inertia: pt.Parameter = pt.parameter("kg.m2", "Moment of inertia", default=2.0)
+    first: pt.Parameter = pt.parameter("N.m", "Torque of one brake", default=3.0)
+    second: pt.Parameter = pt.parameter("N.m", "Torque of the other brake", default=5.0)
+    w: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+    tau_1: pt.Variable = pt.variable("N.m", "Torque of one brake")
+    tau_2: pt.Variable = pt.variable("N.m", "Torque of the other brake")
+    mark: pt.Discrete = pt.discrete("1", "1 above 0.5 rad/s", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.inertia * pt.der(self.w) == 4.0 * pt.time - self.tau_1 - self.tau_2
+        yield pt.friction(self.w, self.tau_1, -self.first, self.first)
+        yield pt.friction(self.w, self.tau_2, -self.second, self.second)
+        yield pt.when(self.w > 0.5, pt.reinit(self.mark, 1.0))
+
+
+def test_laws_that_share_a_motion_let_go_together() -> None:
+    """w = (a/2)(T - M/a)^2/J with a = 4 N.m/s, M the torque of both: dw/dM = -(T - M/a)/J; what laws remember of rest is no variable."""
+    run = pt.simulate(TwoBrakes(), 4.0, rtol=1e-10, atol=1e-12)
+    found = pt.gradient(run, pt.final("w"), ["first", "second", "inertia"])
+    assert found.value == pytest.approx(4.0, rel=1e-6)
+    assert [found[n] for n in ("first", "second", "inertia")] == pytest.approx([-1.0, -1.0, -2.0], rel=1e-6)
+
+
 def test_a_stuck_law_keeps_its_speed_at_the_start() -> None:
     starts = {"first.w": 0.0, "second.w": 0.01, "first.phi": 0.0, "second.phi": 0.0}
     plant = pt.compile(Held())
@@ -539,3 +607,23 @@ def test_bad_input(decay: pt.Plant[Decay]) -> None:
     recorded = run_of(decay, record=["inertia.w"])
     with pytest.raises(pt.ParameterError, match="record="):
         pt.gradient(recorded, "inertia.w", "inertia.J")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["AutomaticCar", "ParallelHybrid"])
+def test_fuel_through_shifts(name: str) -> None:
+    """Shifts that the time since a reset carries out, one of which stops the engine of the hybrid, against differences."""
+    from powertrain import vehicles
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.trials.cycle import on_cycle
+
+    plant = pt.compile(on_cycle(getattr(vehicles, name)(), DriveCycle.named("udds").part(0, 50)))
+    options: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11, "points": 1}
+    found = pt.gradient(plant.simulate(45.0, **options), "engine.fuel", ["body.m", "front.final_drive.ratio"])
+    for parameter, h in (("body.m", 1e-4), ("front.final_drive.ratio", 1e-4)):
+        value = plant.parameters[parameter]
+        ends = [
+            plant.simulate(45.0, parameters={parameter: value * k}, **options)["engine.fuel"][-1]
+            for k in (1 + h, 1 - h)
+        ]
+        assert found[parameter] == pytest.approx((ends[0] - ends[1]) / (2 * h * value), rel=1e-3), parameter

@@ -57,7 +57,7 @@ ORDER = [
     "steadystate: steady gradient function",
     "variational: record unknowns objectives many partials",
     "variational: functional transitions mapping instants simultaneous saltation begin sweeps gradients floquet indices hessian",
-    "optimal: dynamics experiment fitting phases planning scheduling pareto",
+    "optimal: rounding dynamics experiment fitting phases planning scheduling pareto",
     "vibration: eigenvectors energies operating_line order_map order_response",
     "vibration: eigenmodes tracking campbell",
     "power: paths circulation powergraph variator directedflow powerterms powerflow",

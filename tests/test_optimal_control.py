@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from small_models import Ball
 
 import powertrain as pt
-from powertrain.components.rotational import Clutch, IdealGear, Inertia, SpringDamper, Torque
+from powertrain.components.rotational import Clutch, ElastoBacklash, IdealGear, Inertia, SpringDamper, Torque
+from powertrain.optimal.rounding import rounded
 
 
 class Slide(pt.Component):
@@ -145,6 +147,68 @@ def test_a_clutch_engages(launch: pt.Plant[Launch], by_hand: pt.Result[Launch]) 
     assert len(plan.durations) == 2
     (sticks,) = [e.time for e in plan.result.events if e.new == 0.0]
     assert sticks == pytest.approx(plan.durations[0], abs=1e-3)
+
+
+class TipIn(pt.Component):
+    """Two inertias with play between them."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque of the engine")
+    source: Torque = Torque()
+    engine: Inertia = Inertia(J=0.2)
+    play: ElastoBacklash = ElastoBacklash(c=800.0, d=8.0, b=0.05)
+    car: Inertia = Inertia(J=3.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.engine.flange_a)
+        yield pt.connect(self.engine.flange_b, self.play.flange_a)
+        yield pt.connect(self.play.flange_b, self.car.flange_a)
+
+
+def test_through_play() -> None:
+    """From pull to push through the gap, with kinks at both flanks: the least effort for a given gain of speed is a constant torque."""
+    plant = pt.compile(TipIn())
+    starts = {"engine.w": 50.0, "car.w": 50.0, "play.phi_rel": 0.04}
+    guess = plant.simulate(1.0, starts=starts, inputs={"torque": ([0, 0.2, 0.4, 1], [-10, -10, 40, 40])})
+    plan = pt.optimal_control(
+        plant, pt.integral(lambda m: m.torque.value**2), guess, {"torque": (-60.0, 100.0)},
+        ends={"car.w": float(guess["car.w"][-1]), "play.w_rel": 0.0}, limits={"play.tau": (-200.0, 200.0)}, smooth=1e-3,
+    )  # fmt: skip
+    assert plan.ok
+    assert plan.same_modes
+    assert plan.cost == pytest.approx(25.0**2, rel=1e-4)
+    assert plan.replayed == pytest.approx(plan.cost, rel=1e-4)
+    assert plan.result["car.w"][-1] == pytest.approx(guess["car.w"][-1], rel=1e-5)
+
+
+def test_corners_are_rounded() -> None:
+    """Each by its formula, with a width in parts of the largest side; a comparison of parameters stays sharp."""
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    y = [ca.fabs(x), ca.fmax(x, 1.0), ca.fmin(x, p), ca.if_else(x > 0.0, x, 2.0 * x), ca.if_else(p > 0.0, x, 2.0 * x)]
+    course = np.linspace(-4.0, 4.0, 9)[None]
+    made, corners = rounded(ca.Function("f", [x, p], [ca.vertcat(*y)], ["x", "p"], ["y"]), [course, 0 * course], ["x"])
+    assert corners == 4
+    for at, width in ((0.3, 0.1), (-2.0, 0.01)):
+        h = 4.0 * width
+        step = (1 + at / math.hypot(at, h)) / 2
+        top, least = (at + 1 + math.hypot(at - 1, 1.25 * h)) / 2, (at - math.hypot(at, h)) / 2
+        exact = [math.hypot(at, h), top, least, step * at + (1 - step) * 2 * at, 2.0 * at]
+        np.testing.assert_allclose(np.array(made(at, [0.0, width])).ravel(), exact, rtol=1e-12)
+    far = rounded(ca.Function("f", [x, p], [ca.vertcat(*y)], ["x", "p"], ["y"]), [course + 9.0, 0 * course], ["x"])[1]
+    root = rounded(
+        ca.Function("f", [x, p], [ca.if_else(x > 0.0, ca.sqrt(x), 0.0)], ["x", "p"], ["y"]), [course, 0 * course], ["x"]
+    )
+    assert far == root[1] == 0  # never reached; without a value beyond the corner
+    assert root[0](-1.0, [0.0, 0.1]) == 0.0
+
+
+def test_intervals_of_each_phase(launch: pt.Plant[Launch], by_hand: pt.Result[Launch]) -> None:
+    cost = pt.final(lambda m: (m.load.w - 60.0) ** 2)
+    plan = pt.optimal_control(launch, cost, by_hand, parameters={"engine.J": (0.05, 2.0)}, intervals=[8, 4])
+    assert plan.ok
+    assert len(plan.times) == 9 + 5
+    with pytest.raises(pt.ParameterError, match="intervals: 3 numbers for 2 phases"):
+        pt.optimal_control(launch, cost, by_hand, parameters={"engine.J": (0.05, 2.0)}, intervals=[8, 4, 4])
 
 
 def test_the_cost_cannot_be_bettered_by_its_gradient(launch: pt.Plant[Launch], by_hand: pt.Result[Launch]) -> None:

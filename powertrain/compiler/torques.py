@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain, count
 from typing import NoReturn
 
 import casadi as ca
@@ -66,6 +67,7 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
     flat, torques, others = reduced.flat, [], []
     symbols, equations = dict(reduced.symbols), list(reduced.equations)
     taken: dict[int, Place] = {}
+    named: set[str] = set()
     for place, law in flat.laws:
         if not isinstance(law, FrictionLaw | UnilateralLaw):
             others.append((place, law))
@@ -91,9 +93,16 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
             symbols[key(symbol)] = symbol
             equations.append(Equation(value - symbol, place))
         taken[key(symbol)] = place
-        name, hold = f"{place.path}.{law.name}".lstrip("."), flat.recorder.hold
+        name, hold = _unlike(named, f"{place.path}.{law.name}".lstrip(".")), flat.recorder.hold
         torques.append(LawTorque(place, law, symbol, hold(name), hold(f"{name}.rests")))
     return replace(reduced, symbols=symbols, equations=equations), torques, others
+
+
+def _unlike(named: set[str], name: str) -> str:
+    """The name of a law; a number tells a second one of that name in the same component apart."""
+    found = next(n for n in chain([name], (f"{name}_{k}" for k in count(2))) if n not in named)
+    named.add(found)
+    return found
 
 
 def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:

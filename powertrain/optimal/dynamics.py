@@ -23,6 +23,10 @@ Selector = str | Callable[[Any], Any]
 Modes = Mapping[str, float] | tuple[Result[Any], float]
 
 
+FREE = 2.0
+"""The mode of friction whose limits have met."""
+
+
 @dataclass(frozen=True)
 class Dynamics:
     """A model in given modes.
@@ -108,8 +112,13 @@ def dynamics(
     outputs: Selector | Sequence[Selector] = (),
     inputs: str | Sequence[str] | None = None,
     modes: Modes | None = None,
+    *,
+    slides: bool = False,
 ) -> Dynamics:
-    """The model in given modes; see ``Plant.function``."""
+    """The model in given modes; see ``Plant.function``.
+
+    ``slides``: a free law, whose limits have met, slides with them as its torque, which is the same where they have met.
+    """
     compiled, dae = plant.compiled, plant.compiled.dae
     signals = signals_of(compiled)
     picked = [signals.pick(s) for s in listed("outputs", outputs)]
@@ -118,6 +127,8 @@ def dynamics(
     knots = modes[0].inputs if isinstance(modes, tuple) else {}
     u = Symbol.sym("u", len(driven))
     margins, stills = _margins(dae, held), _stills(dae, held)
+    if slides:
+        held = _slid(dae, x, z, held, p)
     parts = [
         dae.xdot,
         dae.residual,
@@ -191,6 +202,17 @@ def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Ar
     return x, z, m, plant.parameter_vector()
 
 
+def _slid(dae: HybridDae, x: Array, z: Array, held: Array, p: Array) -> Array:
+    """The modes with free laws in the direction of their speed."""
+    free = [law for law in dae.frictions if held[law.index] == FREE]
+    found, speeds = held.copy(), column([law.w for law in free])
+    w = np.array(
+        ca.Function("speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], [speeds])(0.0, x, z, held, p), float
+    ).ravel()
+    found[[law.index for law in free]] = np.where(w == 0.0, FREE, np.sign(w))
+    return found
+
+
 def _held_in_time(
     dae: HybridDae, held: Array, knots: Mapping[str, Any], inputs: Collection[str], driven: Sequence[str], u: Symbol
 ) -> tuple[list[Symbol], list[Symbol]]:
@@ -252,7 +274,7 @@ def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
             }
         elif mode in (1.0, -1.0):
             found[f"{law.name}: {'forward' if mode > 0 else 'backward'}"] = float(mode) * law.w
-        elif mode == 2.0:
+        elif mode == FREE:
             found[f"{law.name}: free"] = law.lower - law.upper
     for switch in (s for s in dae.switches if not s.continuous):
         found[f"{switch.name}: {'true' if held[switch.index] > 0.5 else 'false'}"] = float(

@@ -3,7 +3,9 @@
     minimise sum ((y_i(theta) - v_i) / sigma_i)^2,   covariance = s^2 (J^T J)^-1
 
 with J the derivatives of the residuals; s = 1 where sigma is given, else the residuals' own standard deviation. Directions in which the
-residuals hardly change are not determined by the data; they are named.
+residuals hardly change are not determined by the data; they are named, and in them the unknowns stay as near to their first values as the
+data permit (Tikhonov's regularisation with a weight of 1e-6 of the largest singular value of J; P. C. Hansen, Rank-Deficient and Discrete
+Ill-Posed Problems, SIAM 1998).
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _UNDETERMINED = 1e-6
+"""A combination to which the residuals are so much less sensitive than to the most sensitive one counts as not determined."""
 _LOOSE = 1.0
 """A combination whose standard error is larger than the parameters themselves counts as not determined."""
 _PART = 0.05
@@ -155,7 +158,8 @@ def fit(
     """Fit parameters and initial values to measured signals.
 
     The derivatives come from the variational equations (see ``pt.gradient``), so there is no step size to choose, and events may move. The
-    optimiser is SciPy's trust region reflective method.
+    optimiser is SciPy's trust region reflective method. What the data do not determine stays as near to the initial guess, in relative
+    changes, as the data permit.
 
     Parameters
     ----------
@@ -197,10 +201,11 @@ def fit(
     scale = np.array([u.scale for u in asked])
     bound = np.array([u.low for u in asked]) / scale, np.array([u.high for u in asked]) / scale
     start = np.clip(np.array([u.first for u in asked]) / scale, *bound)
-    problem.runs(start * scale)
+    pull = _UNDETERMINED * float(np.linalg.norm(problem.jacobian(start * scale) * scale, 2))
     search: Any = least_squares
     found = search(
-        lambda q: problem.residuals(q * scale), start, lambda q: problem.jacobian(q * scale) * scale,
+        lambda q: np.concatenate([problem.residuals(q * scale), pull * (q - start)]), start,
+        lambda q: np.vstack([problem.jacobian(q * scale) * scale, pull * np.eye(len(start))]),
         bounds=bound, x_scale="jac", xtol=1e-10, ftol=1e-12, gtol=1e-10, max_nfev=200,
     )  # fmt: skip
     return _summary(problem, asked, found.x * scale, found.active_mask, str(found.message))

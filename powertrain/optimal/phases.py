@@ -34,6 +34,15 @@ class Guess:
     algebraic: NDArray[np.float64]
     inputs: NDArray[np.float64]
 
+    @property
+    def course(self) -> tuple[Array, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Times, states, algebraic unknowns and inputs at the points."""
+        intervals = self.inputs.shape[1] - 1
+        places = (np.arange(intervals)[:, None] + POINTS).ravel()
+        nodes = np.arange(intervals + 1)
+        u = np.array([np.interp(places, nodes, row) for row in self.inputs]).reshape(-1, places.size)
+        return self.start + self.duration / intervals * places, self.points, self.algebraic, u
+
 
 def guess(run: Result[Any], model: Dynamics, start: float, end: float, intervals: int) -> Guess:
     """A run between two instants, at the nodes and points of a phase."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -11,18 +11,21 @@ import casadi as ca
 import numpy as np
 
 from powertrain.errors import ParameterError, SimulationError, suggestion
-from powertrain.language.arguments import by_name, count, number
+from powertrain.language.arguments import by_name, count, listed, number
 from powertrain.language.arguments import limits as bounded
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
-from powertrain.optimal.phases import Phase, guess
+from powertrain.optimal.phases import Guess, Phase, guess
+from powertrain.optimal.rounding import rounded
 from powertrain.plant import Plant
 from powertrain.result import Result, complete, instant_of_run
 from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 
 Bounds = Mapping[str, tuple[float, float]]
+_WIDTHS = (1e-2, 3e-3, 1e-3)
+"""Relative widths of rounded corners, one after the other."""
 _SHORTEST, _LONGEST = 0.05, 20.0
 """How much shorter and longer than in the guess a phase may become."""
 
@@ -75,12 +78,13 @@ def optimal_control(
     ends: Mapping[str, float | Sequence[float]] | None = None,
     stop: tuple[float, float] | None = None,
     smooth: float = 0.0,
-    intervals: int = 20,
+    intervals: int | Sequence[int] = 20,
 ) -> Plan:
     """Inputs and parameters that minimise an objective, through the sequence of modes of ``guess``.
 
     The instants at which modes change are free. The limits of the modes (speeds that keep their sign, torques within bounds) are
-    constraints. The method is direct collocation, solved by IPOPT. The plan is then simulated with the complete model;
+    constraints. The method is direct collocation, solved by IPOPT; corners of the equations that are no modes and that the guess
+    reaches are rounded in the plan. The plan is then simulated with the complete model;
     ``plan.same_modes`` says whether the modes were as planned.
 
     Parameters
@@ -101,8 +105,8 @@ def optimal_control(
         Earliest and latest end [s]; by default that of the guess.
     smooth : float
         Weight of the changes of the inputs, relative to their ranges and to the cost of the guess.
-    intervals : int
-        Number of intervals per phase.
+    intervals : int or sequence of int
+        Number of intervals of each phase; one number is for all phases.
 
     Returns
     -------
@@ -121,7 +125,7 @@ def optimal_control(
         complete(guess),
         dict(by_name("inputs", inputs)),
         dict(by_name("parameters", parameters)),
-        count("intervals", intervals),
+        intervals,
     )
     if limits is not None and not isinstance(limits, Mapping):
         raise ParameterError(f"limits = {limits!r}: give a dictionary of signals and (low, high)")
@@ -139,7 +143,7 @@ class _Programme:
         run: Result[Any],
         inputs: dict[str, Any],
         parameters: dict[str, Any],
-        intervals: int,
+        intervals: int | Sequence[int],
     ) -> None:
         self.plant, self.run, self.objective = plant, run, cost
         instant_of_run(plant.compiled, (run, run.trajectory.start), "guess")
@@ -158,6 +162,7 @@ class _Programme:
         if not self.ranges and not self.free:
             raise ParameterError("nothing to optimise: give inputs or parameters with their ranges")
         self.intervals = intervals
+        self.width, self.corners = ca.MX.sym("width"), 0
         self.g: list[ca.MX] = []
         self.low: list[Array] = []
         self.high: list[Array] = []
@@ -170,7 +175,17 @@ class _Programme:
         self.smooth = smooth
         signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
         self.models = [self._model(a, b, signals) for a, b in self._spans()]
+        self.counts = self._counts(len(self.models))
         self._join()
+
+    def _counts(self, phases: int) -> list[int]:
+        """The number of intervals of every phase."""
+        given = [self.intervals] * phases if isinstance(self.intervals, int) else listed("intervals", self.intervals)
+        if len(given) != phases:
+            raise ParameterError(
+                f"intervals: {len(given)} numbers for {phases} phases; give one for each, or one for all"
+            )
+        return [count("intervals", n) for n in given]
 
     def _spans(self) -> list[tuple[float, float]]:
         trajectory = self.run.trajectory
@@ -188,25 +203,27 @@ class _Programme:
 
     def _model(self, start: float, end: float, signals: Sequence[Selector]) -> tuple[Dynamics, float, float]:
         driven = [*self.ranges, *self.free]
-        model = dynamics(self.plant, list(signals), driven, (self.run, 0.5 * (start + end)))
+        model = dynamics(self.plant, list(signals), driven, (self.run, 0.5 * (start + end)), slides=True)
         return model, start, end
 
     def _join(self) -> None:
-        guesses = [guess(self.run, *m, self.intervals) for m in self.models]
+        guesses = [guess(self.run, *m, n) for m, n in zip(self.models, self.counts, strict=True)]
         shared = list(range(len(self.ranges), len(self.ranges) + len(self.free)))
         widest = np.array([max(abs(b) for b in r) or 1.0 for r in (*self.ranges.values(), *self.free.values())])
         x_scale = np.maximum(np.max([np.abs(g.nodes).max(axis=1) for g in guesses], axis=0), 1e-3)
         z_scale = np.max([np.abs(g.algebraic).max(axis=1, initial=0.0) for g in guesses], axis=0)
         z_scale = np.where(z_scale > 0.0, z_scale, 1.0)
-        self.phases = [Phase(m[0], g, x_scale, widest, z_scale) for m, g in zip(self.models, guesses, strict=True)]
+        models = [self._rounded(m[0], g) for m, g in zip(self.models, guesses, strict=True)]
+        self.phases = [Phase(m, g, x_scale, widest, z_scale) for m, g in zip(models, guesses, strict=True)]
         self.parameters = ca.MX.sym("parameters", len(self.free))
         p, start = ca.MX(self.phases[0].model.p), ca.MX(self.run.trajectory.start)
         self.built, before = [], ca.MX(guesses[0].nodes[:, 0])
+        p = ca.vertcat(p, self.width)
         for phase in self.phases:
             found = phase.build(start, p, self.parameters, shared)
             self._add(found["equations"], 0.0, 0.0)
             self._add((found["first"] - before) / ca.MX(x_scale), 0.0, 0.0)
-            self._add(found["margins"], 0.0, np.inf)
+            self._margins(phase, found["margins"])
             offset = len(self.objective.terms)
             for k, (_, (low, high)) in enumerate(self.limits):
                 self._add(found["y"][offset + k, :].T, low, high)
@@ -216,6 +233,21 @@ class _Programme:
         for k, (_, (low, high)) in enumerate(self.ends):
             self._add(self.built[-1]["y"][offset + k, -1], low, high)
         self._add(start, *self.stop)
+
+    def _rounded(self, model: Dynamics, first: Guess) -> Dynamics:
+        """The model with rounded corners, their relative width as a last parameter."""
+        times, x, z, u = first.course
+        p = np.repeat(model.p[:, None], times.size, axis=1)
+        function, corners = rounded(model.function, (times[None], x, z, u, p), ("x", "z", "u"))
+        self.corners += corners
+        return replace(model, function=function)
+
+    def _margins(self, phase: Phase, margins: ca.MX) -> None:
+        """The limits of the modes; where a law is free it slides with the limits as its torque, so they need not have met."""
+        names = phase.model.margins
+        for k, name in enumerate(names):
+            if not name.endswith(": free"):
+                self._add(margins[k :: len(names)], 0.0, np.inf)
 
     def _add(self, expression: ca.MX, low: float, high: float) -> None:
         self.g.append(expression)
@@ -241,17 +273,36 @@ class _Programme:
         cost, changes = self._cost()
         first = np.concatenate([*(phase.first for phase in self.phases), [self.run.parameters[n] for n in self.free]])
         low, high = self._bounds()
-        worth = ca.Function("cost", [ca.vertcat(*w)], [cost])
-        scale = abs(float(worth(first))) or 1.0
+        worth = ca.Function("cost", [ca.vertcat(*w), self.width], [cost])
+        scale = abs(float(worth(first, _WIDTHS[-1]))) or 1.0
+        programme = {
+            "x": ca.vertcat(*w), "f": cost / scale + self.smooth * changes, "g": ca.vertcat(*self.g), "p": self.width
+        }  # fmt: skip
+        values, width, stats = self._narrowed(programme, np.clip(first, low, high), low, high)
+        return self._plan(programme["x"], values, width, float(worth(values, width)), stats)
+
+    def _narrowed(
+        self, programme: dict[str, ca.MX], first: Array, low: Array, high: Array
+    ) -> tuple[ca.DM, float, dict[str, Any]]:
+        """The solution with the narrowest corners for which the solver converges, their width, and what the solver says."""
         options: dict[str, Any] = {
             "expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 1000, "ipopt.tol": 1e-8,
         }  # fmt: skip
-        programme = {"x": ca.vertcat(*w), "f": cost / scale + self.smooth * changes, "g": ca.vertcat(*self.g)}
+        if self.corners:
+            options["ipopt.mu_strategy"] = "adaptive"
         solver: Any = ca.nlpsol("powertrain_plan", "ipopt", programme, options)
-        bounds = np.clip(first, low, high), low, high, np.concatenate(self.low), np.concatenate(self.high)
-        found = solver(x0=bounds[0], lbx=bounds[1], ubx=bounds[2], lbg=bounds[3], ubg=bounds[4])
-        stats = solver.stats()
-        return self._plan(ca.vertcat(*w), found["x"], float(worth(found["x"])), stats)
+        bounds = {"lbx": low, "ubx": high, "lbg": np.concatenate(self.low), "ubg": np.concatenate(self.high)}
+        values, kept, iterations = ca.DM(first), (0.0, {"success": False}), 0
+        for width in _WIDTHS if self.corners else _WIDTHS[-1:]:
+            found = solver(x0=values, p=width, **bounds)["x"]
+            stats = solver.stats()
+            iterations += int(stats["iter_count"])
+            if kept[1]["success"] and not stats["success"]:
+                break
+            values, kept = found, (width, stats)
+            if not stats["success"]:
+                break
+        return values, kept[0], kept[1] | {"iter_count": iterations}
 
     def _bounds(self) -> tuple[Array, Array]:
         low, high = [], []
@@ -269,15 +320,17 @@ class _Programme:
         free = list(self.free.values())
         return np.concatenate([*low, [b[0] for b in free]]), np.concatenate([*high, [b[1] for b in free]])
 
-    def _plan(self, w: ca.MX, values: ca.DM, cost: float, stats: dict[str, Any]) -> Plan:
+    def _plan(self, w: ca.MX, values: ca.DM, width: float, cost: float, stats: dict[str, Any]) -> Plan:
         parts = [
             e
             for b, phase in zip(self.built, self.phases, strict=True)
             for e in (b["times"], b["u"], phase.nodes, phase.duration)
         ]
-        evaluated = [np.array(v, float) for v in ca.Function("parts", [w], [*parts, self.parameters])(values)]
+        evaluated = [
+            np.array(v, float) for v in ca.Function("parts", [w, self.width], [*parts, self.parameters])(values, width)
+        ]
         times = np.maximum.accumulate(np.concatenate([evaluated[4 * k].ravel() for k in range(len(self.phases))]))
-        u = np.hstack([evaluated[4 * k + 1].reshape(-1, self.intervals + 1) for k in range(len(self.phases))])
+        u = np.hstack([evaluated[4 * k + 1].reshape(-1, n + 1) for k, n in enumerate(self.counts)])
         x = np.hstack([evaluated[4 * k + 2] * phase.scales[0][:, None] for k, phase in enumerate(self.phases)])
         durations = tuple(float(evaluated[4 * k + 3].item()) for k in range(len(self.phases)))
         inputs: dict[str, Any] = {**self.run.inputs, **{n: (times, u[k]) for k, n in enumerate(self.ranges)}}

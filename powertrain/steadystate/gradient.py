@@ -12,16 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.hybrid import Friction
 from powertrain.equilibrium.choices import STUCK, held_rows
-from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK, STUCK_POINT
-from powertrain.equilibrium.system import Equilibrium, formulate
+from powertrain.equilibrium.points import OK, STUCK_POINT, Look
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant
-from powertrain.steadystate.steady import Question, What, kept, question, steady
+from powertrain.steadystate.steady import Question, What, kept, question, steady_map, written
+from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,31 +68,33 @@ def steady_gradient(
     """
     plant = plant if isinstance(plant, Plant) else Plant(plant)
     q = question(plant, grid, outputs, parameters, inputs, free, guesses)
-    spanned, wanted, asked = q.grid, q.wanted, q.asked
+    spanned, asked = q.grid, q.asked
     names = texts("wrt", wrt)
     for name in names:
         if name not in asked.axes:
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
-    found = steady(plant, grid, outputs=outputs, parameters=parameters, inputs=inputs, free=free, guesses=guesses)
-    slopes = _slopes(plant, q, names)
+    map_ = steady_map(plant, q, 0.0)
+    ordered, results = map_.run(spanned, q.common, Look(), None, keep=True)
+    found = written(plant, q, map_, ordered, results)
+    slopes = _slopes(plant, q, map_, names)
     status = found.status.values.ravel()
     points = spanned.at(np.arange(spanned.size))
-    shape = (len(wanted), len(names), spanned.size)
+    shape = (len(map_.problem.outputs), len(names), spanned.size)
     low, high = np.full(shape, np.nan), np.full(shape, np.nan)
     fine = np.flatnonzero(status == OK)
-    low[..., fine] = high[..., fine] = slopes.at(points[:, fine])[1]
+    assert results.solved is not None
+    u, modes = (np.hstack([getattr(p, what) for p in results.solved])[:, fine] for what in ("u", "modes"))
+    low[..., fine] = high[..., fine] = slopes.at(points[:, fine], u, modes)[1]
     stuck = np.flatnonzero(status == STUCK_POINT)
     if stuck.size:
         low[..., stuck], high[..., stuck] = slopes.ends(points[:, stuck])
     units = {n: found[n].attrs.get("units", "1") if n in found.variables else "" for n in grid}
-    for i, w in enumerate(wanted):
-        if w.name not in found.variables:
-            continue
+    for i, of in enumerate(map_.quantities[: len(map_.problem.outputs)]):
         for j, name in enumerate(names):
-            label = f"d({w.name})/d({name})"
+            label = f"d({of.name})/d({name})"
             said = {
-                "units": f"{w.picked.unit}/({units[name] or '1'})",
-                "long_name": f"Derivative of {w.name} with respect to {name}",
+                "units": f"{of.unit}/({units[name] or '1'})",
+                "long_name": f"Derivative of {of.name} with respect to {name}",
             }
             both = [("", np.where(status == OK, low[i, j], np.nan))]
             if stuck.size:
@@ -103,22 +104,22 @@ def steady_gradient(
     return found
 
 
-def _slopes(plant: Plant[Any], q: Question, names: list[str]) -> _Slopes:
+def _slopes(plant: Plant[Any], q: Question, map_: SteadyMap, names: list[str]) -> _Slopes:
     """The derivatives for these names, kept for the next call."""
-    values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "slopes", q, 0.0, tuple(names))
+    place = kept(plant, "slopes", q, 0.0, tuple(names))
     found: _Slopes | None = place.get()
-    if found is None or not found.valid(values):
-        problem = formulate(plant.compiled, q.asked, 0.0, q.guesses, values)
-        found = place.put(_Slopes(problem, [q.asked.axes.index(n) for n in names], values))
-    found.set_common(q.common)
+    if found is None or found.map is not map_:
+        found = place.put(_Slopes(map_, [q.asked.axes.index(n) for n in names]))
+    found.tape.set_common(q.common)
     return found
 
 
 class _Slopes:
     """Values and total derivatives of the outputs of a steady problem."""
 
-    def __init__(self, problem: Equilibrium, places: list[int], parameters: NDArray[np.float64]) -> None:
-        self.solver, self.problem, self._parameters = Solver(problem), problem, parameters
+    def __init__(self, map_: SteadyMap, places: list[int]) -> None:
+        problem = map_.problem
+        self.map, self.solver, self.problem = map_, map_.solver, problem
         self.held = held_rows(problem) if problem.u else []
         axes = column([problem.grid[k] for k in places])
         u = column(problem.u) if problem.u else Symbol(0, 1)
@@ -130,26 +131,16 @@ class _Slopes:
         varying = [*problem.grid, *problem.u, *problem.modes]
         self.tape = Tape("steady_slopes", varying, problem.common, flat, LANES)
 
-    def valid(self, parameters: NDArray[np.float64]) -> bool:
-        """Whether the problem is formulated rightly for these parameters too."""
-        return not self.problem.together or np.array_equal(parameters, self._parameters)
-
-    def set_common(self, values: NDArray[np.float64]) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self.solver.set_common(values)
-        self.tape.set_common(values)
-
-    def at(self, grid: Rows, side: Rows | None = None) -> tuple[Rows, NDArray[np.float64]]:
+    def at(self, grid: Rows, unknowns: Rows, modes: Rows) -> tuple[Rows, NDArray[np.float64]]:
         """Outputs, and their derivatives (output, axis, point)."""
-        points = self.solver.solve(grid, side)
         n, a, u, r = self.shape
         with np.errstate(all="ignore"):
-            found = self.tape(np.vstack([grid, points.u, points.modes]))
+            found = self.tape(np.vstack([grid, unknowns, modes]))
         sizes = np.cumsum([n, n * a, n * u, r * a])
         y, y_a, y_u, r_a, r_u = np.split(found, sizes)
         slopes = y_a.reshape(n, a, -1)
         if u:
-            moved = self._moved(points.modes, r_a.reshape(r, a, -1), r_u.reshape(r, u, -1))
+            moved = self._moved(modes, r_a.reshape(r, a, -1), r_u.reshape(r, u, -1))
             slopes = slopes + np.einsum("nup,uap->nap", y_u.reshape(n, u, -1), moved)
         return y, slopes
 
@@ -160,7 +151,8 @@ class _Slopes:
         for ends in product((1.0, -1.0), repeat=len(resting)):
             side = np.ones((len(self.problem.laws), grid.shape[1]))
             side[resting] = np.array(ends)[:, None]
-            y, s = self.at(grid, side)
+            points = self.solver.solve(grid, side)
+            y, s = self.at(grid, points.u, points.modes)
             values.append(y)
             slopes.append(s)
         y, s = np.array(values), np.array(slopes)

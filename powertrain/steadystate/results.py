@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look
+from powertrain.equilibrium.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD
@@ -21,13 +21,17 @@ MOST_LAWS = 62
 
 
 class MapResults:
-    """The results of all points, flat, in the order of the walk; with ``room`` for what is written beyond the end."""
+    """The results of all points, flat, in the order of the walk; with ``room`` for what is written beyond the end.
+
+    ``solved`` keeps what is solved with its modes and unknowns, block by block, if it is a list.
+    """
 
     def __init__(self, solver: Solver, count: int, size: int, look: Look, room: int = 0) -> None:
         self.solver, self.count, self.size, self.look = solver, count, size, look
         self.rows = [np.empty(size + room) for _ in range(self.count)]
         self.status = np.zeros(size, np.int8)
         self.involved: NDArray[np.int64] | None = None
+        self.solved: list[Points] | None = None
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
 
     def solve(self, grid: Rows, first: int) -> Array | None:
@@ -39,6 +43,8 @@ class MapResults:
         end = self.look.side
         side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
         points = self.solver.solve(grid, side)
+        if self.solved is not None:
+            self.solved.append(points)
         values, left = self.solver.values(grid, points)
         status = points.status
         alike = np.zeros(values.shape, bool)

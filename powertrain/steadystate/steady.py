@@ -26,6 +26,7 @@ from powertrain.plant import Plant
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
 from powertrain.steadystate.dataset import DataVariable, dataset, rate_unit
+from powertrain.steadystate.results import MapResults
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
@@ -116,8 +117,13 @@ def steady(
     look = Look(side, flag("exhaustive", exhaustive), flag("first", first))
     plant, t = plant if isinstance(plant, Plant) else Plant(plant), number("time", time, "s")
     q = question(plant, grid, outputs, parameters, inputs, free, guesses, held)
-    map_ = _map(plant, q, t)
+    map_ = steady_map(plant, q, t)
     ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
+    return written(plant, q, map_, ordered, results)
+
+
+def written(plant: Plant[Any], q: Question, map_: SteadyMap, ordered: Grid, results: MapResults) -> xr.Dataset:
+    """The results of a map with what they are of."""
     found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, results)
     found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
     return found
@@ -295,7 +301,7 @@ class Kept:
         return value
 
 
-def _map(plant: Plant[Any], q: Question, time: float) -> SteadyMap:
+def steady_map(plant: Plant[Any], q: Question, time: float) -> SteadyMap:
     """The prepared map, kept for the next call with the same names."""
     values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "maps", q, time)
     found: SteadyMap | None = place.get()

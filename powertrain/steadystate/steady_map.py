@@ -43,12 +43,18 @@ class SteadyMap:
         """Whether the problem is formulated rightly for these parameters too."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
 
-    def run(self, grid: Grid, common: Array, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
-        """Solves all points of a grid: the grid with its dimensions in the order of the results, and these."""
+    def run(
+        self, grid: Grid, common: Array, look: Look, progress: bool | None, *, keep: bool = False
+    ) -> tuple[Grid, MapResults]:
+        """Solves all points of a grid: the grid with its dimensions in the order of the results, and these.
+
+        ``keep``: with modes and unknowns of every point, so that every one is solved on its own.
+        """
         self.solver.set_common(common)
-        fast = self.walker is not None and grid.size >= _FAST and not look.exhaustive
+        fast = self.walker is not None and grid.size >= _FAST and not look.exhaustive and not keep
         ordered = self._slowest_first(grid) if fast else grid
         results = MapResults(self.solver, len(self.quantities), ordered.size, look)
+        results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
         if fast and self.walker is not None:
             self.walker.set_common(common)

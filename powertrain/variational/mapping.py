@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -70,14 +71,32 @@ class Mapping:
         for whens in rounds:
             if whens:
                 self._reset(run, k, now, whens)
+        if follow := self._following(run, k, now, rising):
+            self._reset(run, k, now, follow)
         struck = [j for j, c in enumerate(self.dae.contacts) if (c.name, "impact") in events.extra[k]]
         if struck:
             self._impact(run, k, now, struck)
         reached = np.concatenate([now.x, now.m[self.system.discretes]])
         found = np.concatenate([events.right.x[k], right_m[self.system.discretes]])
-        if (np.abs(reached - found) > 1e-7 * (1.0 + np.abs(found))).any():
+        if _differ(reached, found).any():
             return None
         return now.s, now.q, now.t
+
+    def _following(self, run: Record, k: int, now: _Carried, done: Sequence[When]) -> list[When]:
+        """Laws that what was reset before has set off, and that are over again at the right: their resets are what was found there."""
+        if self.resets is None:
+            return []
+        values = self.resets(self._sample(run, k, now), run.p).value[0]
+        right, found, first = run.instants.right, [], 0
+        for when in self.dae.whens:
+            pairs = [
+                (value, (now.m if r.discrete else now.x)[r.index], (right.m if r.discrete else right.x)[k][r.index])
+                for r, value in zip(when.resets, values[first:], strict=False)
+            ]
+            first += len(when.resets)
+            if when not in done and any(_differ(old, new) for _, old, new in pairs):
+                found += [when] if not any(_differ(value, new) for value, _, new in pairs) else []
+        return found
 
     def _combined(self, run: Record, k: int, fired: set[int]) -> set[int]:
         """The laws whose combined conditions hold with the comparisons that turn at event k."""
@@ -137,6 +156,11 @@ class Mapping:
         now.s[:n] += effect(1)
         now.q[:n] += effect(2)
         now.x = now.x + value[on_x] @ impulse
+
+
+def _differ(one: Any, other: Any) -> Any:
+    """Whether values are more than round-off apart."""
+    return np.abs(one - other) > 1e-7 * (1.0 + np.abs(other))
 
 
 def _chain(

@@ -43,6 +43,7 @@ class System:
             for group in (dae.frictions, dae.switches, dae.relations, dae.contacts, dae.whens)
             for law in group
         }
+        modes |= {law.rests for law in dae.frictions if law.rests is not None}
         modes |= {schedule.index + k for schedule in dae.schedules for k in range(3)}
         return [k for k in range(dae.m.numel()) if k not in modes]
 

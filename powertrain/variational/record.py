@@ -5,6 +5,7 @@ Everything else in this package knows a run through these records only.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import roots_jacobi
 
-from powertrain.engine.trajectory import Trajectory
+from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples, signals_of
@@ -22,6 +23,8 @@ STAGES = 4
 POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])), 1.0)
 """The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
 
+_LATE = 1e-12
+"""So much later, in s and relative to the time, is the right limit of what depends on the time since an event: sign(0) is neither side."""
 _EARLY = 1e-6
 """How much earlier, as a share of the step before an event."""
 
@@ -92,29 +95,44 @@ def record(result: Result[Any], cuts: Array) -> Record:
         trajectory.end,
         at(nodes[:1]),
         Steps(starts, durations, samples),
-        _instants(trajectory, corrected),
+        _instants(trajectory, corrected, [s.index for s in result.compiled.dae.switches if s.continuous]),
     )
 
 
-def _instants(trajectory: Trajectory, corrected: Any) -> Instants:
-    found = [i for i in trajectory.instants if i.time > trajectory.start]
+def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> Instants:
+    told = [i for i in trajectory.instants if i.time > trajectory.start]
+    found = sorted([*told, *_quiet(trajectory, told, switches)], key=lambda i: i.time)
     n, unknowns = trajectory.states, trajectory.dense.shape[2]
     times = np.array([i.time for i in found], float)
 
-    def side(values: list[Array], held: list[Array]) -> Samples:
+    def side(times: Array, values: list[Array], held: list[Array]) -> Samples:
         y = np.array(values, float).reshape(len(found), -1)[:, :unknowns] if found else np.zeros((0, unknowns))
         m = np.array(held, float) if found else np.zeros((0, trajectory.held.shape[1]))
         return Samples(times, y[:, :n], y[:, n:], m)
 
     owner = np.maximum(trajectory.times.searchsorted(times, side="left") - 1, 0)
-    seen = side([i.left for i in found], [i.held_left for i in found])
-    right = side([i.right for i in found], [i.held_right for i in found])
+    seen = side(times, [i.left for i in found], [i.held_left for i in found])
+    after = times + _LATE * (1.0 + np.abs(times))
+    right = side(after, [i.right for i in found], [i.held_right for i in found])
     before = _dense(trajectory, trajectory.times[owner], owner) if found else seen
     start = trajectory.times[owner]
     early = _dense(trajectory, times - _EARLY * (times - start), owner) if found else seen
     return Instants(
         times, corrected(early), seen, corrected(seen), corrected(right), before, tuple(i.extra for i in found)
     )
+
+
+def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int]) -> Iterator[Instant]:
+    """Changes of ``switches`` that no event tells of, because branches meet there: a rate that is made of their derivatives may jump."""
+    rows = trajectory.mode_of_step
+    known = np.array([i.time for i in told], float)
+    for i in np.flatnonzero(rows[1:] != rows[:-1]) + 1:
+        t, old, new = float(trajectory.times[i]), trajectory.held[rows[i - 1]], trajectory.held[rows[i]]
+        if (old[switches] == new[switches]).all() or (np.abs(known - t) <= _LATE * (1.0 + abs(t))).any():
+            continue
+        q, c = (t - trajectory.times[i - 1]) / trajectory.sizes[i - 1], trajectory.dense[i - 1]
+        left = (((c[4] * q + c[3]) * q + c[2]) * q + c[1]) * q + c[0]
+        yield Instant(t, left, trajectory.dense[i][0], old, new)
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:
