@@ -118,7 +118,8 @@ def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:
     even = slope / (size[:, :, None] * size[:, None, :])
     good = np.isfinite(even).all(axis=(1, 2)) & movable.any(axis=1)
     torques = np.zeros(movable.shape)
-    torques[good] = np.linalg.svd(even[good])[2][:, 0] / size[good]
+    if good.any():
+        torques[good] = np.linalg.svd(even[good])[2][:, 0] / size[good]
     speed = np.abs(np.where(movable, np.einsum("pij,pj->pi", np.nan_to_num(slope), torques), 0.0)).max(
         axis=1, initial=0.0
     )
