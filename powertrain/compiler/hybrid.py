@@ -28,7 +28,7 @@ class Friction:
     ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``rounding``: what the rounding of angles and positions
     adds to that; ``reach``: G_ii.
     ``rests``: where other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest all the same;
-    ``share`` is then what its compliance would have it take, no less than its limit.
+    ``share`` is then what its compliance would have it take, no less than its limit (of laws whose limits follow no torque).
     """
 
     name: str
@@ -56,6 +56,11 @@ class Friction:
     def hysteresis(self) -> ca.SX:
         """How well its torque is known at the present states."""
         return self.known + self.rounding
+
+    @property
+    def unloads(self) -> bool:
+        """Whether it leaves its limit where others hold more of the load: limits that follow torques fall with them instead."""
+        return self.rests is not None and self.may_free
 
 
 @dataclass(frozen=True)

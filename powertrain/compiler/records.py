@@ -64,6 +64,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
     prescribed = not any(ca.which_depends(opened.rate, resolver.tau[k], 1, False))
+    may_free = not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False))
     return Friction(
         t.mode.name(), str(t.place), held.place(t.mode), t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
@@ -73,12 +74,12 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
         limitless=tuple(
             mode for mode, bound in ((1.0, given.upper), (-1.0, given.lower)) if bound.is_constant() and np.isinf(float(bound))
         ),
-        may_free=not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False)),
+        may_free=may_free,
         known=resolver.known(k),
         rounding=resolver.rounding(k),
         reach=resolver.reach(k),
         rests=held.place(held.rests[key(t.mode)]) if key(t.mode) in held.rests else None,
-        share=resolver.share(k) if key(t.mode) in held.rests else Symbol(0),
+        share=resolver.share(k) if key(t.mode) in held.rests and may_free else Symbol(0),
     )  # fmt: skip
 
 

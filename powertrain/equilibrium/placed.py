@@ -87,7 +87,7 @@ class Placed:
             found += [
                 getattr(law, f.name)
                 for f in fields(law)
-                if isinstance(getattr(law, f.name), ca.SX) and f.name not in ("time", "known")
+                if isinstance(getattr(law, f.name), ca.SX) and f.name not in ("time", "known", "share")
             ]
         found += [self.compiled.signals[n].expression for n in self.asked.prescribed]
         whole = column(found)

@@ -29,7 +29,9 @@ SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 SAME = 1e-6
 """Solutions that differ by less, relative to their size, are one."""
 MOST_SOURCES = 8
-"""Neighbours whose solutions are tried at a point."""
+"""Neighbours whose solutions are tried at a point as they are found."""
+OTHERS = 4
+"""How many of a point's neighbours are tried besides the nearest one."""
 
 
 @dataclass
@@ -157,7 +159,7 @@ class Solutions:
 
     def _rest_of(self, best: SolvedPoints, beyond: SolvedPoints, grid: Array, side: Array) -> None:
         """Solves the points that have no solution yet: as their neighbours, else by continuation."""
-        failed, tries = np.zeros(len(grid), bool), np.zeros(len(grid), int)
+        failed, tries, rank = np.zeros(len(grid), bool), np.zeros(len(grid), int), np.ones(len(grid), int)
         place, fresh = _scaled(grid), np.flatnonzero(best.done)
         while True:
             while fresh.size:
@@ -166,9 +168,15 @@ class Solutions:
                     break
                 fresh = self._spread(best, grid, side, left, fresh[KDTree(place[fresh]).query(place[left])[1]])
                 tries[left] += 1
-            left = np.flatnonzero(~best.done & ~beyond.done & ~failed)
+            known, left = np.flatnonzero(best.done), np.flatnonzero(~best.done & ~beyond.done & ~failed)
             if not left.size:
                 return
+            again = left[rank[left] <= min(OTHERS, known.size - 1)]
+            if again.size:
+                near = np.asarray(KDTree(place[known]).query(place[again], k=OTHERS + 1)[1])
+                fresh = self._spread(best, grid, side, again, known[near[np.arange(again.size), rank[again]]])
+                rank[again] += 1
+                continue
             p = int(left[0])
             one = self.continuation.solve(grid[p], self.laws.balance.start, side[p])
             if one is None:

@@ -262,6 +262,8 @@ def shifted(name: str, torque: float, *, up: bool, **options: Any) -> tuple[pt.R
     lever = TimeTable(table=((0.0, one), (1.0, one), (1.8, two)))
     bench = Bench(box=BOXES[name], lever=lever, torque=Constant(k=torque))
     starts = {"car.w": 60.0, "engine.w": 60.0 * old, "box.tau_in": torque}
+    if name == "dual clutch":  # its synchronisers are weaker than the engine
+        starts[f"box.synchronisers[{int(one) - 1}].w_rel"] = 0.0
     return pt.simulate(bench, 3.0, points=3001, starts=starts, **options), old, new
 
 
