@@ -27,9 +27,9 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import newton
 
 BLOCK = 64
-"""Signals computed together: neighbours share most of their arithmetic, a block costs little more than one of them."""
-_FEW = 20
-"""A signal of fewer operations is computed alone."""
+"""Signals computed together where neighbours share most of their arithmetic."""
+_SHARED = 4
+"""A block is computed where that takes at most so many times the operations of the signal asked for."""
 _LARGEST_BLOCK = 4_000_000
 _LARGEST_CORRECTION = 40
 _CORRECTIONS = 4
@@ -218,7 +218,7 @@ class Signals:
                 continue
             first = self._place[name] // BLOCK * BLOCK
             block = tuple(self.names[first : first + BLOCK])
-            if len(block) * len(samples.t) > _LARGEST_BLOCK or ca.n_nodes(self.entries[name].expression) < _FEW:
+            if len(block) * len(samples.t) > _LARGEST_BLOCK or self._nodes(block) > _SHARED * self._nodes((name,)):
                 block = (name,)
             values = np.ascontiguousarray(self._lanes(block)(samples, p).T)
             found.update(zip(block, values, strict=True))
@@ -246,6 +246,9 @@ class Signals:
         if place is None:
             return None
         return np.ascontiguousarray((samples.m if place[0] else samples.x)[:, place[1]])
+
+    def _nodes(self, block: tuple[str, ...]) -> int:
+        return ca.n_nodes(column([self.entries[name].expression for name in block]))
 
     def _lanes(self, block: tuple[str, ...]) -> Lanes:
         lanes: dict[tuple[str, ...], Lanes] = self._local.__dict__.setdefault("lanes", {})

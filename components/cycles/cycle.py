@@ -54,6 +54,13 @@ class DriveCycle:
 
     def __post_init__(self) -> None:
         """Errors: ParameterError, which names the row."""
+        try:
+            rows: NDArray[np.float64] = np.asarray(self.table, float)
+        except (TypeError, ValueError):
+            rows = np.zeros(0)
+        if rows.ndim != 2 or rows.shape[1] != 2:
+            raise ParameterError(f"drive cycle {self.name}: the table has rows (time in s, speed in m/s), one a point")
+        object.__setattr__(self, "table", tuple(map(tuple, rows.tolist())))
         if len(self.table) < 2:
             raise ParameterError(
                 f"drive cycle {self.name}: {len(self.table)} rows are too few; at least two are needed"

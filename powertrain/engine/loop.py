@@ -60,7 +60,6 @@ class Run:
     def execute(self, resumed: bool = False) -> Trajectory:
         """Run to the stop time; errors carry the trajectory so far. ``resumed``: it goes on smoothly from the end of another run."""
         self.steps = self.engine.stepper(self.method)
-        self.engine.special.begin()
         try:
             self._restart()
             self.recorder.enter(self.memory.m.copy())
@@ -170,7 +169,7 @@ class Run:
         memory = self.memory
         self.longest = min(self.max_step, self.engine.waves.longest_step(self.t, self.stop, memory.m, memory.p))
         steps = self.steps
-        if not (self.numeric or self.engine.compile):  # machine code gains nothing from fewer instructions
+        if self.engine.specializes and not self.numeric:
             steps = self.engine.special.get(self.method, self.memory.m, steps)
         self.chosen = steps, self.method == "dopri5" and self.engine.method == "auto"
         self.since = self.recorder.steps

@@ -18,7 +18,7 @@ from powertrain.engine.waves import Waves
 from powertrain.engine.zeno import Zeno, resetting
 from powertrain.errors import InitializationError, ParameterError
 from powertrain.integration import fused as steps
-from powertrain.integration.specialized import Calls, SpecialSteps
+from powertrain.integration.specialized import Calls, SpecialSteps, for_modes
 from powertrain.modes.admissible import Admissible
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.indicators import Indicator, indicators
@@ -71,7 +71,8 @@ class Prepared:
         self._kept: list[Bound] = []
         self._builds = Builds()
         self._functions: dict[str, ca.Function] = {}
-        self.special = SpecialSteps(dae.m, self.catalogue.modes, self._step)
+        self._general: dict[str, ca.Function] = {}
+        self.special = SpecialSteps(self.catalogue.modes, self._special)
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
@@ -89,18 +90,29 @@ class Prepared:
                 large = [SparseStep(model, self.memory, side) for side in (0, 1)]
                 self._steps[name] = [large[0].call, large[1].call]
             else:
-                self._steps[name] = self._step(name, None)
+                self._steps[name] = self._step(name)
         return self._steps[name]
 
-    def _step(self, method: str, held: ca.SX | None) -> Calls:
-        """The step for any modes, or for those that ``held`` has as numbers."""
+    @property
+    def specializes(self) -> bool:
+        """Whether steps for given modes are worth their building: machine code and long vectors gain little from fewer instructions."""
+        return not self.compile and sum(self.sizes[:2]) <= _MANY
+
+    def _special(self, method: str, modes: list[float]) -> Calls:
+        """The step for given modes."""
+        function = for_modes(self._general[method], self.catalogue.modes, modes)
+        self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
+        return [each.call for each in bound]
+
+    def _step(self, method: str) -> Calls:
+        """The step for any modes."""
         make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
         rows = self._shared().rows
         function = fast = None
         if sum(self.sizes[:2]) <= _MANY:
-            function = fast = make(steps.common(self.dae, rows, held))
+            function = fast = self._general[method] = make(self._shared())
         if fast is None or (self.compile and fast.n_instructions() > _LONG):
-            fast = make(steps.common(self.dae, rows, held, ca.MX))
+            fast = make(steps.common(self.dae, rows, ca.MX))
         calls: Calls = []
 
         def install(functions: dict[str, ca.Function]) -> None:

@@ -52,25 +52,14 @@ class Common:
     indicators: int
 
 
-def common(
-    dae: HybridDae,
-    rows: Sequence[int] | None = None,
-    held: ca.SX | None = None,
-    kind: Any = ca.SX,
-) -> Common:
-    """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns; ``held`` is m with numbers for known modes.
-
-    KeyError where ``held`` takes a pivot away.
-    """
+def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX) -> Common:
+    """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns."""
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
     scaled = ca.densify(ca.vertcat(*[indicator.scaled for indicator in indicators(dae)]))
     counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
     found, counted = ca.densify(found), ca.densify(counted)
-    if held is not None:
-        general = ca.Function(PREFIX + "general", [dae.t, dae.x, dae.z, dae.m, dae.p], [rates, found, counted])
-        rates, found, counted = general.call([dae.t, dae.x, dae.z, held, dae.p])
     called = kind is not ca.SX
     m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
     known: dict[str, ca.Function] = {}

@@ -1,4 +1,4 @@
-"""Step functions for one combination of modes: a fraction of the instructions of the one that serves all combinations."""
+"""Step functions for one combination of modes: half the instructions of the one that serves all combinations."""
 
 from __future__ import annotations
 
@@ -12,46 +12,44 @@ from powertrain.numerics.buffers import Array
 
 Calls: TypeAlias = list[Callable[[], None]]
 """A step in both directions of the double buffer; machine code takes its place in the list when it is there."""
-Build: TypeAlias = Callable[[str, ca.SX], Calls]
-OFTEN = 3000
-"""Steps of one run in the same modes after which it takes a function for these modes: building one costs as much as it saves in so many."""
+OFTEN = 1000
+"""Steps in the same modes after which these have a function of their own: building one costs as much as it saves in so many."""
+
+
+def for_modes(step: ca.Function, places: Sequence[int], modes: Sequence[float]) -> ca.Function:
+    """A step function with numbers in these places of its held values.
+
+    Constants are folded and nothing else, so that it gives the results of the general one to the last bit.
+    """
+    inputs = step.sx_in()
+    held = ca.SX(inputs[2])
+    for place, mode in zip(places, modes, strict=True):
+        held[place] = mode
+    results = step.call([*inputs[:2], held, *inputs[3:]])
+    return ca.Function(step.name(), inputs, ca.cse(results))
 
 
 class SpecialSteps:
-    """Counts the steps of a run in every combination of modes and gives the frequent ones a step function of their own.
+    """Counts the steps in every combination of modes and gives the frequent ones a step function of their own.
 
-    Functions are kept from run to run; when they are taken depends on the run alone, so that every run is the same to the last bit.
-    ``build(method, held)`` makes one from the held values with numbers in the places of modes.
+    It is kept from run to run, and when it is taken makes no difference to the results. ``build(method, modes)`` makes one.
     """
 
-    def __init__(self, m: ca.SX, modes: Sequence[int], build: Build) -> None:
-        self._m, self._modes, self._build = m, np.array(modes, dtype=np.intp), build
-        self._built: dict[tuple[str, bytes], Calls | None] = {}
-        self.begin()
-
-    def begin(self) -> None:
-        """Begin a run."""
+    def __init__(self, places: Sequence[int], build: Callable[[str, list[float]], Calls]) -> None:
+        self._places, self._build = np.array(places, dtype=np.intp), build
+        self._built: dict[tuple[str, bytes], Calls] = {}
         self._taken: dict[bytes, int] = {}
         self._code = b""
 
     def get(self, method: str, m: Array, general: Calls) -> Calls:
         """The steps for the modes in ``m``; ``general`` until they are frequent."""
-        modes = m.take(self._modes)
+        modes = m.take(self._places)
         self._code = code = modes.tobytes()
         if self._taken.get(code, 0) < OFTEN:
             return general
         if (method, code) not in self._built:
-            self._built[method, code] = self._make(method, modes.tolist())
-        return self._built[method, code] or general
-
-    def _make(self, method: str, modes: list[float]) -> Calls | None:
-        held = ca.SX(self._m)
-        for index, mode in zip(self._modes.tolist(), modes, strict=True):
-            held[index] = mode
-        try:
-            return self._build(method, held)
-        except KeyError:  # these modes take a pivot away
-            return None
+            self._built[method, code] = self._build(method, modes.tolist())
+        return self._built[method, code]
 
     def count(self, steps: int) -> None:
         """So many steps were taken with the modes of the last ``get``."""

@@ -23,7 +23,7 @@ import casadi as ca
 
 from powertrain.errors import PowertrainError
 
-FLAGS = ("-O1", "-fPIC", "-shared")
+FLAGS = ("-O2", "-fPIC", "-shared")
 
 
 def cache_directory() -> Path:

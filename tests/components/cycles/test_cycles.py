@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -97,6 +98,10 @@ def test_files(tmp_path: Path) -> None:
         file.write_text(text, encoding="utf-8")
         with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(")):
             DriveCycle.from_csv(file)
+    times_and_speeds: Any = np.array([0.0, 10, 20]), np.array([0.0, 10, 0])
+    with pytest.raises(pt.ParameterError, match=r"rows \(time in s, speed in m/s\), one a point"):
+        DriveCycle("two arrays", times_and_speeds)
+    assert DriveCycle("one array", np.array([[0.0, 0], [10, 10], [20, 0]])).distance == pytest.approx(100)  # type: ignore[arg-type]
     with pytest.raises(
         pt.ParameterError,
         match="unknown drive cycle 'ftp'; choose from ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc",
