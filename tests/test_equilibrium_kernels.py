@@ -26,6 +26,7 @@ def by_hand(n: int, count: int, rows: Any, speed: Any, lower: Any, upper: Any) -
     laws = [ca.SX(ca.densify(ca.SX(e(y, tau)))) for e in (rows, speed, lower, upper)]
     names, rate_of = tuple(f"y{i}" for i in range(n)), np.arange(n)
     given: list[Any] = [dae, none, y, names, np.zeros(n), modes, none, tau, laws[0], rate_of, *laws[1:], none]
+    given.append(ca.SX.ones(count))
     return SteadyLaws(Balance(*given))
 
 
@@ -99,6 +100,7 @@ def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[St
     laws = SteadyLaws.__new__(SteadyLaws)
     laws.unknowns, laws.law_modes, laws.switch_modes = 2, np.array([0]), np.zeros(0, np.intp)
     laws.may_free, laws.contact = np.ones(1, bool), np.zeros(1, bool)
+    laws.peaks = lambda at: np.ones((len(at.y), 1))  # type: ignore[method-assign]
     return laws, values, Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
 
 

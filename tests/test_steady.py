@@ -570,3 +570,38 @@ def test_roots_of_fractions_that_are_not_written_so() -> None:
     assert (1 + 2 * found) / (3 - 0.5 * found) == pytest.approx(2.0, rel=1e-12)
     for other in (ratio * (1 + x), ratio + ca.fmax(x - 10, 0), ca.sqrt(x * x) * ratio):
         assert root_of_fraction(other, x) is None
+
+
+class HeldByItsPeak(pt.Component):
+    """A brake that holds half as much again as it takes while it slides, against a torque that a damper takes at some speed."""
+
+    torque: Torque = Torque()
+    J: Inertia = Inertia(J=1.0)
+    brake: Brake = Brake(fn_max=10.0, mue_pos=((0.0, 1.0),), peak=1.5)
+    damper: Damper = Damper(d=0.1)
+    ground: Fixed = Fixed()
+    tau: pt.Input = pt.signal_input("N.m", "Torque", default=12.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.torque.tau)
+        yield pt.connect(self.torque.flange, self.J.flange_a, self.brake.flange_a, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+        yield self.brake.f_normalized.value == 1.0
+
+
+def test_a_brake_that_its_peak_holds_may_slide_as_well() -> None:
+    """It ends where it began: at rest, or sliding at (tau - 10)/0.1. With another peak as the grid says."""
+    plant = pt.compile(HeldByItsPeak())
+    rest, slide = (plant.simulate(300.0, starts={"J.w": w})["J.w"][-1] for w in (0.0, 5.0))
+    assert rest == 0.0
+    assert slide == pytest.approx(20.0, rel=1e-6)
+    tau = np.array([-14.0, -9.0, 5.0, 9.9, 10.5, 14.9, 15.5, 20.0])
+    found = pt.steady(plant, {"tau": tau}, outputs="J.w")
+    assert found.status.values.tolist() == [SEVERAL, OK, OK, OK, SEVERAL, SEVERAL, OK, OK]
+    np.testing.assert_allclose(found["J.w"][-2:], (tau[-2:] - 10.0) / 0.1, rtol=1e-9)
+    held = pt.steady(plant, {"tau": tau}, outputs="J.w", first=True)
+    np.testing.assert_allclose(
+        held["J.w"], np.where(np.abs(tau) < 15.0, 0.0, (tau - 10.0) / 0.1), rtol=1e-9, atol=1e-12
+    )
+    peaks = pt.steady(plant, {"brake.peak": [1.0, 1.1, 1.3], "tau": 12.0}, outputs="J.w")
+    assert peaks.status.values.tolist() == [OK, OK, SEVERAL]

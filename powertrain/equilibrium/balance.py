@@ -20,7 +20,8 @@ class Balance:
     """``rows`` are zero at the unknowns ``y`` for the torques ``tau``; all in terms of grid, y, modes, common values and tau.
 
     ``speed`` are the relative speeds of friction laws and the gaps of contacts, ``lower`` and ``upper`` the limits of their torques
-    (minus the force of a contact). ``rate_of`` is the unknown whose rate a row is, -1 where it is none.
+    (minus the force of a contact), times ``peak`` while they are stuck. ``rate_of`` is the unknown whose rate a row is, -1 where it is
+    none.
     """
 
     dae: HybridDae
@@ -37,6 +38,7 @@ class Balance:
     lower: Symbol
     upper: Symbol
     conditions: Symbol
+    peak: Symbol
 
     @property
     def tau_symbols(self) -> list[Symbol]:

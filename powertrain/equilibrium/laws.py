@@ -90,10 +90,13 @@ class SteadyLaws:
         outputs = [e.nz[k] for e in parts for k in range(e.nnz())]
         scalars = [s for e in (b.grid, b.modes, moved) for s in (ca.vertsplit(e) if e.numel() else [])]
         self._columns = Columns("steady_balance", scalars, b.common, outputs)
+        grid, peaks = (ca.vertsplit(e) if e.numel() else [] for e in (b.grid, b.peak))
+        self._peaks = Columns("steady_peaks", grid, b.common, peaks)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self._columns.set_common(values)
+        self._peaks.set_common(values)
         self.equations.set_common(values)
 
     def values(self, at: Iterates, lossless: bool = False) -> LawValues:
@@ -120,6 +123,10 @@ class SteadyLaws:
         kinds = [held, follows, given & (mode == STUCK), upper]
         return np.select(kinds, [HELD, NOTHING, LEAST, UPPER], float(LOWER))
 
+    def peaks(self, at: Iterates) -> Array:
+        """By how much more than while it slides each law takes while it is stuck."""
+        return self._peaks(at.grid.T).T
+
     def zone(self, value: LawValues, at: Iterates) -> Array:
         """Speeds below this are rest."""
         return REST * (1.0 + _times(np.abs(value.speed_[:, :, : self.unknowns]), np.abs(at.y)))
@@ -132,8 +139,8 @@ class SteadyLaws:
         """
         modes, mode = at.modes.copy(), at.modes[:, self.law_modes]
         zone, known = self.zone(value, at), RESOLVED * (1.0 + np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
-        high, low = np.maximum(value.lower, value.upper), np.minimum(value.lower, value.upper)
-        above, below = at.tau > high + known, at.tau < low - known
+        high, low, peak = np.maximum(value.lower, value.upper), np.minimum(value.lower, value.upper), self.peaks(at)
+        above, below = at.tau > peak * high + known, at.tau < peak * low - known
         rests, sign = np.abs(value.speed) <= zone, np.sign(value.speed)
         slides = (mode == FORWARD) | (mode == BACKWARD)
         stuck = np.where(~rests, sign, np.where(above, FORWARD, np.where(below, BACKWARD, STUCK)))

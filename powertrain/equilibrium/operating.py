@@ -48,10 +48,7 @@ class Solver:
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._speeds = Columns("steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved])
         self._shared = np.array([f.rests is not None for f in frictions], bool)
-        holds = [f.peak if f.rests is not None else 1.0 for f in frictions]
-        limits = [
-            e for f, hold in zip(frictions, holds, strict=True) for e in (f.torque, hold * f.lower, hold * f.upper)
-        ]
+        limits = [e for f in frictions for e in (f.torque, f.peak * f.lower, f.peak * f.upper)]
         self._torques = Columns("steady_torques", varying, problem.common, limits)
 
     def set_common(self, values: Array) -> None:

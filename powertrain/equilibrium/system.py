@@ -154,12 +154,12 @@ def _balance(
     place = {key(u.symbol): i for i, u in enumerate(y)}
     rows = [placed.rate(i, turning, xdot) for i in moving] + list(ca.vertsplit(residual) if count else [])
     rows += given
-    bounds = [laws.speed, laws.lower, laws.upper, laws.conditions] if laws is not None else []
+    bounds = [laws.speed, laws.lower, laws.upper, laws.conditions, laws.peak] if laws is not None else []
     if laws is not None:
         gaps = [c.gap for c in dae.contacts]
         bounds[0] = column([*ca.vertsplit(laws.speed)[: len(dae.frictions)], *gaps])
     else:
-        bounds = [Symbol(0, 1)] * 3 + [column([s.g for s in dae.switches])]
+        bounds = [Symbol(0, 1)] * 3 + [column([s.g for s in dae.switches]), Symbol(0, 1)]
     known = {key(u.symbol) for u in unknowns}
     cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in known]
     expressions = [column(rows), *bounds]
