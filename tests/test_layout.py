@@ -39,7 +39,7 @@ ORDER = [
     "compiler.hybrid",
     "numerics: tape buffers lookup pivots sparse_lu newton elimination compiled background",
     "numerics: batch",
-    "numerics: replay",
+    "numerics: replay folding",
     "compiler: matching calls cancellation",
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity records assemble",
     "modes: complementarity indicators rules projection jam selflocking admissible algebra uniqueness resting resolve",

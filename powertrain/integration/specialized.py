@@ -9,24 +9,21 @@ import casadi as ca
 import numpy as np
 
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.folding import folded
 
 Calls: TypeAlias = list[Callable[[], None]]
 """A step in both directions of the double buffer; machine code takes its place in the list when it is there."""
-OFTEN = 1000
+OFTEN = 3000
 """Steps in the same modes after which these have a function of their own: building one costs as much as it saves in so many."""
 
 
-def for_modes(step: ca.Function, places: Sequence[int], modes: Sequence[float]) -> ca.Function:
-    """A step function with numbers in these places of its held values.
+HELD = 2
+"""The place of the held values among the arguments of a step."""
 
-    Constants are folded and nothing else, so that it gives the results of the general one to the last bit.
-    """
-    inputs = step.sx_in()
-    held = ca.SX(inputs[2])
-    for place, mode in zip(places, modes, strict=True):
-        held[place] = mode
-    results = step.call([*inputs[:2], held, *inputs[3:]])
-    return ca.Function(step.name(), inputs, ca.cse(results))
+
+def for_modes(step: ca.Function, places: Sequence[int], modes: Sequence[float]) -> ca.Function:
+    """A step function with numbers in these places of its held values, with the same results."""
+    return folded(step, {(HELD, place): mode for place, mode in zip(places, modes, strict=True)})
 
 
 class SpecialSteps:
