@@ -13,7 +13,7 @@ from powertrain.numerics.folding import folded
 
 Calls: TypeAlias = list[Callable[[], None]]
 """A step in both directions of the double buffer; machine code takes its place in the list when it is there."""
-OFTEN = 3000
+OFTEN = 5000
 """Steps in the same modes after which these have a function of their own: building one costs as much as it saves in so many."""
 
 

@@ -1,19 +1,18 @@
 """A function with numbers in the places of some entries of its inputs: constants are folded, and nothing else.
 
-CasADi simplifies more than that: (a + b) - b becomes a, which is another number. The results here are those of the whole function to the
-last bit, but for the sign of a zero, and where a factor of zero meets a value that is not finite.
+CasADi simplifies more than that: (a + b) - b becomes a, which is another number. Where it would, an operand is hidden from it, as the
+magnitude of itself with the sign of itself. The results are those of the whole function to the last bit, but for the sign of a zero, and
+where a factor of zero meets a value that is not finite.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import casadi as ca
 
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import building
 from powertrain.numerics.tape import replayed
 
 Value: TypeAlias = float | Symbol
@@ -29,15 +28,19 @@ def folded(function: ca.Function, known: Mapping[tuple[int, int], float]) -> ca.
     def argument(i: int, j: int) -> Value:
         return known[i, j] if (i, j) in known else places[i][j]
 
-    with building, _unsimplified():
-        found = replayed(ca.Function("powertrain_scalars", inputs, scalars), scalars, argument, _Folding())
-        values = iter([Symbol(found.get(k, 0.0)) for k in range(len(scalars))])
-        results = [ca.reshape(ca.vertcat(*(next(values) for _ in range(e.numel()))), e.shape) for e in outputs]
-        return ca.Function(function.name(), inputs, ca.cse(results))
+    found = replayed(ca.Function("powertrain_scalars", inputs, scalars), scalars, argument, _Folding())
+    values = iter([Symbol(found.get(k, 0.0)) for k in range(len(scalars))])
+    results = [ca.reshape(ca.vertcat(*(next(values) for _ in range(e.numel()))), e.shape) for e in outputs]
+    return ca.Function(function.name(), inputs, results)
 
 
 class _Folding:
-    """Operations of numbers and expressions."""
+    """Operations of numbers and expressions, each of them once."""
+
+    def __init__(self) -> None:
+        self._known: dict[
+            tuple[int, ...], tuple[tuple[Symbol, ...], Symbol]
+        ] = {}  # operands, so that they stay where they are
 
     def constant(self, value: float) -> Value:
         return value
@@ -45,10 +48,58 @@ class _Folding:
     def operate(self, code: int, operands: list[Value]) -> Value:
         first, last = operands[0], operands[-1]
         if len(operands) == 1:
-            return ca.SX.unary(code, first) if isinstance(first, Symbol) else float(ca.SX.unary(code, Symbol(first)))
+            return self._written(code, first) if isinstance(first, Symbol) else float(ca.SX.unary(code, Symbol(first)))
         if isinstance(first, Symbol):
-            return ca.SX.binary(code, first, last) if isinstance(last, Symbol) else _number_last(code, first, last)
-        return _number_first(code, first, last) if isinstance(last, Symbol) else float(ca.SX.binary(code, first, last))
+            return (
+                self._written(code, first, last) if isinstance(last, Symbol) else self._number_last(code, first, last)
+            )
+        return (
+            self._number_first(code, first, last)
+            if isinstance(last, Symbol)
+            else float(ca.SX.binary(code, first, last))
+        )
+
+    def _number_first(self, code: int, a: float, b: Symbol) -> Value:
+        if code == ca.OP_IF_ELSE_ZERO:
+            return b if a else 0.0
+        if code in (ca.OP_MUL, ca.OP_DIV) and a == 0.0:
+            return 0.0
+        if (code == ca.OP_MUL and a == 1.0) or (code == ca.OP_ADD and a == 0.0):
+            return b
+        if (code == ca.OP_MUL and a == -1.0) or (code == ca.OP_SUB and a == 0.0):
+            return self._written(ca.OP_NEG, b)
+        return self._written(code, Symbol(a), b)
+
+    def _number_last(self, code: int, a: Symbol, b: float) -> Value:
+        if code in (ca.OP_MUL, ca.OP_IF_ELSE_ZERO) and b == 0.0:
+            return 0.0
+        if (code in (ca.OP_MUL, ca.OP_DIV) and b == 1.0) or (code in (ca.OP_ADD, ca.OP_SUB) and b == 0.0):
+            return a
+        if code in (ca.OP_MUL, ca.OP_DIV) and b == -1.0:
+            return self._written(ca.OP_NEG, a)
+        return self._written(code, a, Symbol(b))
+
+    def _written(self, code: int, *operands: Symbol) -> Symbol:
+        """The operation as it is written; signs alone are drawn together."""
+        a, b = operands[0], operands[-1]
+        if code == ca.OP_ADD and b.is_op(ca.OP_NEG):
+            return self._written(ca.OP_SUB, a, b.dep(0))
+        if code == ca.OP_ADD and a.is_op(ca.OP_NEG):
+            return self._written(ca.OP_SUB, b, a.dep(0))
+        if code == ca.OP_SUB and b.is_op(ca.OP_NEG):
+            return self._written(ca.OP_ADD, a, b.dep(0))
+        place = (code, *(e.element_hash() for e in operands))
+        if place not in self._known:
+            self._known[place] = operands, self._made(code, operands)
+        return self._known[place][1]
+
+    def _made(self, code: int, operands: tuple[Symbol, ...]) -> Symbol:
+        result = _plain(code, operands)
+        if code == ca.OP_NEG or (
+            result.is_op(code) and _hashes(result.dep(i) for i in range(result.n_dep())) == _hashes(operands)
+        ):
+            return result
+        return _plain(code, [e if e.is_constant() else self._written(ca.OP_COPYSIGN, e, e) for e in operands])
 
     def call(self, function: ca.Function, operands: list[Value]) -> list[Value]:
         columns, first = list[Symbol](), 0
@@ -59,38 +110,13 @@ class _Folding:
         return [e for found in results for e in _entries(ca.densify(found))]
 
 
-def _number_first(code: int, a: float, b: Symbol) -> Value:
-    if code == ca.OP_IF_ELSE_ZERO:
-        return b if a else 0.0
-    if code in (ca.OP_MUL, ca.OP_DIV) and a == 0.0:
-        return 0.0
-    if (code == ca.OP_MUL and a == 1.0) or (code == ca.OP_ADD and a == 0.0):
-        return b
-    if (code == ca.OP_MUL and a == -1.0) or (code == ca.OP_SUB and a == 0.0):
-        return ca.SX.unary(ca.OP_NEG, b)
-    return ca.SX.binary(code, a, b)
-
-
-def _number_last(code: int, a: Symbol, b: float) -> Value:
-    if code in (ca.OP_MUL, ca.OP_IF_ELSE_ZERO) and b == 0.0:
-        return 0.0
-    if (code in (ca.OP_MUL, ca.OP_DIV) and b == 1.0) or (code in (ca.OP_ADD, ca.OP_SUB) and b == 0.0):
-        return a
-    if code in (ca.OP_MUL, ca.OP_DIV) and b == -1.0:
-        return ca.SX.unary(ca.OP_NEG, a)
-    return ca.SX.binary(code, a, b)
-
-
 def _entries(column: Symbol) -> list[Symbol]:
     return [column.nz[k] for k in range(column.nnz())]
 
 
-@contextmanager
-def _unsimplified() -> Iterator[None]:
-    """Expressions as they are written."""
-    before = ca.GlobalOptions.getSimplificationOnTheFly()
-    ca.GlobalOptions.setSimplificationOnTheFly(False)
-    try:
-        yield
-    finally:
-        ca.GlobalOptions.setSimplificationOnTheFly(before)
+def _plain(code: int, operands: Sequence[Symbol]) -> Symbol:
+    return ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)
+
+
+def _hashes(operands: Iterable[Symbol]) -> list[int]:
+    return sorted(e.element_hash() for e in operands)
