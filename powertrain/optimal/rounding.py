@@ -99,12 +99,11 @@ class _Rounding:
     def call(self, function: ca.Function, operands: list[Moving]) -> list[Moving]:
         """A function is taken as it is."""
         way = min(max((way for _, way in operands), default=FIXED), MOVING)
-        places = np.cumsum([0, *(function.numel_in(k) for k in range(function.n_in()))])
+        places = np.cumsum([0, *(function.nnz_in(k) for k in range(function.n_in()))])
         inner = [
-            ca.reshape(column([e for e, _ in operands[a:b]]), *function.size_in(k))
-            for k, (a, b) in enumerate(pairwise(places))
+            ca.SX(function.sparsity_in(k), column([e for e, _ in operands[a:b]])) for k, (a, b) in enumerate(pairwise(places))
         ]
-        return [(e.nz[j], way) for e in map(ca.densify, function.call(inner)) for j in range(e.numel())]
+        return [(e, way) for found in function.call(inner, False, True) for e in found.nonzeros()]
 
     def _corner(self, code: int, inner: list[Symbol]) -> Moving:
         side = inner[0] if code == ca.OP_FABS else inner[1] - inner[0]
