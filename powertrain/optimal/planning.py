@@ -24,7 +24,7 @@ from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 
 Bounds = Mapping[str, tuple[float, float]]
-_WIDTHS = (1e-2, 3e-3, 1e-3)
+_WIDTHS = (1e-1, 1e-2, 1e-3)
 """Relative widths of rounded corners, one after the other."""
 _FREE = ": free"
 """How the margin of a free law ends."""
@@ -301,6 +301,7 @@ class _Programme:
         """The solution with the narrowest corners for which the solver converges, their width, and what the solver says."""
         options: dict[str, Any] = {
             "expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 1000, "ipopt.tol": 1e-8,
+            "ipopt.acceptable_iter": 0,
         }  # fmt: skip
         solver: Any = ca.nlpsol("powertrain_plan", "ipopt", programme, options)
         bounds = {"lbx": low, "ubx": high, "lbg": np.concatenate(self.low), "ubg": np.concatenate(self.high)}
