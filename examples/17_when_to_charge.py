@@ -10,6 +10,7 @@ Finally the plan is simulated with the complete model.
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -109,7 +110,7 @@ def main(picture: str | None = None) -> tuple[pt.Plan, float]:
     vehicle = OnCourse(course=averaged(DriveCycle.named("udds")))
     rules = pt.compile(vehicle).simulate(STOP, start=START)
     plant = pt.compile(pt.replace(vehicle, charge=PlannedCharge()))
-    inputs = {"charge.engine_on": (rules.time, rules["charge.charging"]), "charge.engine_throttle": 0.9}
+    inputs: dict[str, Any] = {"charge.engine_on": (rules.time, rules["charge.charging"]), "charge.engine_throttle": 0.9}
     plan = pt.optimal_control(
         plant,
         pt.integral("engine.fuel_rate"),

@@ -104,14 +104,14 @@ class _Rounding:
         return _again(code, inner), min(max(ways), MOVING)
 
     def call(self, function: ca.Function, operands: list[Moving]) -> list[Moving]:
-        """A function is taken as it is."""
+        """A function is taken as it is, and never inlined: interpolation has no symbolic value."""
         way = min(max((way for _, way in operands), default=FIXED), MOVING)
         places = np.cumsum([0, *(function.nnz_in(k) for k in range(function.n_in()))])
         inner = [
             ca.SX(function.sparsity_in(k), column([e for e, _ in operands[a:b]]))
             for k, (a, b) in enumerate(pairwise(places))
         ]
-        return [(e, way) for found in function.call(inner, False, True) for e in found.nonzeros()]
+        return [(e.nz[j], way) for e in function.call(inner, False, True) for j in range(e.nnz())]
 
     def _corner(self, code: int, inner: list[Symbol]) -> Moving:
         side = inner[0] if code == ca.OP_FABS else inner[1] - inner[0]
