@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from runpy import run_path
 from typing import Any
 
 import casadi as ca
@@ -11,8 +13,11 @@ import pytest
 from small_models import Ball
 
 import powertrain as pt
+from powertrain.components.differentials import CrownGear
 from powertrain.components.rotational import Clutch, ElastoBacklash, IdealGear, Inertia, SpringDamper, Torque
 from powertrain.optimal.rounding import rounded
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 class Slide(pt.Component):
@@ -200,6 +205,77 @@ def test_corners_are_rounded() -> None:
     )
     assert far == root[1] == 0  # never reached; without a value beyond the corner
     assert root[0](-1.0, [0.0, 0.1]) == 0.0
+
+
+class Braked(pt.Component):
+    """A motor that drives and brakes a load through a gear with losses."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    motor: Inertia = Inertia(J=0.02)
+    gear: CrownGear = CrownGear(ratio=3.0, eta_ab=0.8, eta_ba=0.7)
+    load: Inertia = Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.motor.flange_a)
+        yield pt.connect(self.motor.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.load.flange_a)
+
+
+def test_each_side_drives_with_its_own_loss() -> None:
+    """Where the torque of a gear changes sign, its loss does in the plan, too, as in the simulation."""
+    plant = pt.compile(Braked())
+    guess = plant.simulate(1.0, starts={"load.w": 10.0}, inputs={"torque": ([0.0, 1.0], [5.0, -8.0])})
+    ends = {"load.w": 10.0, "load.phi": float(guess["load.phi"][0]) + 12.0}
+    plan = pt.optimal_control(plant, pt.integral(lambda m: m.torque.value**2), guess, {"torque": (-60, 60)}, ends=ends)
+    assert plan.ok
+    assert plan.inputs["torque"][1].min() < -1.0 < 1.0 < plan.inputs["torque"][1].max()
+    assert plan.result["load.w"][-1] == pytest.approx(10.0, rel=1e-3)
+    assert plan.result["load.phi"][-1] == pytest.approx(ends["load.phi"], rel=1e-3)
+
+
+def test_derivatives_of_smooth_maps_are_left_as_they_are() -> None:
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    parabola = pt.Map.curve([0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 1.0, 4.0, 9.0, 16.0], method="smooth")
+    y = ca.fabs(x - 2.0) + ca.jacobian(parabola(x), x)
+    course = np.linspace(0.5, 3.5, 7)[None]
+    made, corners = rounded(ca.Function("f", [x, p], [y], ["x", "p"], ["y"]), [course, 0 * course], ["x"])
+    assert corners == 1
+    assert float(made(3.0, [0.0, 1e-6])) == pytest.approx(1.0 + 6.0, rel=1e-6)
+
+
+def test_a_corner_of_round_off_stays_sharp() -> None:
+    """A limit that holds throughout, but for round-off, has no size that a width could be a part of."""
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    course = 1.0 + 1e-14 * np.linspace(-1.0, 1.0, 5)[None]
+    function = ca.Function("f", [x, p], [ca.fmin(x, 1.0)], ["x", "p"], ["y"])
+    assert rounded(function, [course, 0 * course], ["x"])[1] == 0
+
+
+def test_a_free_law_begins_no_phase_of_its_own(launch: pt.Plant[Launch]) -> None:
+    """An open clutch has the equations of one that slides without pressure: nothing determines the instant between them."""
+    starts = {"engine.w": 100.0, "disc.w": 0.0, "load.w": 0.0, "load.phi": 0.0, "shaft.phi_rel": 0.0}
+    inputs: dict[str, Any] = {"torque": 20.0, "press": ([0.0, 0.3, 1.3], [0.0, 0.0, 0.6])}
+    guess = launch.simulate(2.0, starts=starts, inputs=inputs)
+    assert [e.new for e in guess.events] == [-1.0, 0.0]
+    plan = pt.optimal_control(
+        launch, pt.integral(heat), guess, {"press": (0.0, 1.0), "torque": (0.0, 60.0)}, ends={"load.w": 60.0},
+        smooth=0.1,
+    )  # fmt: skip
+    assert plan.ok
+    assert len(plan.durations) == 2
+
+
+@pytest.mark.slow
+def test_when_to_charge_a_flywheel() -> None:
+    """The example converges from a run with the rules, and the plan does in the simulation what it promises."""
+    plan, rules = run_path(str(EXAMPLES / "17_when_to_charge.py"))["main"]()
+    assert plan.message == "Solve_Succeeded"
+    assert plan.same_modes
+    assert plan.replayed == pytest.approx(plan.cost, rel=5e-3)
+    assert plan.replayed < 0.97 * rules
+    assert plan.result["flywheel.w"].min() > 840.0 * (1 - 1e-3)
 
 
 def test_intervals_of_each_phase(launch: pt.Plant[Launch], by_hand: pt.Result[Launch]) -> None:

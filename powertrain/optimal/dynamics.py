@@ -239,7 +239,7 @@ def _bent(dae: HybridDae, parts: list[Symbol]) -> list[Symbol]:
         modes = column([dae.m[s.index] for s in bends])
         if not any(ca.depends_on(e, modes) for e in parts):
             break
-        conditions = column([ca.if_else(s.g > 0, 1.0, 0.0) for s in bends])
+        conditions = column([s.g > 0 for s in bends])
         parts = ca.substitute([ca.densify(e) for e in parts], [modes], [conditions])
     return parts
 

@@ -24,8 +24,10 @@ from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 
 Bounds = Mapping[str, tuple[float, float]]
-_WIDTHS = (1e-2, 3e-3, 1e-3)
+_WIDTHS = (1e-1, 1e-2, 1e-3)
 """Relative widths of rounded corners, one after the other."""
+_FREE = ": free"
+"""How the margin of a free law ends."""
 _SHORTEST, _LONGEST = 0.05, 20.0
 """How much shorter and longer than in the guess a phase may become."""
 
@@ -174,7 +176,7 @@ class _Programme:
         self.stop = (self.run.trajectory.end,) * 2 if stop is None else bounded("stop", stop, closed=True)
         self.smooth = smooth
         signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
-        self.models = [self._model(a, b, signals) for a, b in self._spans()]
+        self.models = self._distinct([self._model(a, b, signals) for a, b in self._spans()])
         self.counts = self._counts(len(self.models))
         self._join()
 
@@ -205,6 +207,18 @@ class _Programme:
         driven = [*self.ranges, *self.free]
         model = dynamics(self.plant, list(signals), driven, (self.run, 0.5 * (start + end)), slides=True)
         return model, start, end
+
+    def _distinct(self, models: list[tuple[Dynamics, float, float]]) -> list[tuple[Dynamics, float, float]]:
+        """Neighbours with the same modes joined, as nothing determines the instant between them: a free law slides, too."""
+        laws = [name for _, name, _ in self.run.trajectory.laws]
+        found = models[:1]
+        for model, start, end in models[1:]:
+            last, begin, _ = found[-1]
+            if all(last.modes[name] == model.modes[name] for name in laws):
+                found[-1] = (min(last, model, key=_free), begin, end)
+            else:
+                found.append((model, start, end))
+        return found
 
     def _join(self) -> None:
         guesses = [guess(self.run, *m, n) for m, n in zip(self.models, self.counts, strict=True)]
@@ -246,7 +260,7 @@ class _Programme:
         """The limits of the modes; where a law is free it slides with the limits as its torque, so they need not have met."""
         names = phase.model.margins
         for k, name in enumerate(names):
-            if not name.endswith(": free"):
+            if not name.endswith(_FREE):
                 self._add(margins[k :: len(names)], 0.0, np.inf)
 
     def _add(self, expression: ca.MX, low: float, high: float) -> None:
@@ -287,9 +301,8 @@ class _Programme:
         """The solution with the narrowest corners for which the solver converges, their width, and what the solver says."""
         options: dict[str, Any] = {
             "expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 1000, "ipopt.tol": 1e-8,
+            "ipopt.acceptable_iter": 0,
         }  # fmt: skip
-        if self.corners:
-            options["ipopt.mu_strategy"] = "adaptive"
         solver: Any = ca.nlpsol("powertrain_plan", "ipopt", programme, options)
         bounds = {"lbx": low, "ubx": high, "lbg": np.concatenate(self.low), "ubg": np.concatenate(self.high)}
         values, kept, iterations = ca.DM(first), (0.0, {"success": False}), 0
@@ -356,6 +369,11 @@ class _Programme:
             if not found or row.tobytes() != found[-1]:
                 found.append(row.tobytes())
         return found
+
+
+def _free(model: Dynamics) -> int:
+    """How many of its laws are free."""
+    return sum(name.endswith(_FREE) for name in model.margins)
 
 
 def _finite(what: str, given: Any) -> tuple[float, float]:

@@ -27,6 +27,8 @@ FIXED, MOVING, ROUND = range(3)
 Moving: TypeAlias = tuple[Symbol, int]
 _NEAR = 0.01
 """A course reaches a corner whose side falls to this part of its largest value."""
+_ROUND_OFF = 1e-9
+"""A side within this part of 1 and of what it compares is zero: a width by its size would be a curvature without bounds."""
 
 
 def rounded(function: ca.Function, course: Sequence[Array], moving: Sequence[str]) -> tuple[ca.Function, int]:
@@ -37,8 +39,9 @@ def rounded(function: ca.Function, course: Sequence[Array], moving: Sequence[str
     inputs = function.sx_in()
     found = _Rounding(Symbol.sym("width"))
     _replay(function, inputs, moving, found)
-    values = np.array(ca.Function("sides", inputs, [column(found.sides)])(*course), float)
-    sides = np.abs(values)
+    at_course = ca.Function("sides", inputs, [column(found.sides), column(found.compared)])
+    values, compared = (np.array(v, float) for v in at_course(*course))
+    sides = np.where(np.abs(values) > _ROUND_OFF * (1 + compared), np.abs(values), 0.0)
     sizes = np.where(np.isfinite(sides), sides, 0.0).max(axis=1, initial=0.0)
     crossed = np.array([np.ptp(np.sign(row)) > 1 for row in values], bool)
     sizes[~crossed & (sides.min(axis=1, initial=np.inf) > _NEAR * sizes)] = 0.0
@@ -75,11 +78,15 @@ def _replay(function: ca.Function, inputs: list[Symbol], moving: Sequence[str], 
 
 
 class _Rounding:
-    """Replays a tape with corners rounded by ``sizes``; without these, as it is. ``sides`` are zero where the corners are."""
+    """Replays a tape with corners rounded by ``sizes``; without these, as it is.
+
+    ``sides`` are zero where the corners are, ``compared`` the sizes of what they compare.
+    """
 
     def __init__(self, width: Symbol, sizes: Array | None = None) -> None:
         self.width, self.sizes = width, sizes
         self.sides: list[Symbol] = []
+        self.compared: list[Symbol] = []
 
     def constant(self, value: float) -> Moving:
         """A number does not move."""
@@ -97,18 +104,19 @@ class _Rounding:
         return _again(code, inner), min(max(ways), MOVING)
 
     def call(self, function: ca.Function, operands: list[Moving]) -> list[Moving]:
-        """A function is taken as it is."""
+        """A function is taken as it is, and never inlined: interpolation has no symbolic value."""
         way = min(max((way for _, way in operands), default=FIXED), MOVING)
-        places = np.cumsum([0, *(function.numel_in(k) for k in range(function.n_in()))])
+        places = np.cumsum([0, *(function.nnz_in(k) for k in range(function.n_in()))])
         inner = [
-            ca.reshape(column([e for e, _ in operands[a:b]]), *function.size_in(k))
+            ca.SX(function.sparsity_in(k), column([e for e, _ in operands[a:b]]))
             for k, (a, b) in enumerate(pairwise(places))
         ]
-        return [(e.nz[j], way) for e in map(ca.densify, function.call(inner)) for j in range(e.numel())]
+        return [(e.nz[j], way) for e in function.call(inner, False, True) for j in range(e.nnz())]
 
     def _corner(self, code: int, inner: list[Symbol]) -> Moving:
         side = inner[0] if code == ca.OP_FABS else inner[1] - inner[0]
         self.sides.append(side)
+        self.compared.append(ca.fabs(inner[0]) + ca.fabs(inner[-1]))
         size = 0.0 if self.sizes is None else float(self.sizes[len(self.sides) - 1])
         if size == 0.0:
             return _again(code, inner), MOVING
