@@ -8,7 +8,7 @@ import numpy as np
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import SimulationError
 from powertrain.language.symbols import key
-from powertrain.numerics.buffers import Array, Evaluated, Memory
+from powertrain.numerics.buffers import Array, Bound, Memory, zeros
 
 _SAME = 1e-7
 """Changes below this share are the rounding of the instants at which signals turn."""
@@ -19,29 +19,43 @@ class Continuity:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory = dae, memory
+        self._y, self._m, self._excess = np.zeros_like(memory.y[0]), np.zeros_like(memory.m), zeros(1)
         values = ca.densify(ca.vertcat(*[s.value for s in dae.smooth]))
-        self._function = Evaluated(ca.Function("powertrain_smooth", [dae.t, dae.x, dae.z, dae.m, dae.p], [values]))
+        self._function = ca.Function("powertrain_smooth", [dae.t, dae.x, dae.z, dae.m, dae.p], [values])
+        compared, left = self._compared(), [self._y, self._m]
+        right = [[memory.time, *left, y, memory.m, memory.p] for y in memory.y]
+        self._compare = [Bound(compared, arguments, [self._excess]) for arguments in right]
 
-    def before(self, side: int) -> tuple[Array, Array]:
-        """What is kept of the left limit."""
-        return self.memory.m.copy(), self.memory.y[side].copy()
+    def _compared(self) -> ca.Function:
+        """(time, y and m before, y and m now, p) -> by how much the largest jump is more than rounding, or none."""
+        dae, n = self.dae, self.dae.x.numel()
+        unknowns, held = n + dae.z.numel(), dae.m.numel()
+        sizes = {"time": 2, "y": unknowns, "m": held, "y_now": unknowns}
+        time, y, m, y_now = (ca.SX.sym(name, size) for name, size in sizes.items())
+        left = self._function(time[0], y[:n], y[n:], m, dae.p)
+        right = self._function(time[0], y_now[:n], y_now[n:], dae.m, dae.p)
+        excess = ca.fabs(right - left) - _SAME * (1 + ca.fabs(left) + ca.fabs(right))
+        return ca.Function("powertrain_jumps", [time, y, m, y_now, dae.m, dae.p], [ca.fmax(0, ca.mmax(excess))])
 
-    def check(self, kept: tuple[Array, Array], side: int, reset: bool) -> None:
+    def before(self, side: int) -> None:
+        """Keep the left limit."""
+        self._m[:], self._y[:] = self.memory.m, self.memory.y[side]
+
+    def check(self, side: int, reset: bool) -> None:
         """SimulationError where held values made a variable jump; after a ``reset``, which may, its effect is left out."""
-        m, y = self.memory.m.copy(), self.memory.y[side].copy()
-        if np.array_equal(m, kept[0]):
+        memory = self.memory
+        if self._m.tobytes() == memory.m.tobytes():
             return
-        left, right = self._values(kept[0], y if reset else kept[1]), self._values(m, y)
-        jumps = np.flatnonzero(np.abs(right - left) > _SAME * (1.0 + np.abs(left) + np.abs(right)))
-        if jumps.size:
-            raise SimulationError(self._message(int(jumps[0]), left, right, np.flatnonzero(m != kept[0]).tolist()))
+        if reset:
+            self._y[:] = memory.y[side]
+        self._compare[side].call()
+        if self._excess[0] > 0.0:
+            raise SimulationError(self._message(side))
 
-    def _values(self, m: Array, y: Array) -> Array:
-        dae, memory, n = self.dae, self.memory, self.dae.x.numel()
-        arguments = (memory.time[0], y[:n], y[n : n + dae.z.numel()], m[: dae.m.numel()], memory.p[: dae.p.numel()])
-        return self._function(*arguments)[0].ravel()
-
-    def _message(self, k: int, left: Array, right: Array, changed: list[int]) -> str:
+    def _message(self, side: int) -> str:
+        left, right = self._values(self._m, self._y), self._values(self.memory.m, self.memory.y[side])
+        k = int(np.argmax(np.abs(right - left) - _SAME * (np.abs(left) + np.abs(right))))
+        changed = np.flatnonzero(self.memory.m != self._m).tolist()
         smooth, dae = self.dae.smooth[k], self.dae
         inside = {key(s) for s in ca.symvar(smooth.value)}
         names = {s.index + i: s.name for s in dae.schedules for i in range(3)}
@@ -54,3 +68,8 @@ class Continuity:
             f"from {left[k]:.6g} to {right[k]:.6g} {smooth.unit}. Something with inertia (or a derivative) follows it exactly, which takes "
             "an infinite torque or force: let the signal change gradually, or use a source that is not exact."
         )
+
+    def _values(self, m: Array, y: Array) -> Array:
+        dae, memory, n = self.dae, self.memory, self.dae.x.numel()
+        arguments = (memory.time[0], y[:n], y[n : n + dae.z.numel()], m[: dae.m.numel()], memory.p[: dae.p.numel()])
+        return np.array(self._function(*arguments)).ravel()

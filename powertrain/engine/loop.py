@@ -224,10 +224,11 @@ class Run:
     def _pass(self, located: bool) -> None:
         """An event, where nothing may jump that something with inertia follows."""
         continuity = self.engine.continuity
-        kept = None if continuity is None else continuity.before(self.side)
+        if continuity is not None:
+            continuity.before(self.side)
         self._event(located)
-        if continuity is not None and kept is not None:
-            continuity.check(kept, self.side, bool(self.engine.resolver.extra))
+        if continuity is not None:
+            continuity.check(self.side, bool(self.engine.resolver.extra))
         if self.engine.zeno is not None and self.engine.resolver.extra and self.recorder.instants:
             self.engine.zeno.check(self.recorder.instants[-1])
 

@@ -9,7 +9,8 @@ from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.numerics.buffers import Evaluated, Memory
 
 AT_REST = 1e-13
-"""A stuck law may keep this speed."""
+"""A stuck law may keep this speed, or the rounding of the speeds whose difference it is."""
+EPS = float(np.finfo(float).eps)
 
 
 def project(dae: HybridDae, memory: Memory, side: int) -> None:
@@ -20,10 +21,12 @@ def project(dae: HybridDae, memory: Memory, side: int) -> None:
     stuck = [k for k, law in enumerate(laws) if memory.m[law.index] == 0]
     x = memory.y[side][: dae.x.numel()]
     for _ in range(2):
-        speed, gradient = memory.speeds(*memory.instant(side))
-        if not np.abs(speed[stuck]).max(initial=0.0) > AT_REST:
+        found, slopes = memory.speeds(*memory.instant(side))
+        speed, gradient = found[stuck].ravel(), slopes[stuck]
+        rounding = EPS * (np.abs(gradient) @ np.abs(x))
+        if not (np.abs(speed) > np.maximum(AT_REST, rounding)).any():
             break
-        x -= np.linalg.lstsq(gradient[stuck], speed[stuck].ravel(), rcond=None)[0]
+        x -= np.linalg.lstsq(gradient, speed, rcond=None)[0]
 
 
 def _speeds(dae: HybridDae, laws: list[Friction]) -> Evaluated:

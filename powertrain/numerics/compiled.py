@@ -52,12 +52,21 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
         return functions
 
 
+_INLINE = {
+    f"return f{name}(x, y);": f"return x {sign} y || y != y ? x : y;" for name, sign in (("min", "<="), ("max", ">="))
+}
+"""The same numbers without a call of the library, whatever is nan; limits and indicators are full of these two."""
+
+
 def code_of(functions: dict[str, ca.Function]) -> str:
     """The functions in C."""
     generator = ca.CodeGenerator("powertrain_steps.c")
     for function in functions.values():
         generator.add(function)
-    return str(generator.dump())
+    code = str(generator.dump())
+    for call, expression in _INLINE.items():
+        code = code.replace(call, expression)
+    return code
 
 
 def loaded(functions: dict[str, ca.Function], library: Path) -> dict[str, ca.Function]:

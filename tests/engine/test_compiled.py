@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import casadi as ca
+import numpy as np
 import pytest
 
 from powertrain.errors import PowertrainError
@@ -142,3 +143,13 @@ def test_a_compiler_may_have_arguments(cache: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setenv("CC", "cc -pipe")
     assert float(compile_functions(doubled())["f"](0.0)) == 0.0
     assert len(libraries(cache)) == 1
+
+
+def test_minima_and_maxima_are_those_of_the_library(cache: Path) -> None:
+    a, b = ca.SX.sym("a"), ca.SX.sym("b")
+    interpreted = ca.Function("powertrain_limits", [a, b], [ca.fmin(a, b), ca.fmax(a, b)])
+    machine_code = compile_functions({"f": interpreted})["f"]
+    numbers = (1.0, -1.0, 0.0, 2.5, np.nan, np.inf, -np.inf)
+    for x in numbers:
+        for y in numbers:
+            np.testing.assert_array_equal(machine_code(x, y), interpreted(x, y))
