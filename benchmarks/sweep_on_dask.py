@@ -88,6 +88,7 @@ def run(count: int = 100_000) -> list[Row]:
             executor=client.get_executor(),
         )
         took = time.perf_counter() - begin
+        watch.join()
         wrong = int(
             (np.abs(runs.table["w"] / (10 * np.exp(-0.5 / inertias)) - 1) > 1e-4).sum() + runs.table["w"].isna().sum()
         )
