@@ -23,7 +23,7 @@ import casadi as ca
 
 from powertrain.errors import PowertrainError
 
-FLAGS = ("-O2", "-fPIC", "-shared")
+FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
 
 
 def cache_directory() -> Path:
@@ -43,13 +43,18 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
     try:
         return loaded(functions, library(code, command))
     except (OSError, RuntimeError) as error:  # the latter from a file system that does not allow programs
-        warnings.warn(
-            f"compile=True has no effect here: the cache of compiled models cannot be used ({error}). "
-            "Name a folder of your own in the environment variable POWERTRAIN_CACHE",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        warn_of_cache(error)
         return functions
+
+
+def warn_of_cache(error: Exception) -> None:
+    """The warning that the cache cannot be used."""
+    warnings.warn(
+        f"compile=True has no effect here: the cache of compiled models cannot be used ({error}). "
+        "Name a folder of your own in the environment variable POWERTRAIN_CACHE",
+        RuntimeWarning,
+        stacklevel=3,
+    )
 
 
 def code_of(functions: dict[str, ca.Function]) -> str:
