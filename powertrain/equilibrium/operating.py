@@ -39,20 +39,20 @@ class Solver:
         self._laws = SteadyLaws(problem.balance, compile) if problem.u or many else None
         self._solutions = None if self._laws is None else Solutions(self._laws, self._within)
         self._searches = [Search(problem, self.choices, g) for g in self.groups] if self._laws is None else []
-        compile = compile and self._laws is not None
+        machine = compile and self._laws is not None
         varying = [*problem.grid, *problem.u, *problem.modes]
         guards = [guard_margin(g) for g in problem.guards]
         wanted = [*problem.outputs, *problem.rates]
         self.wanted = len(wanted)
-        self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards], compile)
-        self._guards = Columns("steady_guards", varying, problem.common, guards, compile) if guards else None
+        self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards], machine)
+        self._guards = Columns("steady_guards", varying, problem.common, guards, machine) if guards else None
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._speeds = Columns(
-            "steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved], compile
+            "steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved], machine
         )
         self._shared = np.array([f.rests is not None for f in frictions], bool)
         limits = [e for f in frictions for e in (f.torque, f.peak * f.lower, f.peak * f.upper)]
-        self._torques = Columns("steady_torques", varying, problem.common, limits, compile)
+        self._torques = Columns("steady_torques", varying, problem.common, limits, machine)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""

@@ -67,12 +67,16 @@ class Lanes:
 
 
 class Tape:
-    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all."""
+    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all.
+
+    ``least`` and ``most`` are the points of one call of ``into``, here ``lanes``.
+    """
 
     def __init__(
         self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int
     ) -> None:
         self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
+        self.least = self.most = lanes
         scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
         self.function = lifted(scalar, len(varying), lanes, outputs)
         buffer: tuple[Any, Any] = self.function.buffer()
@@ -152,14 +156,14 @@ class Columns:
         """The same for those rows only that are needed."""
         lanes = 0 if self._compile else _MANY if rows.shape[1] > _MANY // 4 else _FEW
         if lanes not in self._tapes:
-            self._tapes[lanes] = tape(
+            self._tapes[lanes] = column_tape(
                 self._name, self._arguments, self._common, self._outputs, lanes or _MANY, self._compile
             )
             self._tapes[lanes].set_common(self._values)
         return self._tapes[lanes](rows)
 
 
-def tape(
+def column_tape(
     name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int, compile: bool
 ) -> Tape | VectorTape:
     """``outputs`` at ``lanes`` points; in machine code at as many as are given, where ``compile`` asks for it and C can be written."""

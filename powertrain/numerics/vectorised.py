@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,8 @@ from powertrain.numerics.tape import replayed
 
 WIDTH = 4
 _ENTRIES = range(WIDTH)
+_SHARED = 1 << 15
+"""From so many points on a second thread takes half of them."""
 _WRITTEN = {
     ca.OP_ASSIGN: "{0}",
     ca.OP_ADD: "{0} + {1}",
@@ -80,8 +83,8 @@ _HEAD = f"""\
 static int low(double x, const double *t, int n, int how) {{
     int i = 0, last = n - 2;
     if (how == 1) {{
-        double place = (x - t[0]) * (n - 1) / (t[n - 1] - t[0]);
-        return place > 0.0 ? place < last ? (int)place : last : 0;
+        long long place = (long long)((x - t[0]) * (n - 1) / (t[n - 1] - t[0]));
+        return place < 0 ? 0 : place > last ? last : (int)place;
     }}
     if (how == 0) {{
         while (i < last && !(x < t[i + 1])) i++;
@@ -114,7 +117,12 @@ class NotWritten(Exception):
 
 
 class VectorTape:
-    """Columns of results from columns of arguments, by the library of what ``written`` gives. Serves one thread."""
+    """Columns of results from columns of arguments, by the library of what ``written`` gives. Serves one thread, and uses two.
+
+    ``least`` and ``most`` are the points of one call of ``into``.
+    """
+
+    least, most = WIDTH, 1 << 16
 
     def __init__(self, common: int, outputs: int, library: Path) -> None:
         self._outputs = outputs
@@ -128,7 +136,7 @@ class VectorTape:
         self._common[: values.size] = values
 
     def into(self, arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        """Evaluates all points of contiguous arrays, at least ``WIDTH``, into ``results``."""
+        """Evaluates points, which are contiguous arrays, straight into ``results``."""
         given, found = (np.array([a.ctypes.data for a in arrays], np.uintp) for arrays in (arguments, results))
         self._evaluate(arguments[0].size, given, found)
 
@@ -144,7 +152,18 @@ class VectorTape:
         return found
 
     def _evaluate(self, count: int, given: NDArray[np.uintp], found: NDArray[np.uintp]) -> None:
-        self._call(count, given.ctypes.data, self._common.ctypes.data, found.ctypes.data)
+        if count < _SHARED:
+            self._part(0, count, given, found)
+            return
+        other = threading.Thread(target=self._part, args=(count // 2, count, given, found))
+        other.start()
+        self._part(0, count // 2, given, found)
+        other.join()
+
+    def _part(self, first: int, last: int, given: NDArray[np.uintp], found: NDArray[np.uintp]) -> None:
+        """Evaluates the points from the first to before the last."""
+        begin, end = (a + np.uintp(8 * first) for a in (given, found))
+        self._call(last - first, begin.ctypes.data, self._common.ctypes.data, end.ctypes.data)
 
 
 def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> VectorTape | None:
@@ -167,16 +186,16 @@ def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]
     """The function in C; NotWritten where an operation has none."""
     scalar, count = ca.Function("powertrain_scalars", [*varying, common], list(outputs)), len(varying)
     writer = _Writer()
-    arguments = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
-    common = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
-    found = replayed(scalar, outputs, lambda i, j: common[j] if i == count else arguments[i], writer)
+    own = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
+    same = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
+    found = replayed(scalar, outputs, lambda i, j: same[j] if i == count else own[i], writer)
     results = [found.get(i) or writer.constant(0.0) for i in range(scalar.n_out())]
     return "\n".join(
         [
-            *writer.tables.values(),
+            *(f"static const double {name}[] = {{{numbers}}};" for numbers, name in writer.tables.items()),
             _HEAD + "void powertrain_columns(long long n, const double *const *a, const double *c, double *const *r) {",
             *writer.fixed,
-            "for (long long k = 0; k < n; k += WIDTH) {".replace("WIDTH", str(WIDTH)),
+            f"for (long long k = 0; k < n; k += {WIDTH}) {{",
             f"if (k > n - {WIDTH}) k = n - {WIDTH};",
             *writer.each,
             *(f"*(stored *)(r[{i}] + k) = {each.name};" for i, each in enumerate(results)),
@@ -215,7 +234,7 @@ class _Value:
 
 
 class _Writer:
-    """Arithmetic in C: ``fixed`` are the lines that are the same for all points, ``each`` those that are not."""
+    """Arithmetic in C: ``fixed`` are the lines that are the same for all points, ``each`` the others; ``tables`` by their numbers."""
 
     def __init__(self) -> None:
         self.fixed, self.each, self.tables = list[str](), list[str](), dict[str, str]()
@@ -266,10 +285,7 @@ class _Writer:
 
     def _table(self, numbers: Sequence[float]) -> str:
         """The name of an array."""
-        text = f"[] = {{{', '.join(map(_number, np.ravel(numbers).tolist()))}}};"
-        name = next((n for n, known in self.tables.items() if known.endswith(text)), f"t{len(self.tables)}")
-        self.tables[name] = f"static const double {name}{text}"
-        return name
+        return self.tables.setdefault(", ".join(map(_number, numbers)), f"t{len(self.tables)}")
 
 
 def _number(value: float) -> str:
