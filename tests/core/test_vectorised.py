@@ -22,16 +22,12 @@ from powertrain.vehicles.split_path_car import SplitPathCar
 
 pytestmark = pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, 1e300, -1e-300, np.inf, -np.inf, np.nan]
-UNARY = [
-    *(ca.exp, ca.log, ca.sqrt, ca.sin, ca.cos, ca.tan, ca.asin, ca.acos, ca.atan, ca.floor, ca.ceil, ca.fabs, ca.sign),
-    *(ca.erf, ca.sinh, ca.cosh, ca.tanh, ca.asinh, ca.acosh, ca.atanh, ca.log1p, ca.expm1, ca.logic_not),
-    *(lambda x: -x, lambda x: 2 * x, lambda x: 1 / x, lambda x: x**2),
-]
-BINARY = [
-    *(ca.plus, ca.minus, ca.times, ca.rdivide, ca.power, ca.fmod, ca.remainder, ca.atan2, ca.hypot, ca.copysign),
-    *(ca.fmin, ca.fmax, ca.lt, ca.le, ca.eq, ca.ne, ca.logic_and, ca.logic_or),
-    lambda x, y: ca.if_else(x, y, 0),
-]
+NAMES = "exp log sqrt sin cos tan asin acos atan floor ceil fabs sign erf sinh cosh tanh asinh acosh atanh log1p expm1 logic_not"
+UNARY: list[Any] = [getattr(ca, name) for name in NAMES.split()]
+UNARY += [lambda x: -x, lambda x: 2 * x, lambda x: 1 / x, lambda x: x**2]
+NAMES = "plus minus times rdivide power fmod remainder atan2 hypot copysign fmin fmax lt le eq ne logic_and logic_or"
+BINARY: list[Any] = [getattr(ca, name) for name in NAMES.split()]
+BINARY += [lambda x, y: ca.if_else(x, y, 0)]
 
 
 @pytest.fixture(autouse=True, scope="module")
