@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 import powertrain as pt
+from benchmarks import native
 from benchmarks.timing import Call, Row, duration
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.split_path_car import SplitPathCar
@@ -23,10 +24,10 @@ SIGNALS = ["body.force", "engine.fuel_rate", "engine.w", "engine.tau"]
 GOAL = 1.0
 
 
-def whole_map(plant: pt.Plant[Any], n: int) -> xr.Dataset:
+def whole_map(plant: pt.Plant[Any], n: int, compile: bool = False) -> xr.Dataset:
     """``n`` speeds from 2 to 140 km/h by ``n`` positions of the accelerator."""
     grid = {SPEED: np.linspace(2, 140, n) / 3.6, PEDAL: np.linspace(0, 1, n)}
-    return pt.steady(plant, grid, outputs=SIGNALS, progress=False)
+    return pt.steady(plant, grid, outputs=SIGNALS, compile=compile, progress=False)
 
 
 def busy(call: Call) -> float:
@@ -51,8 +52,13 @@ def run(rounds: int = 5, n: int = 100) -> list[Row]:
     ]
     median = statistics.median(busy(lambda: whole_map(plants[0], n)) for _ in range(rounds))
     goal = f"<= {duration(GOAL)}"
-    return [
-        Row(NAME, f"{n * n:,} points of a whole car", duration(median), goal, median <= GOAL),
+    rows = [
+        Row(NAME, f"{n * n:,} points of a whole car, no compiler", duration(median), goal, median <= GOAL),
         Row(NAME, "text, build and first map", duration(first)),
         Row(NAME, "status of the points", ", ".join(counts)),
     ]
+    reason = native.no_compiler()
+    if not reason:
+        whole_map(plants[0], n, compile=True)
+        median = statistics.median(busy(lambda: whole_map(plants[0], n, compile=True)) for _ in range(rounds))
+    return [*rows, Row(NAME, f"{n * n:,} points of a whole car, compiled", reason or duration(median))]

@@ -79,7 +79,7 @@ def run(rounds: int = 15, n: int = 1000) -> list[Row]:
         Row(NAME, "closed form in numpy", duration(times.median("numpy"))),
         at_most(NAME, "against the closed form in numpy", times.ratio("ours", "numpy"), 1),
     ]
-    rows += scattered(plant, rounds, n * n)
+    rows += scattered(plant, rounds, n * n, reason)
     if reason:
         return [*rows, Row(NAME, "against C", reason)]
     rows.append(Row(NAME, "closed form in a C loop", duration(times.median("C"))))
@@ -87,21 +87,33 @@ def run(rounds: int = 15, n: int = 1000) -> list[Row]:
     return rows
 
 
-def scattered(plant: pt.Plant[SplitPathBench], rounds: int, count: int) -> list[Row]:
-    """Points in no order: neighbours have other modes, and nothing is the same along a row."""
+def scattered(plant: pt.Plant[SplitPathBench], rounds: int, count: int, no_compiler: str) -> list[Row]:
+    """Points in no order: neighbours have other modes, and nothing is the same along a row. In machine code two threads share them."""
     random = np.random.default_rng(1)
     ratio, load = random.uniform(-2.0, 3.0, count), random.uniform(-200.0, 200.0, count)
     points = {"r": xr.DataArray(ratio, dims="point"), "load": xr.DataArray(load, dims="point")}
 
-    def ours() -> list[Array]:
-        found = pt.steady(plant, points, outputs=SIGNALS)
+    def ours(compile: bool) -> list[Array]:
+        found = pt.steady(plant, points, outputs=SIGNALS, compile=compile)
         return [found[name].values for name in SIGNALS]
 
-    times = measure({"ours": ours, "numpy": lambda: closed_form(ratio, load)}, rounds)
+    calls: dict[str, Call] = {"no compiler": lambda: ours(False), "numpy": lambda: closed_form(ratio, load)}
+    if not no_compiler:
+        calls["compiled"] = lambda: ours(True)
+    times = measure(calls, rounds)
     million = f"{count / 1e6:g} million scattered points"
+    against = f"{times.ratio('no compiler', 'numpy'):.3g} x"
+    rows = [
+        Row(NAME, f"{million}, no compiler", duration(times.median("no compiler"))),
+        Row(NAME, f"{million}, no compiler, against the closed form in numpy", against),
+    ]
+    if no_compiler:
+        return [*rows, Row(NAME, f"{million}, compiled", no_compiler)]
+    ratio_compiled = times.ratio("compiled", "numpy")
     return [
-        Row(NAME, million, duration(times.median("ours"))),
-        at_most(NAME, f"{million}, against the closed form in numpy", times.ratio("ours", "numpy"), 1),
+        *rows,
+        Row(NAME, f"{million}, compiled, two threads", duration(times.median("compiled"))),
+        at_most(NAME, f"{million}, compiled, two threads, against the closed form in numpy", ratio_compiled, 1),
     ]
 
 

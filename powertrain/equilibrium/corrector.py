@@ -20,6 +20,8 @@ CORRECTIONS, PROXIMAL = 20, 3
 """Full steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
 DAMPED = 40
 """Steps that are halved where full ones go astray, as they do where a torque saturates."""
+TOGETHER = 64
+"""Halved steps of one evaluation, which for few points takes no longer than for one."""
 NEUTRAL = 1e6
 """Seconds: a motion that takes longer to come to rest is not held by anything."""
 LOCKED = 1e9
@@ -117,10 +119,10 @@ def _solutions(
     """Newton's steps for the modes at all points, and where they became small; stuck laws yield to what their torque changes."""
     n = laws.unknowns
 
-    given = fixed(laws, at, near, side, lossless)
+    given, every = fixed(laws, at, near, side, lossless), np.arange(len(at.y))
 
     def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
-        return laws.equations(given if which.size == len(at.y) else given.take(which, axis=1), z)
+        return laws.equations(given if np.array_equal(which, every) else given.take(which, axis=1), z)
 
     def sizes(z: Array) -> Array:
         size = relative(z)
@@ -128,7 +130,9 @@ def _solutions(
         return size
 
     solver = laws.equations.solver
-    z, fine = newton(equations, at.z, still=STILL, most=most, halvings=halvings, sizes=sizes, factors=solver)
+    z, fine = newton(
+        equations, at.z, still=STILL, most=most, halvings=halvings, sizes=sizes, factors=solver, together=TOGETHER
+    )
     return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
 
 

@@ -28,7 +28,7 @@ HELD, UPPER, LOWER, LEAST, NOTHING = range(5)
 class Equations:
     """Matrix and values in z = (y, tau) at many points; ``balance`` has torques of one sign. Serves one thread."""
 
-    def __init__(self, balance: Balance) -> None:
+    def __init__(self, balance: Balance, compile: bool) -> None:
         b, count = balance, balance.tau.numel()
         kinds, yields, length = Symbol.sym("kinds", count), Symbol.sym("yields", count), Symbol.sym("h")
         z = ca.vertcat(b.y, b.tau)
@@ -47,7 +47,10 @@ class Equations:
         given = ca.vertcat(b.grid, b.modes, kinds, yields, length)
         varying = ca.vertsplit(ca.vertcat(given, z))
         right = ca.vertsplit(ca.vertcat(*values)) if z.numel() else []
-        self._columns, self._size = Columns("steady_equations", varying, b.common, [*entries, *right]), len(entries)
+        self._columns, self._size = (
+            Columns("steady_equations", varying, b.common, [*entries, *right], compile),
+            len(entries),
+        )
         needed, first = self._columns.needed, given.numel()
         self._given, self._moving = needed[needed < first], needed[needed >= first] - first
 

@@ -68,7 +68,7 @@ class LawValues:
 class SteadyLaws:
     """The laws of one steady problem. Serves one thread."""
 
-    def __init__(self, balance: Balance) -> None:
+    def __init__(self, balance: Balance, compile: bool = False) -> None:
         dae, b = balance.dae, _of_torques(balance)
         self.balance, self.count, self.unknowns = b, b.tau.numel(), b.y.numel()
         self.frictions, switches = len(dae.frictions), len(dae.switches)
@@ -81,7 +81,7 @@ class SteadyLaws:
         self.tied_modes = self.law_modes[self.tied]
         self.switch_modes = self.frictions + np.arange(switches)
         self.rate_of, self.rates = b.rate_of, np.flatnonzero(b.rate_of >= 0)
-        self.equations = Equations(b)
+        self.equations = Equations(b, compile)
         moved, parts = ca.vertcat(b.y, b.tau), [b.rows, b.speed, b.lower, b.upper, b.conditions]
         parts += [ca.jacobian(e, moved) for e in parts]
         self._shapes = [e.shape for e in parts]
@@ -89,9 +89,9 @@ class SteadyLaws:
         self._places = np.concatenate([first + _by_rows(e) for first, e in zip(self._ends, parts, strict=False)])
         outputs = [e.nz[k] for e in parts for k in range(e.nnz())]
         scalars = [s for e in (b.grid, b.modes, moved) for s in (ca.vertsplit(e) if e.numel() else [])]
-        self._columns = Columns("steady_balance", scalars, b.common, outputs)
+        self._columns = Columns("steady_balance", scalars, b.common, outputs, compile)
         grid, peaks = (ca.vertsplit(e) if e.numel() else [] for e in (b.grid, b.peak))
-        self._peaks = Columns("steady_peaks", grid, b.common, peaks)
+        self._peaks = Columns("steady_peaks", grid, b.common, peaks, compile)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""

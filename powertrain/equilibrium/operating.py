@@ -29,27 +29,30 @@ COMBINATIONS = 4096
 
 
 class Solver:
-    """Solves one steady problem at given points. Serves one thread."""
+    """Solves one steady problem at given points. Serves one thread. ``compile``: with machine code, where unknowns are implicit."""
 
-    def __init__(self, problem: Equilibrium) -> None:
+    def __init__(self, problem: Equilibrium, compile: bool = False) -> None:
         self.problem = problem
         self.choices = choices(problem)
         self.groups = order(problem, self.choices)
         many = any(prod(len(self.choices[k].modes) for k in g.laws) > COMBINATIONS for g in self.groups if g.coupled)
-        self._laws = SteadyLaws(problem.balance) if problem.u or many else None
+        self._laws = SteadyLaws(problem.balance, compile) if problem.u or many else None
         self._solutions = None if self._laws is None else Solutions(self._laws, self._within)
         self._searches = [Search(problem, self.choices, g) for g in self.groups] if self._laws is None else []
+        machine = compile and self._laws is not None
         varying = [*problem.grid, *problem.u, *problem.modes]
         guards = [guard_margin(g) for g in problem.guards]
         wanted = [*problem.outputs, *problem.rates]
         self.wanted = len(wanted)
-        self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards])
-        self._guards = Columns("steady_guards", varying, problem.common, guards) if guards else None
+        self._values = Columns("steady_values", varying, problem.common, [*wanted, *guards], machine)
+        self._guards = Columns("steady_guards", varying, problem.common, guards, machine) if guards else None
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
-        self._speeds = Columns("steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved])
+        self._speeds = Columns(
+            "steady_speeds", varying, problem.common, [*(f.w for f in frictions), *problem.solved], machine
+        )
         self._shared = np.array([f.rests is not None for f in frictions], bool)
         limits = [e for f in frictions for e in (f.torque, f.peak * f.lower, f.peak * f.upper)]
-        self._torques = Columns("steady_torques", varying, problem.common, limits)
+        self._torques = Columns("steady_torques", varying, problem.common, limits, machine)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
-from powertrain.numerics.lookup import Lookup, table_of
+from powertrain.numerics.lookup import Lookup, OfColumns, table_of
 from powertrain.numerics.tape import replayed
+from powertrain.numerics.vectorised import VectorTape, vector_tape
 
 Rows = NDArray[np.float64]
 """One row per quantity, one column per point."""
@@ -66,12 +67,16 @@ class Lanes:
 
 
 class Tape:
-    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all."""
+    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all.
+
+    ``least`` and ``most`` are the points of one call of ``into``, here ``lanes``.
+    """
 
     def __init__(
         self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int
     ) -> None:
         self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
+        self.least = self.most = lanes
         scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
         self.function = lifted(scalar, len(varying), lanes, outputs)
         buffer: tuple[Any, Any] = self.function.buffer()
@@ -84,10 +89,9 @@ class Tape:
         """The values that are the same for all points."""
         self._common[: values.size] = values
 
-    def into(self, arguments: Sequence[Array], first: int, results: Sequence[Array]) -> None:
-        """Evaluates the points ``first`` to ``first + lanes`` of contiguous arrays straight into the same places of ``results``."""
-        last = first + self.lanes
-        views = [view(a[first:last]) for a in arguments] + [view(r[first:last]) for r in results]
+    def into(self, arguments: Sequence[Array], results: Sequence[Array]) -> None:
+        """Evaluates ``lanes`` points, which are contiguous arrays, straight into ``results``."""
+        views = [view(a) for a in (*arguments, *results)]
         self._kept = tuple(views)
         buffer, n = self._buffer, self.inputs
         for i, each in enumerate(views[:n]):
@@ -119,9 +123,14 @@ _FEW, _MANY = 32, 1024
 
 
 class Columns:
-    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all."""
+    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all.
 
-    def __init__(self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> None:
+    ``compile``: in machine code, where they can be written in C.
+    """
+
+    def __init__(
+        self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], compile: bool = False
+    ) -> None:
         self._name, self._common, self._outputs = (
             name,
             common,
@@ -130,13 +139,14 @@ class Columns:
         self.needed = np.flatnonzero(dependence(outputs, varying).any(axis=0))
         self._arguments = [varying[int(i)] for i in self.needed]
         self._values = zeros(common.numel())
-        self._tapes: dict[int, Tape] = {}
+        self._tapes: dict[int, Tape | VectorTape] = {}
+        self._compile = compile
 
     def set_common(self, values: Array) -> None:
         """The values that are the same for all points."""
         self._values = values.copy()
-        for tape in self._tapes.values():
-            tape.set_common(values)
+        for each in self._tapes.values():
+            each.set_common(values)
 
     def __call__(self, rows: Rows) -> Rows:
         """One row per output for one row per varying scalar."""
@@ -144,11 +154,21 @@ class Columns:
 
     def of_needed(self, rows: Rows) -> Rows:
         """The same for those rows only that are needed."""
-        lanes = _MANY if rows.shape[1] > _MANY // 4 else _FEW
+        lanes = 0 if self._compile else _MANY if rows.shape[1] > _MANY // 4 else _FEW
         if lanes not in self._tapes:
-            self._tapes[lanes] = Tape(self._name, self._arguments, self._common, self._outputs, lanes)
+            self._tapes[lanes] = column_tape(
+                self._name, self._arguments, self._common, self._outputs, lanes or _MANY, self._compile
+            )
             self._tapes[lanes].set_common(self._values)
         return self._tapes[lanes](rows)
+
+
+def column_tape(
+    name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int, compile: bool
+) -> Tape | VectorTape:
+    """``outputs`` at ``lanes`` points; in machine code at as many as are given, where ``compile`` asks for it and C can be written."""
+    found = vector_tape(varying, common, outputs) if compile else None
+    return Tape(name, varying, common, outputs, lanes) if found is None else found
 
 
 def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[Symbol]) -> ca.Function:
@@ -185,7 +205,7 @@ class _OfColumns:
         count = len(table.points)
         place = tuple(id(each) for each in (table, *operands[:count]))  # which the lookup keeps alive
         if place not in self.lookups:
-            self.lookups[place] = Lookup(table, operands[:count])
+            self.lookups[place] = Lookup(table, operands[:count], OfColumns())
         found = self.lookups[place]
         return [operands[-1] * slope for slope in found.slopes()] if slopes else [found.value()]
 

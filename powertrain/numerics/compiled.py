@@ -23,7 +23,11 @@ import casadi as ca
 
 from powertrain.errors import PowertrainError
 
-FLAGS = ("-O2", "-fPIC", "-shared")
+FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
+_INLINE = {
+    f"return f{name}(x, y);": f"return x {sign} y || y != y ? x : y;" for name, sign in (("min", "<="), ("max", ">="))
+}
+"""The same numbers without a call of the library, whatever is nan; limits and indicators are full of these two."""
 
 
 def cache_directory() -> Path:
@@ -43,19 +47,18 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
     try:
         return loaded(functions, library(code, command))
     except (OSError, RuntimeError) as error:  # the latter from a file system that does not allow programs
-        warnings.warn(
-            f"compile=True has no effect here: the cache of compiled models cannot be used ({error}). "
-            "Name a folder of your own in the environment variable POWERTRAIN_CACHE",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        warn_of_cache(error)
         return functions
 
 
-_INLINE = {
-    f"return f{name}(x, y);": f"return x {sign} y || y != y ? x : y;" for name, sign in (("min", "<="), ("max", ">="))
-}
-"""The same numbers without a call of the library, whatever is nan; limits and indicators are full of these two."""
+def warn_of_cache(error: Exception) -> None:
+    """The warning that the cache cannot be used."""
+    warnings.warn(
+        f"compile=True has no effect here: the cache of compiled models cannot be used ({error}). "
+        "Name a folder of your own in the environment variable POWERTRAIN_CACHE",
+        RuntimeWarning,
+        stacklevel=3,
+    )
 
 
 def code_of(functions: dict[str, ca.Function]) -> str:

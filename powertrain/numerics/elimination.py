@@ -8,6 +8,7 @@ Oxford 2017, section 5.2). Systems that are few, or have no pivot, are solved on
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 
 import casadi as ca
 import numpy as np
@@ -51,13 +52,16 @@ class Pattern:
         table: list[dict[int, Array]] = [{} for _ in range(self.size)]
         for i, j, values in zip(self.rows.tolist(), self.columns.tolist(), entries, strict=True):
             table[i][j] = values
-        waiting, left = [_Part(np.arange(right.shape[1]), table, list(right), [])], [np.zeros(0, np.intp)]
+        waiting, left = (
+            [_Part(np.arange(right.shape[1]), table, list(right), list(range(self.size)), [])],
+            [np.zeros(0, np.intp)],
+        )
         while waiting:
             part = waiting.pop()
             while part.open and part.systems.size >= FEW:
                 i = part.shortest_row()
                 sizes = {j: np.abs(values) for j, values in part.table[i].items()}
-                largest = np.maximum.reduce([*sizes.values(), np.zeros(part.systems.size)])
+                largest = reduce(np.maximum, sizes.values(), np.zeros(part.systems.size))
                 sound = (largest > 0.0) & (largest < np.inf)
                 if not sound.all():
                     left.append(part.systems[~sound])
@@ -78,23 +82,20 @@ class Pattern:
 
 @dataclass
 class _Part:
-    """Some systems half done: their numbers, the rows that are left of them, right sides, and the pivots so far, as (row, column)."""
+    """Some systems half done: their numbers, the rows that are left of them, right sides, rows without a pivot, pivots as (row, column)."""
 
     systems: Index
     table: list[dict[int, Array]]
     right: list[Array]
+    open: list[int]
     pivots: list[tuple[int, int]]
 
     def some(self, which: Mask) -> _Part:
         """Some of them."""
         table = [{j: values[which] for j, values in row.items()} for row in self.table]
-        return _Part(self.systems[which], table, [values[which] for values in self.right], self.pivots.copy())
-
-    @property
-    def open(self) -> list[int]:
-        """The rows without a pivot."""
-        done = {i for i, _ in self.pivots}
-        return [i for i in range(len(self.table)) if i not in done]
+        return _Part(
+            self.systems[which], table, [values[which] for values in self.right], self.open.copy(), self.pivots.copy()
+        )
 
     def shortest_row(self) -> int:
         """The next row."""
@@ -102,12 +103,12 @@ class _Part:
 
     def shortest_column(self, columns: list[int]) -> int:
         """The one among ``columns`` with entries in the fewest rows."""
-        rows = self.open
-        return min(columns, key=lambda j: sum(j in self.table[i] for i in rows))
+        return min(columns, key=lambda j: sum(j in self.table[i] for i in self.open))
 
     def eliminate(self, i: int, j: int) -> None:
         """Takes unknown j out of all rows but i."""
         self.pivots.append((i, j))
+        self.open.remove(i)
         for k in self.open:
             if j not in self.table[k]:
                 continue

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from typing import Any, Protocol
 
 import casadi as ca
 
@@ -24,36 +25,61 @@ def table_of(function: ca.Function) -> tuple[LinearTable | None, bool]:
     return known.get(name.removeprefix(ADJOINT)), slopes
 
 
+class Searches(Protocol):
+    """What stands for numbers at columns of points, with the operations of arithmetic."""
+
+    def interval(self, points: Sequence[float], mode: str, x: Any) -> Any:
+        """The number of the interval between ``points`` that x lies in, found in the way of ``mode``."""
+        ...
+
+    def entries(self, numbers: Sequence[float], places: Sequence[Any]) -> list[Any]:
+        """Some of the numbers."""
+        ...
+
+
+class OfColumns:
+    """CasADi's columns."""
+
+    def interval(self, points: Sequence[float], mode: str, x: ca.MX) -> ca.MX:
+        """The number of the interval."""
+        return ca.low(ca.DM(list(points)), x, {"lookup_mode": mode})
+
+    def entries(self, numbers: Sequence[float], places: Sequence[ca.MX]) -> list[ca.MX]:
+        """Some of the numbers."""
+        whole = ca.MX(ca.DM(numbers))
+        return [whole.nz[place] for place in places]
+
+
 class Lookup:
     """One table at the columns ``arguments``, one for each axis."""
 
-    def __init__(self, table: LinearTable, arguments: Sequence[ca.MX]) -> None:
+    def __init__(self, table: LinearTable, arguments: Sequence[Any], searches: Searches) -> None:
         self.of = table, arguments
         self._count = len(table.points)
-        self._shares: list[ca.MX] = []
-        self._lengths: list[ca.MX] = []
-        place, stride, strides = ca.MX(0.0), 1, []
+        self._shares: list[Any] = []
+        self._lengths: list[Any] = []
+        intervals, stride, strides = list[Any](), 1, list[int]()
         for points, mode, x in zip(table.points, table.modes, arguments, strict=True):
-            interval, grid = ca.low(ca.DM(points), x, {"lookup_mode": mode}), ca.MX(ca.DM(points))
-            first, last = grid.nz[interval], grid.nz[interval + 1]
+            intervals.append(searches.interval(points, mode, x))
+            first, last = searches.entries(points, [intervals[-1], intervals[-1] + 1.0])
             self._lengths.append(last - first)
             self._shares.append((x - first) / self._lengths[-1])
-            place = place + stride * interval
             strides.append(stride)
             stride *= len(points)
-        values = ca.MX(ca.DM(table.values))
+        place = sum(float(n) * each for n, each in zip(strides, intervals, strict=True))
         corners = product((0, 1), repeat=self._count)  # the last axis the fastest
-        self._corners = [values.nz[place + sum(i * n for i, n in zip(c, strides, strict=True))] for c in corners]
+        offsets = [float(sum(i * n for i, n in zip(c, strides, strict=True))) for c in corners]
+        self._corners = searches.entries(table.values.tolist(), [place + offset for offset in offsets])
 
-    def value(self) -> ca.MX:
+    def value(self) -> Any:
         """The interpolated values."""
         return self._reduced(None)
 
-    def slopes(self) -> list[ca.MX]:
+    def slopes(self) -> list[Any]:
         """The derivatives by all arguments."""
         return [self._reduced(k) for k in range(self._count)]
 
-    def _reduced(self, by: int | None) -> ca.MX:
+    def _reduced(self, by: int | None) -> Any:
         """The corners brought together axis by axis; ``by`` this one as a slope."""
         values = self._corners
         for k in reversed(range(self._count)):

@@ -11,6 +11,7 @@ P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, section 3.3.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -72,6 +73,7 @@ def newton(
     halvings: int = HALVINGS,
     sizes: Callable[[Array], Array] = relative,
     factors: Callable[[Array], Solver] = dense,
+    together: int = 1,
 ) -> tuple[Array, Mask]:
     """The unknowns after Newton's steps from ``z``, a row for each system, and where the last step was small.
 
@@ -86,6 +88,8 @@ def newton(
         How often a step may be halved; 0 takes all steps as they are.
     factors
         The solver for F'(z), where this is no dense matrix.
+    together
+        About how many halved steps, of one system or of several, are evaluated in one call of ``equations``.
     """
     columns, fine = (
         np.array(z.T, order="C"),
@@ -111,38 +115,51 @@ def newton(
             active = active[go]
         else:
             z[active[last]] += (step * unit)[last]
-            active, known = _helped(equations, z, active, go, solve, (step, unit, size), halvings)
+            some = np.flatnonzero(go)
+            if not some.size:
+                break
+            systems = active[some]
+            full = _FullSteps(systems, matrix[some], z[systems], step[some] * unit[some], unit[some], size[some])
+            again = (lambda _, solve=solve: solve) if len(matrix) == 1 else factors
+            active, z_after, known = _helped(equations, again, full, halvings, together)
+            z[active] = z_after
         if not active.size:
             break
     return z, fine
 
 
+@dataclass(frozen=True)
+class _FullSteps:
+    """Systems, matrices, where steps begin, full steps, sizes of the unknowns, and lengths of the steps in these; a row each."""
+
+    systems: Index
+    matrix: Array
+    first: Array
+    step: Array
+    unit: Array
+    size: Array
+
+
 def _helped(
-    equations: Equations,
-    z: Array,
-    active: Index,
-    go: Mask,
-    solve: Solver,
-    steps: tuple[Array, Array, Array],
-    halvings: int,
-) -> tuple[Index, tuple[Array, Array]]:
-    """Takes steps in ``z`` that are halved until they help; which systems these are, and their equations there.
+    equations: Equations, factors: Callable[[Array], Solver], full: _FullSteps, halvings: int, together: int
+) -> tuple[Index, Array, tuple[Array, Array]]:
+    """The systems with a step that helps, their unknowns after the longest one, and their equations there.
 
     A step that is followed by one half as long helps at any rate; else that must not lead back: beyond a saturation there is another one.
     """
-    step, unit, size = steps
-    helps, trial, found = np.zeros(len(active), bool), z[active], (step[:0], step[:0])
-    if not go.any():
-        return active[helps], found
-    share, here = np.where(go, 1.0, 0.0), np.where(np.isfinite(step), step * unit, 0.0)
-    for _ in range(halvings + 1):
-        trial = z[active] + share[:, None] * here
-        found = equations(active, trial)
-        following = solve(-found[1]) / unit
+    left, k, found = np.arange(len(full.systems)), 0, list[tuple[Index, Array, Array, Array]]()
+    while left.size and k <= halvings:
+        count = min(max(1, together // left.size), halvings + 1 - k)
+        which, share = np.tile(left, count), np.repeat(0.5 ** np.arange(k, k + count), left.size)
+        trial = full.first[which] + share[:, None] * full.step[which]
+        matrix, value = equations(full.systems[which], trial)
+        unit, size = full.unit[which], full.size[which]
+        following, step = factors(full.matrix[which])(-value) / unit, full.step[which] / unit
         after, ahead = np.abs(following).max(axis=1, initial=0.0), (following * step).sum(axis=1) >= 0.0
-        helps = go & ((after <= 0.5 * size) | (ahead & (after <= (1.0 - share / 2) * size)))
-        if helps[go].all():
-            break
-        share = np.where(helps, share, share / 2)
-    z[active[helps]] = trial[helps]
-    return active[helps], (found[0][helps], found[1][helps])
+        helps = ((after <= 0.5 * size) | (ahead & (after <= (1.0 - share / 2) * size))).reshape(count, left.size)
+        some, first = helps.any(axis=0), helps.argmax(axis=0) * left.size + np.arange(left.size)
+        best = first[some]
+        found.append((left[some], trial[best], matrix[best], value[best]))
+        left, k = left[~some], k + count
+    which, z, matrix, value = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return full.systems[which], z, (matrix, value)

@@ -23,13 +23,13 @@ from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
 from powertrain.modes.indicators import guard_margin
 from powertrain.modes.tolerances import EPS
-from powertrain.numerics.batch import LANES, Tape, all_hold, dependence, different
+from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.vectorised import VectorTape
 
 WIDTHS = (128, 1024, 4096)
 _TAPES = 64
 _SHORT_RUN, _SHORT_RUNS = 32, 4
-_MIXED = WIDTHS[-1]
 _ALTERNATIVES = 64
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
@@ -39,7 +39,8 @@ Careful = Callable[[int, int], Array | None]
 class Walker:
     """Tapes for the combinations of modes of one explicit steady problem. Serves one thread."""
 
-    def __init__(self, problem: Equilibrium, solver: Solver) -> None:
+    def __init__(self, problem: Equilibrium, solver: Solver, compile: bool = False) -> None:
+        self._compile = compile
         self.problem, self.choices, self.groups = problem, solver.choices, solver.groups
         self._wanted = [*problem.outputs, *problem.rates]
         self._guards = [*bounded(problem), *(guard_margin(g) for g in problem.guards)]
@@ -47,19 +48,19 @@ class Walker:
         self._relevant: dict[Key, list[int]] = {}
         self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
         self.keys: list[Key] = []
-        self._tapes: dict[tuple[Key, int], Tape] = {}
+        self._tapes: dict[tuple[Key, int], Tape | VectorTape] = {}
         self._common: Array = np.zeros(1)
-        self._fits = np.empty(max(WIDTHS))
+        self._fits, self._width = np.empty(max(*WIDTHS, VectorTape.most)), WIDTHS[-1]
         self._next: dict[Key, Key] = {}
-        self._all: tuple[int, Tape] | None = None
+        self._all: tuple[int, Tape | VectorTape] | None = None
         self._called = 0
         self.unchecked = False
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self._common = values.copy()
-        for tape in self._tapes.values():
-            tape.set_common(values)
+        for each in self._tapes.values():
+            each.set_common(values)
 
     def walk(
         self,
@@ -73,9 +74,8 @@ class Walker:
         i, level, current, short, mixed = 0, 0, next(iter(self.keys), None), 0, False
         while i < count:
             if mixed or short >= _SHORT_RUNS:
-                last, short = min(i + _MIXED, count), 0
-                mixed = last - i < _SHORT_RUN * self._mixed(i, last, arguments, results, careful)
-                i = last
+                last, runs = self._mixed(i, count, arguments, results, careful)
+                i, mixed, short = last, last - i < _SHORT_RUN * runs, 0
                 done(i)
                 continue
             fits = 0
@@ -100,13 +100,16 @@ class Walker:
             done(i)
 
     def _mixed(
-        self, first: int, last: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
-    ) -> int:
-        """Points whose neighbours have other modes, with all combinations at once. Returns the number of runs."""
-        some = slice(first, first + _MIXED)
-        self._union().into([a[some] for a in arguments], 0, [*(r[some] for r in results), self._fits])
+        self, first: int, count: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
+    ) -> tuple[int, int]:
+        """Points whose neighbours have other modes, with all combinations at once. Returns where they end, and the number of runs."""
+        union = self._union()
+        last = min(first + self._width, count)
+        some = slice(first, max(last, first + union.least))
+        union.into([a[some] for a in arguments], [*(r[some] for r in results), self._fits[: some.stop - first]])
         which = self._fits[: last - first].copy()
         left = first + np.flatnonzero(which == 0.0)
+        self._width = WIDTHS[-1] if left.size else min(2 * self._width, union.most)
         while left.size:
             start = int(left[0])
             end = min(start + LANES, last)
@@ -115,9 +118,9 @@ class Walker:
             if modes is not None:
                 self.enter(modes)
             left = left[left >= end]
-        return 1 + int(np.count_nonzero(np.diff(which)))
+        return last, 1 + int(np.count_nonzero(np.diff(which)))
 
-    def _union(self) -> Tape:
+    def _union(self) -> Tape | VectorTape:
         """The wanted values of the first combination that fits, and its number from one; zeros where none does.
 
         It is made anew for new combinations once the solver was called as often as there are combinations, which takes as long.
@@ -128,7 +131,7 @@ class Walker:
                 *values, fits = self._expressions(key)
                 first, open_ = fits * open_, open_ * (1 - fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
-            self._all, self._called = (len(self.keys), self._made(found, _MIXED)), 0
+            self._all, self._called = (len(self.keys), self._made(found, WIDTHS[-1], self._compile)), 0
         self._all[1].set_common(self._common)
         return self._all[1]
 
@@ -141,20 +144,20 @@ class Walker:
     ) -> tuple[int, bool]:
         """How many points from i on fit, and whether all that were tried did."""
         width = WIDTHS[level]
-        tape = self._tape(key, level)
         fits = self._fits[:width]
-        tape.into([a[i : i + width] for a in arguments], 0, [*[r[i : i + width] for r in results], fits])
+        self._tape(key, level).into([a[i : i + width] for a in arguments], [*[r[i : i + width] for r in results], fits])
         first = int(fits.argmin())
         return (width, True) if fits[first] else (first, False)
 
-    def _tape(self, key: Key, level: int) -> Tape:
+    def _tape(self, key: Key, level: int) -> Tape | VectorTape:
         if (key, level) not in self._tapes:
             self._tapes[key, level] = self._made(self._expressions(key), WIDTHS[level])
             self._tapes[key, level].set_common(self._common)
         return self._tapes[key, level]
 
-    def _made(self, expressions: list[Symbol], width: int) -> Tape:
-        return Tape("steady_walk", self.problem.grid, self.problem.common, list(ca.cse(expressions)), width)
+    def _made(self, expressions: list[Symbol], width: int, compile: bool = False) -> Tape | VectorTape:
+        problem = self.problem
+        return column_tape("steady_walk", problem.grid, problem.common, list(ca.cse(expressions)), width, compile)
 
     def enter(self, modes: Array) -> Key | None:
         """The combination of some modes, with the switches that have no influence left at zero."""

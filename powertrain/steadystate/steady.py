@@ -51,6 +51,7 @@ def steady(
     exhaustive: bool = False,
     first: bool = False,
     side: Literal[-1, 1] | None = None,
+    compile: bool = False,
     progress: bool | None = None,
 ) -> xr.Dataset:
     """Operating points of a model, at which nothing accelerates.
@@ -95,6 +96,8 @@ def steady(
     side : {-1, 1}, optional
         At points that are ``stuck``: the values at one end of the interval, where the torque is that of a forward (1) or backward (-1)
         motion.
+    compile : bool
+        Use the C compiler of the machine, for many points; the results are the same.
     progress : bool, optional
         A progress bar; by default for work that takes more than two seconds.
 
@@ -107,6 +110,8 @@ def steady(
     ------
     ParameterError
         If names or values are wrong, or if the conditions do not determine the state.
+    PowertrainError
+        If ``compile`` finds no C compiler, or if it fails.
 
     Examples
     --------
@@ -117,7 +122,7 @@ def steady(
     look = Look(side, flag("exhaustive", exhaustive), flag("first", first))
     plant, t = plant if isinstance(plant, Plant) else Plant(plant), number("time", time, "s")
     q = question(plant, grid, outputs, parameters, inputs, free, guesses, held)
-    map_ = steady_map(plant, q, t)
+    map_ = steady_map(plant, q, t, flag("compile", compile))
     ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
     return written(plant, q, map_, ordered, results)
 
@@ -301,14 +306,14 @@ class Kept:
         return value
 
 
-def steady_map(plant: Plant[Any], q: Question, time: float) -> SteadyMap:
+def steady_map(plant: Plant[Any], q: Question, time: float, compile: bool = False) -> SteadyMap:
     """The prepared map, kept for the next call with the same names."""
-    values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "maps", q, time)
+    values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "maps", q, time, compile)
     found: SteadyMap | None = place.get()
-    return found if found is not None and found.valid(values) else place.put(_prepared(plant, q, time, values))
+    return found if found is not None and found.valid(values) else place.put(_prepared(plant, q, time, values, compile))
 
 
-def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) -> SteadyMap:
+def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array, compile: bool) -> SteadyMap:
     signals, asked, wanted = plant.compiled.signals, q.asked, q.wanted
     problem = formulate(plant.compiled, asked, time, q.guesses, parameters)
     for w, lost in zip(wanted, problem.turning, strict=True):
@@ -322,4 +327,4 @@ def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array) ->
     quantities += [
         DataVariable(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
     ]
-    return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters))
+    return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters), compile)

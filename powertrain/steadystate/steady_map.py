@@ -29,12 +29,17 @@ class SteadyMap:
     """One question about a plant: what is given, found and wanted. Solves any grid of it."""
 
     def __init__(
-        self, problem: Equilibrium, quantities: list[DataVariable], parameters: Array, given: frozenset[str]
+        self,
+        problem: Equilibrium,
+        quantities: list[DataVariable],
+        parameters: Array,
+        given: frozenset[str],
+        compile: bool,
     ) -> None:
         self._given = given
         self.problem, self.quantities, self._parameters = problem, quantities, parameters
-        self.solver = Solver(problem)
-        self.walker = None if problem.u else Walker(problem, self.solver)
+        self.solver = Solver(problem, compile)
+        self.walker = None if problem.u else Walker(problem, self.solver, compile)
         self._rows_map = RowMap(self.walker) if self.walker is not None else None
         self._orders: dict[Any, list[str]] = {}
         self._plans: dict[Any, RowPieces | None] = {}

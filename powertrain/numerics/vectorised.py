@@ -1,0 +1,292 @@
+"""Tapes as machine code for columns of points: C in the vectors of GCC and Clang, which computes ``WIDTH`` points at a time.
+
+The operations are those of CasADi's virtual machine, one by one, so the results are the same to the last bit. What is the same for all
+points is computed once. Functions of the C library take one point after the other, and so do searches in tables.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.language.symbols import Symbol
+from powertrain.numerics.buffers import Array, zeros
+from powertrain.numerics.compiled import compiler, library, warn_of_cache
+from powertrain.numerics.lookup import Lookup, table_of
+from powertrain.numerics.tape import replayed
+
+WIDTH = 4
+_ENTRIES = range(WIDTH)
+_SHARED = 1 << 15
+"""From so many points on a second thread takes half of them."""
+_WRITTEN = {
+    ca.OP_ASSIGN: "{0}",
+    ca.OP_ADD: "{0} + {1}",
+    ca.OP_SUB: "{0} - {1}",
+    ca.OP_MUL: "{0} * {1}",
+    ca.OP_DIV: "{0} / {1}",
+    ca.OP_NEG: "-{0}",
+    ca.OP_SQ: "{0} * {0}",
+    ca.OP_TWICE: "{0} + {0}",
+    ca.OP_INV: "ALL(1.0) / {0}",
+    ca.OP_LT: "TRUE({0} < {1})",
+    ca.OP_LE: "TRUE({0} <= {1})",
+    ca.OP_EQ: "TRUE({0} == {1})",
+    ca.OP_NE: "TRUE({0} != {1})",
+    ca.OP_NOT: "TRUE({0} == ALL(0.0))",
+    ca.OP_AND: "TRUE(({0} != ALL(0.0)) & ({1} != ALL(0.0)))",
+    ca.OP_OR: "TRUE(({0} != ALL(0.0)) | ({1} != ALL(0.0)))",
+    ca.OP_IF_ELSE_ZERO: "CHOOSE({0} != ALL(0.0), {1}, ALL(0.0))",
+    ca.OP_FABS: "(lanes)((mask){0} & ~SIGN)",
+    ca.OP_SIGN: "CHOOSE({0} < ALL(0.0), ALL(-1.0), CHOOSE({0} > ALL(0.0), ALL(1.0), {0}))",
+    ca.OP_COPYSIGN: "(lanes)(((mask){0} & ~SIGN) | ((mask){1} & SIGN))",
+    ca.OP_FMIN: "CHOOSE(({0} <= {1}) | ({1} != {1}), {0}, {1})",
+    ca.OP_FMAX: "CHOOSE(({0} >= {1}) | ({1} != {1}), {0}, {1})",
+}
+"""Operations of CasADi in C."""
+_NAMED = {
+    getattr(ca, f"OP_{name.upper()}"): name
+    for name in (
+        *(
+            "exp",
+            "log",
+            "pow",
+            "sqrt",
+            "sin",
+            "cos",
+            "tan",
+            "asin",
+            "acos",
+            "atan",
+            "floor",
+            "ceil",
+            "fmod",
+            "remainder",
+        ),
+        *("erf", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "log1p", "expm1", "atan2", "hypot"),
+    )
+} | {ca.OP_CONSTPOW: "pow"}
+"""Operations that are functions of the C library."""
+_LOW = {"linear": 0, "exact": 1, "binary": 2}
+"""CasADi's numbers of the ways of finding an interval."""
+_HEAD = f"""\
+#include <math.h>
+static int low(double x, const double *t, int n, int how) {{
+    int i = 0, last = n - 2;
+    if (how == 1) {{
+        long long place = (long long)((x - t[0]) * (n - 1) / (t[n - 1] - t[0]));
+        return place < 0 ? 0 : place > last ? last : (int)place;
+    }}
+    if (how == 0) {{
+        while (i < last && !(x < t[i + 1])) i++;
+        return i;
+    }}
+    while (i < last) {{
+        int middle = (i + last + 1) / 2;
+        if (x < t[middle]) last = middle - 1;
+        else i = middle;
+    }}
+    return i;
+}}
+typedef double lanes __attribute__((vector_size({8 * WIDTH})));
+typedef double stored __attribute__((vector_size({8 * WIDTH}), aligned(8), may_alias));
+typedef long long mask __attribute__((vector_size({8 * WIDTH})));
+#define ALL(x) ((lanes){{{", ".join("x" for _ in _ENTRIES)}}})
+#define TRUE(m) ((lanes)((m) & (mask)ALL(1.0)))
+#define CHOOSE(m, x, y) ((lanes)(((m) & (mask)(x)) | (~(m) & (mask)(y))))
+#define SIGN ((mask)ALL(-0.0))
+#define LOW(x, t, n, how) ((lanes){{{", ".join(f"low(x[{i}], t, n, how)" for i in _ENTRIES)}}})
+#define ENTRIES(t, x) ((lanes){{{", ".join(f"t[(int)x[{i}]]" for i in _ENTRIES)}}})
+#if defined(__x86_64__) && defined(__gnu_linux__)
+__attribute__((target_clones("avx2", "default")))
+#endif
+"""
+
+
+class NotWritten(Exception):
+    """The tape has an operation that is not written in C here."""
+
+
+class VectorTape:
+    """Columns of results from columns of arguments, by the library of what ``written`` gives. Serves one thread, and uses two.
+
+    ``least`` and ``most`` are the points of one call of ``into``.
+    """
+
+    least, most = WIDTH, 1 << 16
+
+    def __init__(self, common: int, outputs: int, library: Path) -> None:
+        self._outputs = outputs
+        self._call: Any = ctypes.CDLL(str(library)).powertrain_columns
+        self._call.restype = None
+        self._call.argtypes = [ctypes.c_longlong, *(ctypes.c_void_p,) * 3]
+        self._common = zeros(common)
+
+    def set_common(self, values: Array) -> None:
+        """The values that are the same for all points."""
+        self._common[: values.size] = values
+
+    def into(self, arguments: Sequence[Array], results: Sequence[Array]) -> None:
+        """Evaluates points, which are contiguous arrays, straight into ``results``."""
+        given, found = (np.array([a.ctypes.data for a in arrays], np.uintp) for arrays in (arguments, results))
+        self._evaluate(arguments[0].size, given, found)
+
+    def __call__(self, rows: Array) -> Array:
+        """One row per output for one row per varying scalar."""
+        count = rows.shape[1]
+        if count < WIDTH:
+            return self(np.pad(rows, ((0, 0), (0, WIDTH - count))))[:, :count]
+        given, found = np.ascontiguousarray(rows), np.empty((self._outputs, count))
+        self._evaluate(
+            count, *(a.ctypes.data + a.strides[0] * np.arange(len(a), dtype=np.uintp) for a in (given, found))
+        )
+        return found
+
+    def _evaluate(self, count: int, given: NDArray[np.uintp], found: NDArray[np.uintp]) -> None:
+        if count < _SHARED:
+            self._part(0, count, given, found)
+            return
+        other = threading.Thread(target=self._part, args=(count // 2, count, given, found))
+        other.start()
+        self._part(0, count // 2, given, found)
+        other.join()
+
+    def _part(self, first: int, last: int, given: NDArray[np.uintp], found: NDArray[np.uintp]) -> None:
+        """Evaluates the points from the first to before the last."""
+        begin, end = (a + np.uintp(8 * first) for a in (given, found))
+        self._call(last - first, begin.ctypes.data, self._common.ctypes.data, end.ctypes.data)
+
+
+def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> VectorTape | None:
+    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all.
+
+    None where an operation has no C here, and, with a warning, where the cache cannot be used. PowertrainError where there is no
+    compiler, or it fails.
+    """
+    try:
+        code = written(varying, common, outputs)
+        return VectorTape(common.numel(), len(outputs), library(code, compiler()))
+    except NotWritten:
+        return None
+    except OSError as error:
+        warn_of_cache(error)
+        return None
+
+
+def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> str:
+    """The function in C; NotWritten where an operation has none."""
+    scalar, count = ca.Function("powertrain_scalars", [*varying, common], list(outputs)), len(varying)
+    writer = _Writer()
+    own = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
+    same = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
+    found = replayed(scalar, outputs, lambda i, j: same[j] if i == count else own[i], writer)
+    results = [found.get(i) or writer.constant(0.0) for i in range(scalar.n_out())]
+    return "\n".join(
+        [
+            *(f"static const double {name}[] = {{{numbers}}};" for numbers, name in writer.tables.items()),
+            _HEAD + "void powertrain_columns(long long n, const double *const *a, const double *c, double *const *r) {",
+            *writer.fixed,
+            f"for (long long k = 0; k < n; k += {WIDTH}) {{",
+            f"if (k > n - {WIDTH}) k = n - {WIDTH};",
+            *writer.each,
+            *(f"*(stored *)(r[{i}] + k) = {each.name};" for i, each in enumerate(results)),
+            "}\n}\n",
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class _Value:
+    """The name of a variable in C, and whether it differs from point to point."""
+
+    writer: _Writer
+    name: str
+    varies: bool
+
+    def __add__(self, other: _Value | float) -> _Value:
+        return self.writer.operate(ca.OP_ADD, [self, self._of(other)])
+
+    def __radd__(self, other: float) -> _Value:
+        return self if other == 0.0 else self + other
+
+    def __sub__(self, other: _Value) -> _Value:
+        return self.writer.operate(ca.OP_SUB, [self, other])
+
+    def __mul__(self, other: _Value | float) -> _Value:
+        return self.writer.operate(ca.OP_MUL, [self, self._of(other)])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: _Value) -> _Value:
+        return self.writer.operate(ca.OP_DIV, [self, other])
+
+    def _of(self, other: _Value | float) -> _Value:
+        return other if isinstance(other, _Value) else self.writer.constant(other)
+
+
+class _Writer:
+    """Arithmetic in C: ``fixed`` are the lines that are the same for all points, ``each`` the others; ``tables`` by their numbers."""
+
+    def __init__(self) -> None:
+        self.fixed, self.each, self.tables = list[str](), list[str](), dict[str, str]()
+        self._lookups: dict[tuple[int, ...], Lookup] = {}
+
+    def line(self, expression: str, varies: bool) -> _Value:
+        """A new variable."""
+        value = _Value(self, f"v{len(self.fixed) + len(self.each)}", varies)
+        (self.each if varies else self.fixed).append(f"const lanes {value.name} = {expression};")
+        return value
+
+    def constant(self, value: float) -> _Value:
+        """A number."""
+        return self.line(f"ALL({_number(value)})", False)
+
+    def operate(self, code: int, operands: list[_Value]) -> _Value:
+        """One operation on one or two variables."""
+        names = [each.name for each in operands]
+        if code in _NAMED:
+            calls = (f"{_NAMED[code]}({', '.join(f'{n}[{i}]' for n in names)})" for i in _ENTRIES)
+            text = f"(lanes){{{', '.join(calls)}}}"
+        elif code in _WRITTEN:
+            text = _WRITTEN[code].format(*names)
+        else:
+            raise NotWritten
+        return self.line(text, any(each.varies for each in operands))
+
+    def call(self, function: ca.Function, operands: list[_Value]) -> list[_Value]:
+        """A table's value or slopes."""
+        table, slopes = table_of(function)
+        if table is None:
+            raise NotWritten
+        count = len(table.points)
+        place = tuple(id(each) for each in (table, *operands[:count]))  # which the lookup keeps alive
+        if place not in self._lookups:
+            self._lookups[place] = Lookup(table, operands[:count], self)
+        found = self._lookups[place]
+        return [operands[-1] * slope for slope in found.slopes()] if slopes else [found.value()]
+
+    def interval(self, points: Sequence[float], mode: str, x: _Value) -> _Value:
+        """The number of the interval between ``points`` that x lies in."""
+        return self.line(f"LOW({x.name}, {self._table(points)}, {len(points)}, {_LOW[mode]})", x.varies)
+
+    def entries(self, numbers: Sequence[float], places: Sequence[_Value]) -> list[_Value]:
+        """Some of the numbers."""
+        table = self._table(numbers)
+        return [self.line(f"ENTRIES({table}, {place.name})", place.varies) for place in places]
+
+    def _table(self, numbers: Sequence[float]) -> str:
+        """The name of an array."""
+        return self.tables.setdefault(", ".join(map(_number, numbers)), f"t{len(self.tables)}")
+
+
+def _number(value: float) -> str:
+    return value.hex() if math.isfinite(value) else "NAN" if math.isnan(value) else f"{'-' * (value < 0)}INFINITY"
