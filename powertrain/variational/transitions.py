@@ -33,7 +33,7 @@ class VariationalRates:
 
     def __init__(self, system: System, integrand: Symbol | None) -> None:
         self.system, self.integrals = system, int(integrand is not None)
-        dae = system.dae
+        self.system, dae = system, system.dae
         rates = dae.xdot if integrand is None else ca.vertcat(dae.xdot, integrand)
         self.size = system.size + self.integrals
         self.places = np.r_[: system.states, system.size : self.size]
@@ -114,7 +114,7 @@ class Reverse:
     """w^T df/dq for all parameters and segments at the cost of a few evaluations of f. Serves one thread."""
 
     def __init__(self, system: System, integrand: Symbol | None) -> None:
-        dae = system.dae
+        self.system, dae = system, system.dae
         rates = dae.xdot if integrand is None else ca.vertcat(dae.xdot, integrand)
         rows = ca.vertcat(rates, dae.residual)
         seed = Symbol.sym("seed", rows.numel())
@@ -125,5 +125,4 @@ class Reverse:
     def __call__(self, samples: Samples, p: Array, seeds: Block, slopes: Slopes) -> Block:
         """One row per sample; ``seeds`` belong to the rows of f that are not zero."""
         residual = -np.einsum("kez,ke->kz", slopes.weights, seeds)
-        m = np.concatenate([samples.m, seeds, residual], axis=1)
-        return self.columns(samples._replace(m=m), p)
+        return self.columns(self.system.with_seeds(samples, seeds, residual), p)
