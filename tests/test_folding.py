@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -68,15 +68,15 @@ def test_what_a_number_decides_falls_away() -> None:
     assert codes == [ca.OP_INPUT, ca.OP_EXP, ca.OP_COS, ca.OP_OUTPUT]
 
 
-def test_tables_are_looked_up_as_before() -> None:
-    table = pt.Map(
-        (pt.Axis("a", "1", np.linspace(0, 1, 30)), pt.Axis("b", "1", np.linspace(0, 1, 30))),
-        np.arange(900.0).reshape(30, 30),
-        "1",
-    )
+@pytest.mark.parametrize("method", ["linear", "smooth"])
+def test_tables_are_looked_up_as_before(method: Literal["linear", "smooth"]) -> None:
+    """With their slopes by forward and by reverse differentiation."""
+    axes = [pt.Axis(name, "1", np.linspace(0, 1, 30)) for name in "ab"]
+    table = pt.Map(axes, np.arange(900.0).reshape(30, 30), "1", method=method)
     x, m = ca.SX.sym("x", 2), ca.SX.sym("m")
     value = ca.SX(table._called(x))
-    whole = ca.Function("table", [x, m], [m * value, ca.gradient(value, x)])
+    slopes = [ca.gradient(value, x), ca.jtimes(value, x, ca.DM([1.0, 2.0]))]
+    whole = ca.Function("table", [x, m], [m * value, *slopes])
     part = folded(whole, {(1, 0): 1.0})
     for one, other in zip(whole([0.31, 0.77], 1.0), part([0.31, 0.77], 0.0), strict=True):
         np.testing.assert_array_equal(np.array(one), np.array(other))

@@ -106,7 +106,7 @@ class _Folding:
         for i in range(function.n_in()):
             columns.append(ca.vertcat(*operands[first : first + function.nnz_in(i)]))
             first += function.nnz_in(i)
-        results: list[Any] = function.call(columns)
+        results: list[Any] = function.call(columns, False, True)
         return [e for found in results for e in _entries(ca.densify(found))]
 
 
