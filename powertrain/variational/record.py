@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,6 +133,16 @@ def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int])
         q, c = (t - trajectory.times[i - 1]) / trajectory.sizes[i - 1], trajectory.dense[i - 1]
         left = (((c[4] * q + c[3]) * q + c[2]) * q + c[1]) * q + c[0]
         yield Instant(t, left, trajectory.dense[i][0], old, new)
+
+
+def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) -> Samples:
+    """A ``share`` of a step before or after instants, by the dense output of the steps that end or begin there, or go on."""
+    trajectory = result.trajectory
+    side: Literal["left", "right"] = "left" if before else "right"
+    owner = np.maximum(trajectory.times.searchsorted(times, side=side) - 1, 0)
+    apart = share * trajectory.sizes[owner]
+    samples = _dense(trajectory, times - apart if before else times + apart, owner)
+    return signals_of(result.compiled).corrected(samples, np.array(list(result.parameters.values()), float))
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:
