@@ -44,7 +44,7 @@ class Curvature:
     """The second derivatives of a column of expressions. Serves one thread."""
 
     def __init__(self, system: System, expressions: Symbol) -> None:
-        dae = system.dae
+        self.system, dae = system, system.dae
         self.explicit, self.implicit = expressions.numel(), dae.z.numel()
         outer = ca.vertcat(dae.t, system.moving, system.free)
         every, rows = ca.vertcat(outer, dae.z), ca.vertcat(expressions, dae.residual)
@@ -61,19 +61,21 @@ class Curvature:
     def __call__(self, samples: Samples, p: Array, seeds: Block, along: Tangents) -> NDArray[np.float64]:
         """The sum over all samples of (w^T e)''[V, V], with w the ``seeds`` of each."""
         v = along.together
+        count = v.shape[2]
+        found = np.zeros((count, count))
+        if not seeds.any():
+            return found
         if self.implicit:
             seeds, v = self._eliminated(samples, p, seeds, v)
-        count = v.shape[2]
-        found = np.empty((count, count))
         for j in range(count):
-            m = np.concatenate([samples.m, seeds, v[:, :, j]], axis=1)
-            found[:, j] = np.einsum("kvi,kv->i", v, self._along(samples._replace(m=m), p))
+            slopes = self._along(self.system.with_seeds(samples, seeds, v[:, :, j]), p)
+            found[:, j] = np.einsum("kvi,kv->i", v, slopes)
         return found
 
     def _eliminated(self, samples: Samples, p: Array, seeds: Block, v: Block) -> tuple[Block, Block]:
         """The weights with those of the model's equations, and the tangents with those of z."""
         nz, count = self.implicit, len(samples.t)
-        flat = self._equations(samples._replace(m=np.concatenate([samples.m, seeds], axis=1)), p)
+        flat = self._equations(self.system.with_seeds(samples, seeds), p)
         e_z, g = flat[:, :nz, None], flat[:, nz:].reshape(count, -1, nz).transpose(0, 2, 1)
         g_v, g_z = g[:, :, :-nz], g[:, :, -nz:]
         multipliers = -np.linalg.solve(g_z.transpose(0, 2, 1), e_z)[:, :, 0]

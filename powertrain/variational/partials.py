@@ -73,6 +73,10 @@ class System:
         """The symbols of s."""
         return ca.vertcat(self.dae.x, _chosen(self.dae.m, self.discretes))
 
+    def with_seeds(self, samples: Samples, *seeds: Block) -> Samples:
+        """Samples with further columns behind the held values. Those of a run without any have one column of zeros."""
+        return samples._replace(m=np.concatenate([samples.m[:, : self.dae.m.numel()], *seeds], axis=1))
+
 
 def _chosen(symbols: Symbol, places: list[int] | tuple[int, ...]) -> Symbol:
     return symbols[list(places)] if len(places) else Symbol(0, 1)

@@ -110,11 +110,26 @@ def transitions(flow: VariationalRates, steps: Steps, p: Array) -> tuple[Block, 
     return phi, psi
 
 
+def stage_tangents(flow: VariationalRates, durations: Array, slopes: Slopes, s: Block, q: Block) -> Block:
+    """The derivatives of s at the stages of steps, from those at their starts and those of q.
+
+    Stages K = A (S + h (R x I) K) + B Q are solved for the core; the other states, on which no rate depends, stay as at the start.
+    """
+    count, size, core = len(durations), flow.system.size, flow.core
+    a = slopes.s.reshape(count, STAGES, -1, size)[:, :, core]
+    direct = (slopes.q @ q).reshape(count, STAGES, -1, s.shape[2])[:, :, core]
+    right = a @ s[:, None, :size] + direct
+    k = np.linalg.solve(collocation(durations, a[..., core]), right.reshape(count, -1, s.shape[2])).reshape(right.shape)
+    found = s[:, None, :size].repeat(STAGES, axis=1)
+    found[:, :, core] += durations[:, None, None, None] * np.einsum("ij,kjcn->kicn", RADAU, k)
+    return found.reshape(-1, *found.shape[2:])
+
+
 class Reverse:
     """w^T df/dq for all parameters and segments at the cost of a few evaluations of f. Serves one thread."""
 
     def __init__(self, system: System, integrand: Symbol | None) -> None:
-        dae = system.dae
+        self.system, dae = system, system.dae
         rates = dae.xdot if integrand is None else ca.vertcat(dae.xdot, integrand)
         rows = ca.vertcat(rates, dae.residual)
         seed = Symbol.sym("seed", rows.numel())
@@ -125,5 +140,4 @@ class Reverse:
     def __call__(self, samples: Samples, p: Array, seeds: Block, slopes: Slopes) -> Block:
         """One row per sample; ``seeds`` belong to the rows of f that are not zero."""
         residual = -np.einsum("kez,ke->kz", slopes.weights, seeds)
-        m = np.concatenate([samples.m, seeds, residual], axis=1)
-        return self.columns(samples._replace(m=m), p)
+        return self.columns(self.system.with_seeds(samples, seeds, residual), p)
