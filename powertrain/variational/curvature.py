@@ -53,7 +53,7 @@ class Curvature:
         along = ca.jtimes(slope, every, direction)
         inputs = (dae.t, dae.x, dae.z, ca.vertcat(dae.m, seed, direction), dae.p)
         self._along = Many(inputs, ca.densify(along))
-        own = seed[: self.explicit]
+        own = seed[: self.explicit, 0]
         parts = [ca.jtimes(expressions, dae.z, own, True), ca.jacobian(dae.residual, every)] if self.implicit else []
         inputs = (dae.t, dae.x, dae.z, ca.vertcat(dae.m, own), dae.p)
         self._equations = Many(inputs, ca.vertcat(*(ca.vec(ca.densify(part)) for part in parts)))

@@ -155,7 +155,7 @@ class Mapping:
 
     def _sample(self, run: Record, k: int, now: Carried) -> Samples:
         left = run.instants.left
-        return Samples(left.t[k : k + 1], now.x[None], left.z[k : k + 1], now.m[None])
+        return Samples(left.t[k : k + 1], now.x[None].copy(), left.z[k : k + 1], now.m[None].copy())
 
     def _reset(self, run: Record, k: int, now: Carried, whens: Sequence[When]) -> None:
         """All right sides with the values before."""
