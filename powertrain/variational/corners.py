@@ -20,7 +20,7 @@ from powertrain.numerics.lookup import table_of
 from powertrain.result import Result
 from powertrain.variational.many import Many
 from powertrain.variational.partials import Partials, System
-from powertrain.variational.record import POINTS, Record, edge
+from powertrain.variational.record import POINTS, Record, edge, spans
 
 _NOISE = 2e-10
 """Sides below this are zero: the hysteresis of events."""
@@ -88,8 +88,7 @@ class Corners:
 
     def _at_event(self, result: Result[Any], run: Record, t: float) -> bool:
         """Whether the corner is that of a law which switches here, or of the start or the end of the run."""
-        sizes, starts = result.trajectory.sizes, result.trajectory.times
-        near = _EVENT * sizes[max(int(starts.searchsorted(t)) - 1, 0)]
+        near = _EVENT * max(spans(result, np.array([t]), before)[0] for before in (True, False))
         return bool((np.abs(np.array([run.start, run.end, *run.instants.times]) - t) <= near).any())
 
 

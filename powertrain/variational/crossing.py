@@ -36,7 +36,7 @@ from powertrain.variational.saltation import Saltation, SaltationMap, row_of
 from powertrain.variational.transitions import VariationalRates
 
 Matrix = NDArray[np.float64]
-_BESIDE = 1e-4
+_BESIDE = 1e-5
 """Derivatives at an instant are extrapolated from this share of a step beside it and twice that: |w| has its corner at w = 0."""
 _EQUAL = 1e-6
 """Instants whose derivatives differ by more than this share are different ones."""
@@ -111,6 +111,18 @@ class Crossed:
     right_rates: Matrix
 
 
+@dataclass(frozen=True)
+class Meets:
+    """The events of a run: rates on both sides, derivatives of what may cause them as it is before them, and two samples there."""
+
+    run: Record
+    before: list[Side]
+    after: list[Side]
+    causes: Slopes
+    near: Samples
+    far: Samples
+
+
 class Crossing:
     """Second derivatives at the events of one model's runs. Serves one thread."""
 
@@ -119,12 +131,11 @@ class Crossing:
         self.causes = Curvature(saltation.system, saltation.asked)
         self.speeds = Curvature(saltation.system, column([law.w for law in saltation.sticking]))
 
-    def event(
-        self, run: Record, k: int, jump: SaltationMap, before: Side, after: Side, weights: Array, s: Matrix, q: Matrix
-    ) -> Crossed:
+    def event(self, meets: Meets, k: int, jump: SaltationMap, weights: Array, s: Matrix, q: Matrix) -> Crossed:
         """Event k, for tangents ``s`` before and the adjoint ``weights`` after it."""
+        before, after, run = meets.before[k], meets.after[k], meets.run
         n, (r_s, r_q, r_t) = self.saltation.system.size, jump.across
-        instant, instant_bent = self._instant(run, k, jump, before, s, q)
+        instant, instant_bent = self._instant(meets, k, jump, s, q)
         left = s + np.outer(before.f, instant)
         right = np.outer(r_t, instant) + r_s @ left + r_q @ q
         left_rates, right_rates = before.along(instant, left, q), after.along(instant, right, q)
@@ -136,29 +147,39 @@ class Crossing:
             bent += self.saltation.mapping.bent(run.p, jump.rounds, weights[:n], along)
         return Crossed(bent, instant, instant_bent, left, left_rates, right, right_rates)
 
-    def _instant(
-        self, run: Record, k: int, jump: SaltationMap, before: Side, s: Matrix, q: Matrix
-    ) -> tuple[Array, Matrix]:
+    def meets(self, result: Result[Any], run: Record) -> Meets:
+        """What second derivatives need of the events of a run, but for the tangents."""
+        flow, times = self.saltation.flow, run.instants.times
+        before, after = (sides(flow, result, run, before=b) for b in (True, False))
+        near, far = (edge(result, times, True, share) for share in (_BESIDE, 2.0 * _BESIDE))
+        return Meets(run, before, after, beside(self.saltation.before, result, run.p, times, True), near, far)
+
+    def _instant(self, meets: Meets, k: int, jump: SaltationMap, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
         """D and D2, of all laws that cause the event the same."""
-        found = [self._moves(run, k, shift, before, s, q) for shift in jump.moved or jump.shifts[:1] if not shift.flat]
+        causes = [shift for shift in jump.moved or jump.shifts[:1] if not shift.flat]
+        found = [self._moves(meets, k, shift, s, q) for shift in causes]
         if not found:
             return np.zeros(s.shape[1]), np.zeros((s.shape[1], s.shape[1]))
         for other in found[1:]:
             _refuse_apart(jump, found[0], other)
         return found[0]
 
-    def _moves(self, run: Record, k: int, shift: Shift, before: Side, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
+    def _moves(self, meets: Meets, k: int, shift: Shift, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
         """D and D2 by one law."""
-        n, count = len(shift.s), s.shape[1]
-        instant = shift.s @ s[:n] + shift.q @ q
-        if shift.row < 0:
-            return instant, np.zeros((count, count))
+        n, before, j, slopes = len(shift.s), meets.before[k], shift.row, meets.causes
+        if j < 0:
+            return shift.s @ s[:n] + shift.q @ q, np.zeros((s.shape[1], s.shape[1]))
+        on_s, on_q, factor = slopes.s[k, j], slopes.q[k, j], 1.0
+        if j < len(self.saltation.indicators):
+            factor = -1.0 / float(slopes.t[k, j] + on_s @ before.f[:n])
+        instant = factor * (on_s @ s[:n] + on_q @ q)
         left = s + np.outer(before.f, instant)
         seeds = np.zeros((1, self.causes.explicit))
-        seeds[0, shift.row] = shift.factor
-        bent = self.causes(row_of(run.instants.left, k), run.p, seeds, tangents(left[:n], q, instant))
-        weights = np.append(shift.s, np.zeros(len(s) - n))
-        return instant, bent + moved(weights, before, before.along(instant, left, q), instant)
+        seeds[0, j] = factor
+        along = tangents(left[:n], q, instant)
+        near, far = (self.causes(row_of(each, k), meets.run.p, seeds, along) for each in (meets.near, meets.far))
+        weights = np.append(factor * on_s, np.zeros(len(s) - n))
+        return instant, 2.0 * near - far + moved(weights, before, before.along(instant, left, q), instant)
 
     def caught(self, p: Array, sample: Samples, laws: Sequence[int], weights: Array, s: Matrix, q: Matrix) -> Matrix:
         """Laws that hold from an instant on at a speed of zero that no unknown changes: -B (W B)^-1 w''[V, V].

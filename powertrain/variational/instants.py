@@ -42,8 +42,7 @@ class NotDifferentiable(SimulationError):
 class Shift:
     """How the instant of an event moves: d(tau) = s S + q, by the law ``name``; ``index`` is the place of its mode.
 
-    ``row``: its indicator or instant among the expressions that may cause an event (none for knots of inputs); ``factor`` times the second
-    derivative of that is the second derivative of the instant for given motions.
+    ``row``: its indicator or instant among the expressions that may cause an event; below zero for knots of inputs.
     """
 
     name: str
@@ -51,7 +50,6 @@ class Shift:
     s: Array
     q: Array
     row: int = -1
-    factor: float = 1.0
     flat: NotDifferentiable | None = None
     """Why it has no derivative, if the event changes anything."""
 
@@ -110,7 +108,7 @@ class EventLaws:
                 h = t - float(run.instants.before.t[k])
                 flat = self._grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), h)
             slope = float(falls[j]) or -1.0
-            found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, j, -1.0 / slope, flat))
+            found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, j, flat))
         return found
 
     def _knot(self, index: int, nq: int) -> Array:

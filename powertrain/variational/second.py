@@ -22,7 +22,7 @@ from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
 from powertrain.variational.corners import Corner, Corners
-from powertrain.variational.crossing import Crossed, Crossing, Matrix, Side, beside, moved, side_of, sides
+from powertrain.variational.crossing import Crossed, Crossing, Matrix, Meets, Side, beside, moved, side_of
 from powertrain.variational.curvature import Curvature, Tangents, tangents
 from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
@@ -78,7 +78,7 @@ class SecondOrder:
         way = self._forward(result, wanted, of)
         run, reads = way.passage.run, by_place([r.boundary for r in way.passage.reads])
         events = by_place(way.passage.boundaries)
-        before, after = (sides(model.flow, result, run, before=b) for b in (True, False))
+        meets = self.crossing.meets(result, run)
         found = np.zeros((len(wanted.names), len(wanted.names)))
         weights = np.zeros(model.flow.size)
         weights[model.system.size :] = 1.0
@@ -93,7 +93,7 @@ class SecondOrder:
             for corner in way.corners.get(i, ()):
                 found += self._corner(result, run, corner, weights, way.s[i], way.q)
             for k in reversed(events.get(i, ())):
-                bent, weights = self._event(way, k, before[k], after[k], weights)
+                bent, weights = self._event(way, meets, k, weights)
                 found += bent
         return found + self._start(result, wanted, way, weights) + self._steps(way, ends)
 
@@ -141,7 +141,7 @@ class SecondOrder:
             found += self.rates(batch.samples, run.p, seeds, along)
         return found
 
-    def _event(self, way: _Way, k: int, before: Side, after: Side, weights: Array) -> tuple[Matrix, Array]:
+    def _event(self, way: _Way, meets: Meets, k: int, weights: Array) -> tuple[Matrix, Array]:
         """Of an event, and of what is read there; and the adjoint before it."""
         run, jump, n = way.passage.run, way.passage.jumps[k], self.model.system.size
         here = [r for r in way.passage.reads if r.boundary < 0 and r.reading.instant == k]
@@ -154,10 +154,11 @@ class SecondOrder:
             reached = jump.s @ s + (jump.left + jump.right) @ way.q
             found += self.crossing.caught(run.p, sample, jump.caught, weights, reached, way.q)
             uncaught = weights @ self.model.saltation.caught(run.p, sample, jump.caught)[0]
-        crossed = self.crossing.event(run, k, jump, before, after, uncaught, s, way.q)
+        crossed = self.crossing.event(meets, k, jump, uncaught, s, way.q)
         weights = weights @ jump.s
         for read in here:
-            found += self._read_moving(run, read, crossed, before if read.reading.side < 0 else after, way.q)
+            side = (meets.before if read.reading.side < 0 else meets.after)[k]
+            found += self._read_moving(run, read, crossed, side, way.q)
             weights = weights + read.reading.weight * read.s * (read.reading.side < 0)
             if jump.shifts:
                 weights[:n] += read.reading.weight * read.rate * jump.shifts[0].s
@@ -208,13 +209,20 @@ class SecondOrder:
         """Of a corner: the same s and f on both sides, other derivatives of f."""
         flow, t = self.model.flow, np.array([corner.time])
         before, after = (side_of(flow, beside(flow.partials, result, run.p, t, b), 0) for b in (True, False))
-        change = np.abs(before.s - after.s).max(initial=0.0)
+        change = np.abs(np.hstack([before.s - after.s, (before.t - after.t)[:, None], before.q - after.q]))
+        if (change <= _EQUAL * (1.0 + np.abs(before.s).max(initial=0.0))).all():
+            return np.zeros((s.shape[1], s.shape[1]))
         n, slopes = self.model.system.size, beside(self.corners.slopes, result, run.p, t, True)
         rows = list(corner.sides)
         falls = slopes.along(before.f[None, :n])[0, rows]
-        instants = -(slopes.s[0, rows] @ s[:n] + slopes.q[0, rows] @ q) / falls[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            instants = -(slopes.s[0, rows] @ s[:n] + slopes.q[0, rows] @ q) / falls[:, None]
         instant = instants[0]
-        del change
+        if not (np.abs(instants - instant) <= _EQUAL * (1.0 + np.abs(instant))).all():
+            raise NotDifferentiable(
+                f"at t = {corner.time:.9g} s the rates have two corners at once, or one that is only touched, and an unknown moves them "
+                "apart: there is no second derivative"
+            )
         left = s + np.outer(before.f, instant)
         return moved(weights, before, before.along(instant, left, q), instant) - moved(
             weights, after, after.along(instant, left, q), instant
