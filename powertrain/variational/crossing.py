@@ -67,9 +67,9 @@ class Side:
 def beside(partials: Partials, result: Result[Any], p: Array, times: Array, before: bool) -> Slopes:
     """Values and derivatives of expressions as they are before or after instants, by linear extrapolation."""
     near, far = (partials(edge(result, times, before, share), p) for share in (_BESIDE, 2.0 * _BESIDE))
-    return Slopes(
-        *(2.0 * a - b for a, b in ((getattr(near, n), getattr(far, n)) for n in ("value", "t", "s", "q", "weights")))
-    )
+    with np.errstate(invalid="ignore"):
+        value, t, s, q = (2.0 * getattr(near, n) - getattr(far, n) for n in ("value", "t", "s", "q"))
+    return Slopes(value, t, s, q, near.weights)
 
 
 def sides(flow: VariationalRates, result: Result[Any], run: Record, before: bool) -> list[Side]:

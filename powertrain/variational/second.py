@@ -95,7 +95,12 @@ class SecondOrder:
             for k in reversed(events.get(i, ())):
                 bent, weights = self._event(way, meets, k, weights)
                 found += bent
-        return found + self._start(result, wanted, way, weights) + self._steps(way, ends)
+        found += self._start(result, wanted, way, weights) + self._steps(way, ends)
+        if not np.isfinite(found).all():
+            raise NotDifferentiable(
+                "a rate, a condition or what is read has no finite second derivative on the run, such as a square root at zero"
+            )
+        return found
 
     def _forward(self, result: Result[Any], wanted: Unknowns, of: Functional) -> _Way:
         """The run, cut at its corners, and its tangents."""
@@ -149,12 +154,10 @@ class SecondOrder:
             weights = weights + read.reading.weight * read.s * (read.reading.side > 0)
         sample, s = row_of(run.instants.right, k), way.before[k]
         found = np.zeros((s.shape[1], s.shape[1]))
-        uncaught = weights
-        if jump.caught:
-            reached = jump.s @ s + (jump.left + jump.right) @ way.q
-            found += self.crossing.caught(run.p, sample, jump.caught, weights, reached, way.q)
-            uncaught = weights @ self.model.saltation.caught(run.p, sample, jump.caught)[0]
+        uncaught = weights @ self.model.saltation.caught(run.p, sample, jump.caught)[0]
         crossed = self.crossing.event(meets, k, jump, uncaught, s, way.q)
+        reached = crossed.right - np.outer(meets.after[k].f, crossed.instant)
+        found += self.crossing.caught(run.p, sample, jump.caught, weights, reached, way.q)
         weights = weights @ jump.s
         for read in here:
             side = (meets.before if read.reading.side < 0 else meets.after)[k]
@@ -230,7 +233,7 @@ class SecondOrder:
 
     def _start(self, result: Result[Any], wanted: Unknowns, way: _Way, weights: Array) -> Matrix:
         """Of the start: laws that stick from there on, and the conditions."""
-        model, run, s, n = self.model, way.passage.run, way.passage.begin, self.model.system.size
+        model, run, s, n = self.model, way.passage.run, way.passage.given, self.model.system.size
         stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
         found = self.crossing.caught(run.p, run.first, stuck, weights, s, way.q)
         weights = weights @ model.saltation.caught(run.p, run.first, stuck)[0]

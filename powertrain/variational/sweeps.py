@@ -75,6 +75,8 @@ class Passage:
     boundaries: list[int]
     reads: list[Read]
     begin: NDArray[np.float64]
+    given: NDArray[np.float64]
+    """The same before laws that stick from the start on take away what speed they have."""
 
 
 def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
@@ -86,8 +88,9 @@ def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional,
     begin[: model.system.size] = model.start.derivatives(result, run, wanted)
     stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
     caught, at_q = model.saltation.caught(run.p, run.first, stuck)
+    given = begin
     begin = caught @ begin + at_q @ wanted.chain(np.array([run.start]), after=True)[0]
-    return Passage(run, jumps, boundaries, [_read(model, result, run, r) for r in of.readings], begin)
+    return Passage(run, jumps, boundaries, [_read(model, result, run, r) for r in of.readings], begin, given)
 
 
 def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> Read:
