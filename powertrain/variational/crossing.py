@@ -136,7 +136,7 @@ class Crossing:
         before, after, run = meets.before[k], meets.after[k], meets.run
         n, (r_s, r_q, r_t) = self.saltation.system.size, jump.across
         instant, instant_bent = self._instant(meets, k, jump, s, q)
-        left = s + np.outer(before.f, instant)
+        left: Matrix = np.asarray(s + np.outer(before.f, instant), float)
         right = np.outer(r_t, instant) + r_s @ left + r_q @ q
         left_rates, right_rates = before.along(instant, left, q), after.along(instant, right, q)
         on_left = weights @ r_s
@@ -173,7 +173,7 @@ class Crossing:
         if j < len(self.saltation.indicators):
             factor = -1.0 / float(slopes.t[k, j] + on_s @ before.f[:n])
         instant = factor * (on_s @ s[:n] + on_q @ q)
-        left = s + np.outer(before.f, instant)
+        left: Matrix = np.asarray(s + np.outer(before.f, instant), float)
         seeds = np.zeros((1, self.causes.explicit))
         seeds[0, j] = factor
         along = tangents(left[:n], q, instant)

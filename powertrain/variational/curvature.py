@@ -80,6 +80,6 @@ class Curvature:
         flat = self._equations(self.system.with_seeds(samples, seeds), p)
         e_z, g = flat[:, :nz, None], flat[:, nz:].reshape(count, -1, nz).transpose(0, 2, 1)
         g_v, g_z = g[:, :, :-nz], g[:, :, -nz:]
-        multipliers = -np.linalg.solve(g_z.transpose(0, 2, 1), e_z)[:, :, 0]
-        z = -np.linalg.solve(g_z, g_v @ v)
+        multipliers: Block = np.asarray(-np.linalg.solve(g_z.transpose(0, 2, 1), e_z)[:, :, 0], float)
+        z: Block = np.asarray(-np.linalg.solve(g_z, g_v @ v), float)
         return np.concatenate([seeds, multipliers], axis=1), np.concatenate([v, z], axis=1)

@@ -226,7 +226,7 @@ class SecondOrder:
                 f"at t = {corner.time:.9g} s the rates have two corners at once, or one that is only touched, and an unknown moves them "
                 "apart: there is no second derivative"
             )
-        left = s + np.outer(before.f, instant)
+        left: Matrix = np.asarray(s + np.outer(before.f, instant), float)
         return moved(weights, before, before.along(instant, left, q), instant) - moved(
             weights, after, after.along(instant, left, q), instant
         )
