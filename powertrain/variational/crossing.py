@@ -31,13 +31,15 @@ from powertrain.signals import Samples
 from powertrain.variational.curvature import Curvature, tangents
 from powertrain.variational.instants import NotDifferentiable, Shift
 from powertrain.variational.partials import Partials, Slopes
-from powertrain.variational.record import Record, edge
+from powertrain.variational.record import Record, edge, spans
 from powertrain.variational.saltation import Saltation, SaltationMap, row_of
 from powertrain.variational.transitions import VariationalRates
 
 Matrix = NDArray[np.float64]
 _BESIDE = 1e-5
 """Derivatives at an instant are extrapolated from this share of a step beside it and twice that: |w| has its corner at w = 0."""
+_ROOM = 1e-13
+"""Distances from an instant, in s and relative to the time, below which nothing is between it and the next event."""
 _EQUAL = 1e-6
 """Instants whose derivatives differ by more than this share are different ones."""
 _ROUNDING = 1e-12
@@ -65,20 +67,31 @@ class Side:
 
 
 def beside(partials: Partials, result: Result[Any], p: Array, times: Array, before: bool) -> Slopes:
-    """Values and derivatives of expressions as they are before or after instants, by linear extrapolation."""
-    near, far = (partials(edge(result, times, before, share), p) for share in (_BESIDE, 2.0 * _BESIDE))
+    """Values and derivatives of expressions as they are before or after instants."""
+    return extrapolated(partials, p, *(edge(result, times, before, share) for share in (_BESIDE, 2.0 * _BESIDE)))
+
+
+def extrapolated(partials: Partials, p: Array, near: Samples, far: Samples) -> Slopes:
+    """Values and derivatives at instants, from two distances of which one is twice the other."""
+    one, two = partials(near, p), partials(far, p)
     with np.errstate(invalid="ignore"):
-        value, t, s, q = (2.0 * getattr(near, n) - getattr(far, n) for n in ("value", "t", "s", "q"))
-    return Slopes(value, t, s, q, near.weights)
+        value, t, s, q = (2.0 * getattr(one, n) - getattr(two, n) for n in ("value", "t", "s", "q"))
+    return Slopes(value, t, s, q, one.weights)
 
 
-def sides(flow: VariationalRates, result: Result[Any], run: Record, before: bool) -> list[Side]:
-    """The rates before or after the events of a run; after an event at its end, at the right limit."""
-    slopes = beside(flow.partials, result, run.p, run.instants.times, before)
-    found = [side_of(flow, slopes, k) for k in range(len(run.instants.times))]
-    if not before and found and run.instants.times[-1] >= run.end:
-        found[-1] = side_of(flow, flow.partials(row_of(run.instants.right, len(found) - 1), run.p), 0)
-    return found
+def beside_events(result: Result[Any], run: Record, before: bool) -> tuple[Samples, Samples]:
+    """Samples near the events of a run and twice as far; the limits themselves where another event leaves no room, or the run ends."""
+    times, limits = run.instants.times, run.instants.left if before else run.instants.right
+    room = spans(result, times, before) * _BESIDE > _ROOM * (1.0 + np.abs(times))
+    if not before:
+        room &= times < run.end
+    near, far = (edge(result, times, before, share) for share in (_BESIDE, 2.0 * _BESIDE))
+
+    def chosen(samples: Samples) -> Samples:
+        pairs = zip(samples, limits, strict=True)
+        return Samples(*(np.where(room if a.ndim == 1 else room[:, None], a, b) for a, b in pairs))
+
+    return chosen(near), chosen(far)
 
 
 def side_of(flow: VariationalRates, slopes: Slopes, k: int) -> Side:
@@ -112,15 +125,26 @@ class Crossed:
 
 
 @dataclass(frozen=True)
+class Causes:
+    """Derivatives of what may cause the events of a run, and the two samples that they are extrapolated from."""
+
+    slopes: Slopes
+    near: Samples
+    far: Samples
+
+
+@dataclass(frozen=True)
 class Meets:
-    """The events of a run: rates on both sides, derivatives of what may cause them as it is before them, and two samples there."""
+    """The events of a run: rates on both sides, and what may cause them as it is before them and as it is there.
+
+    The limits of a clutch are zero before it engages, and begin to open with the event.
+    """
 
     run: Record
     before: list[Side]
     after: list[Side]
-    causes: Slopes
-    near: Samples
-    far: Samples
+    causes: Causes
+    opening: Causes
 
 
 class Crossing:
@@ -149,10 +173,19 @@ class Crossing:
 
     def meets(self, result: Result[Any], run: Record) -> Meets:
         """What second derivatives need of the events of a run, but for the tangents."""
-        flow, times = self.saltation.flow, run.instants.times
-        before, after = (sides(flow, result, run, before=b) for b in (True, False))
-        near, far = (edge(result, times, True, share) for share in (_BESIDE, 2.0 * _BESIDE))
-        return Meets(run, before, after, beside(self.saltation.before, result, run.p, times, True), near, far)
+        left, right = (beside_events(result, run, before) for before in (True, False))
+        before, after = (self._sides(run, *samples) for samples in (left, right))
+        limits = run.instants.left, run.instants.left
+        causes, opening = (
+            Causes(extrapolated(self.saltation.before, run.p, *samples), *samples) for samples in (left, limits)
+        )
+        return Meets(run, before, after, causes, opening)
+
+    def _sides(self, run: Record, near: Samples, far: Samples) -> list[Side]:
+        """The rates on one side of all events."""
+        flow = self.saltation.flow
+        slopes = extrapolated(flow.partials, run.p, near, far)
+        return [side_of(flow, slopes, k) for k in range(len(run.instants.times))]
 
     def _instant(self, meets: Meets, k: int, jump: SaltationMap, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
         """D and D2, of all laws that cause the event the same."""
@@ -166,20 +199,34 @@ class Crossing:
 
     def _moves(self, meets: Meets, k: int, shift: Shift, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
         """D and D2 by one law."""
-        n, before, j, slopes = len(shift.s), meets.before[k], shift.row, meets.causes
+        n, before, j = len(shift.s), meets.before[k], shift.row
         if j < 0:
             return shift.s @ s[:n] + shift.q @ q, np.zeros((s.shape[1], s.shape[1]))
-        on_s, on_q, factor = slopes.s[k, j], slopes.q[k, j], 1.0
+        causes, factor = meets.causes, 1.0
         if j < len(self.saltation.indicators):
-            factor = -1.0 / float(slopes.t[k, j] + on_s @ before.f[:n])
+            causes, fall = self._falling(meets, k, j)
+            factor = -1.0 / fall
+        on_s, on_q = causes.slopes.s[k, j], causes.slopes.q[k, j]
         instant = factor * (on_s @ s[:n] + on_q @ q)
         left: Matrix = np.asarray(s + np.outer(before.f, instant), float)
         seeds = np.zeros((1, self.causes.explicit))
         seeds[0, j] = factor
         along = tangents(left[:n], q, instant)
-        near, far = (self.causes(row_of(each, k), meets.run.p, seeds, along) for each in (meets.near, meets.far))
+        near, far = (self.causes(row_of(each, k), meets.run.p, seeds, along) for each in (causes.near, causes.far))
         weights = np.append(factor * on_s, np.zeros(len(s) - n))
         return instant, 2.0 * near - far + moved(weights, before, before.along(instant, left, q), instant)
+
+    def _falling(self, meets: Meets, k: int, j: int) -> tuple[Causes, float]:
+        """An indicator as it is before the event if it falls there, else as it begins to fall with it; and its rate."""
+        n = self.saltation.system.size
+        for causes in (meets.causes, meets.opening):
+            fall = float(causes.slopes.t[k, j] + causes.slopes.s[k, j] @ meets.before[k].f[:n])
+            if fall < 0.0:
+                return causes, fall
+        name, t = self.saltation.indicators[j].law.name, float(meets.run.instants.times[k])
+        raise NotDifferentiable(
+            f"at t = {t:.9g} s {name} switches without falling through zero: there is no second derivative"
+        )
 
     def caught(self, p: Array, sample: Samples, laws: Sequence[int], weights: Array, s: Matrix, q: Matrix) -> Matrix:
         """Laws that hold from an instant on at a speed of zero that no unknown changes: -B (W B)^-1 w''[V, V].

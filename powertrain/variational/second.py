@@ -36,6 +36,7 @@ from powertrain.variational.unknowns import Unknowns
 _STATIONARY = 1e-3
 """An extremum between events lies nearer than this share of a step to where the rate of the signal is zero."""
 _EQUAL = 1e-6
+_ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True)
@@ -218,8 +219,11 @@ class SecondOrder:
         n, slopes = self.model.system.size, beside(self.corners.slopes, result, run.p, t, True)
         rows = list(corner.sides)
         falls = slopes.along(before.f[None, :n])[0, rows]
+        on_s, on_q = slopes.s[0, rows], slopes.q[0, rows]
+        moves, terms = on_s @ s[:n] + on_q @ q, np.abs(on_s) @ np.abs(s[:n]) + np.abs(on_q) @ np.abs(q)
+        fixed = np.abs(moves) <= _ROUND_OFF * terms  # such as those at a corner of a signal of time
         with np.errstate(divide="ignore", invalid="ignore"):
-            instants = -(slopes.s[0, rows] @ s[:n] + slopes.q[0, rows] @ q) / falls[:, None]
+            instants = np.where(fixed, 0.0, -moves / falls[:, None])
         instant = instants[0]
         if not (np.abs(instants - instant) <= _EQUAL * (1.0 + np.abs(instant))).all():
             raise NotDifferentiable(
