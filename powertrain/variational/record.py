@@ -152,8 +152,9 @@ def spans(result: Result[Any], times: Array, before: bool) -> Array:
     """The longest of the few steps before or after instants, in s, up to the next event: the one that ends at an event may be tiny."""
     trajectory = result.trajectory
     starts, row = trajectory.times, trajectory.mode_of_step
-    changes = starts[1:][row[1:] != row[:-1]]
-    bounds = np.unique([trajectory.start, trajectory.end, *changes, *(i.time for i in trajectory.instants)])
+    changes, told = starts[1:][row[1:] != row[:-1]], np.array([i.time for i in trajectory.instants])
+    apart = np.abs(changes[:, None] - told).min(axis=1, initial=np.inf) > _LATE * (1.0 + np.abs(changes))
+    bounds = np.unique([trajectory.start, trajectory.end, *changes[apart], *told])
     side: Literal["left", "right"] = "left" if before else "right"
     place = bounds.searchsorted(times, side=side)
     room = times - bounds[np.maximum(place - 1, 0)] if before else bounds[np.minimum(place, len(bounds) - 1)] - times
