@@ -13,6 +13,7 @@ from test_gradients_of_runs import random_plant
 import powertrain as pt
 from powertrain.components.blocks import Constant
 from powertrain.components.rotational import Clutch, Damper, Fixed, Inertia
+from powertrain.vehicles.manual_car import ManualCar
 
 
 class Decay(pt.Component):
@@ -218,8 +219,10 @@ class Tabled(pt.Component):
         yield pt.der(self.y) == TABLE(self.y, self.x)
 
 
-def test_a_linear_map_with_two_axes() -> None:
-    assert_as_differences(Tabled(), "x", ["a", "x", "y"], 1e-9, stop=1.0)
+def test_a_map_by_differences_of_gradients() -> None:
+    """CasADi has no second derivatives of maps."""
+    assert_as_differences(Tabled(), "x", ["a", "x", "y"], 1e-7, stop=1.0)
+    assert pt.hessian(Tabled(), "x", ["a", "x"], stop=1.0).attrs["asymmetry"] < 1e-7
 
 
 def test_a_clutch_whose_friction_falls_with_speed() -> None:
@@ -230,6 +233,13 @@ def test_a_clutch_whose_friction_falls_with_speed() -> None:
     assert_as_differences(
         Engaging(clutch=clutch), "load.w", names, 1e-3, share=5e-3, stop=0.3, starts=STARTS, inputs=inputs
     )
+
+
+@pytest.mark.slow
+def test_a_car_through_a_shift() -> None:
+    """A clutch that opens and closes, synchronisers, limits that open with their event, corners of signals of time."""
+    names = ["body.m", "body.Cd"]
+    assert_as_differences(ManualCar(), "engine.fuel", names, 1e-5, stop=20.0, rtol=1e-10, atol=1e-12)
 
 
 def test_random_drivelines() -> None:

@@ -1,4 +1,4 @@
-"""Where the derivatives of rates jump although the rates do not: corners of |w|, of the larger of two values, and of linear tables.
+"""Where the derivatives of rates jump although the rates do not: corners of |w| and of the larger of two values.
 
 First derivatives of a run pass a corner unchanged. Second derivatives jump there, so a corner that the run passes is an instant like an
 event. ``side`` is zero at a corner; the instant follows from it as that of an event from its indicator.
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from powertrain.compiler.operations import nodes_of, operands, operation
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.lookup import table_of
 from powertrain.result import Result
 from powertrain.variational.many import Many
 from powertrain.variational.partials import Partials, System
@@ -101,8 +100,4 @@ def _sides(expressions: Symbol) -> list[Symbol]:
             found.append(inner[0])
         elif code in (ca.OP_FMIN, ca.OP_FMAX, ca.OP_LT, ca.OP_LE):
             found.append(inner[1] - inner[0])
-        elif node.is_output():
-            table, _ = table_of(node.dep(0).which_function())
-            axes = zip(table.points, inner, strict=False) if table is not None else ()
-            found += [x - point for points, x in axes for point in points[1:-1]]
     return found

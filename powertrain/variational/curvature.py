@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
-from powertrain.variational.bilinear import twice_differentiable
 from powertrain.variational.many import Many
 from powertrain.variational.partials import Block, System
 
@@ -49,7 +48,6 @@ class Curvature:
         self.explicit, self.implicit = expressions.numel(), dae.z.numel()
         outer = ca.vertcat(dae.t, system.moving, system.free)
         every, rows = ca.vertcat(outer, dae.z), ca.vertcat(expressions, dae.residual)
-        rows = twice_differentiable(rows, ca.vertcat(*system.inputs))
         seed, direction = Symbol.sym("seed", rows.numel()), Symbol.sym("direction", every.numel())
         slope = ca.jtimes(rows, every, seed, True)
         along = ca.jtimes(slope, every, direction)
