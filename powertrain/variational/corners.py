@@ -6,7 +6,9 @@ event. ``side`` is zero at a corner; the instant follows from it as that of an e
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -15,14 +17,14 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.operations import nodes_of, operands, operation
 from powertrain.language.symbols import Symbol, column
+from powertrain.modes.tolerances import INTEGRATED
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
+from powertrain.signals import Samples
 from powertrain.variational.many import Many
 from powertrain.variational.partials import Partials, System
 from powertrain.variational.record import POINTS, Record, edge, spans
 
-_NOISE = 2e-10
-"""Sides below this are zero: the hysteresis of events."""
 _HALVINGS = 50
 _EVENT = 2e-4
 """Corners within this share of a step of an event belong to that: |w| where a clutch sticks."""
@@ -52,14 +54,15 @@ class Corners:
         if not self.found.numel():
             return []
         steps, count = run.steps, len(run.steps.times)
-        begins = self._values(edge(result, steps.times, before=False), run.p)
-        inside = self._values(steps.samples, run.p).reshape(count, len(POINTS), -1)
-        values = np.concatenate([begins[:, None], inside], axis=1)
-        clear = np.maximum(np.abs(values[:, 1:]), np.abs(values[:, :-1])) > _NOISE
-        step, point, side = np.nonzero(((values[:, 1:] > 0.0) != (values[:, :-1] > 0.0)) & clear)
+        begins = self._known(edge(result, steps.times, before=False), run.p)
+        inside = self._known(steps.samples, run.p).reshape(count, len(POINTS), -1)
+        values = np.concatenate([begins[:, None], inside], axis=1).reshape(-1, begins.shape[1])
         shares = np.append(0.0, POINTS)
-        low, high = (steps.times[step] + steps.durations[step] * shares[point + k] for k in (0, 1))
-        times = self._zeros(result, run.p, side, low, high, values[step, point, side] > 0.0)
+        at = (steps.times[:, None] + steps.durations[:, None] * shares).ravel()
+        changes = [(j, *change) for j in range(values.shape[1]) for change in _changes(values[:, j])]
+        side, last, first = np.array(changes, dtype=np.int64).reshape(-1, 3).T
+        low, high = at[last], at[first]
+        times = self._zeros(result, run.p, side, low, high, values[last, side] > 0.0)
         found: list[Corner] = []
         for t, j in sorted(zip(times.tolist(), side.tolist(), strict=True)):
             if found and t - found[-1].time <= _SAME * (1.0 + abs(t)):
@@ -67,6 +70,11 @@ class Corners:
             elif not self._at_event(result, run, t):
                 found.append(Corner(t, (j,)))
         return found
+
+    def _known(self, samples: Samples, p: Array) -> NDArray[np.float64]:
+        """The sides over how well they are known, as far as the states are."""
+        slopes = self.slopes(samples, p)
+        return np.asarray(slopes.value / (INTEGRATED * np.maximum(np.abs(slopes.s).sum(axis=2), 1.0)), float)
 
     def _zeros(
         self,
@@ -89,6 +97,16 @@ class Corners:
         """Whether the corner is that of a law which switches here, or of the start or the end of the run."""
         near = _EVENT * max(spans(result, np.array([t]), before)[0] for before in (True, False))
         return bool((np.abs(np.array([run.start, run.end, *run.instants.times]) - t) <= near).any())
+
+
+def _changes(values: Array) -> Iterator[tuple[int, int]]:
+    """The samples before and after which a side changes its sign; what stays below the accuracy of the integration, here one, has none."""
+    starts = np.append(0, np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0)) + 1)
+    clear = np.flatnonzero(np.maximum.reduceat(np.abs(values), starts) > 1.0)
+    ends = np.append(starts[1:], len(values)) - 1
+    for one, other in pairwise(clear):
+        if (other - one) % 2:
+            yield int(ends[one]), int(starts[other])
 
 
 def _sides(expressions: Symbol) -> list[Symbol]:

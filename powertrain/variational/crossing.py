@@ -79,12 +79,17 @@ def extrapolated(partials: Partials, p: Array, near: Samples, far: Samples) -> S
     return Slopes(value, t, s, q, one.weights)
 
 
-def beside_events(result: Result[Any], run: Record, before: bool) -> tuple[Samples, Samples]:
-    """Samples near the events of a run and twice as far; the limits themselves where another event leaves no room, or the run ends."""
-    times, limits = run.instants.times, run.instants.left if before else run.instants.right
+def has_room(result: Result[Any], run: Record, before: bool) -> NDArray[np.bool_]:
+    """Where something is between an event and the one before or after it, or the end of the run."""
+    times = run.instants.times
     room = spans(result, times, before) * _BESIDE > _ROOM * (1.0 + np.abs(times))
-    if not before:
-        room &= times < run.end
+    return np.asarray(room & (before | (times < run.end)))
+
+
+def beside_events(result: Result[Any], run: Record, before: bool) -> tuple[Samples, Samples]:
+    """Samples near the events of a run and twice as far; the limits themselves where there is no room."""
+    times, limits = run.instants.times, run.instants.left if before else run.instants.right
+    room = has_room(result, run, before)
     near, far = (edge(result, times, before, share) for share in (_BESIDE, 2.0 * _BESIDE))
 
     def chosen(samples: Samples) -> Samples:
@@ -175,6 +180,10 @@ class Crossing:
         """What second derivatives need of the events of a run, but for the tangents."""
         left, right = (beside_events(result, run, before) for before in (True, False))
         before, after = (self._sides(run, *samples) for samples in (left, right))
+        for k in (
+            np.flatnonzero(~has_room(result, run, before=True)[1:]) + 1
+        ):  # events that follow at once share what is between them
+            before[k] = after[k - 1]
         limits = run.instants.left, run.instants.left
         causes, opening = (
             Causes(extrapolated(self.saltation.before, run.p, *samples), *samples) for samples in (left, limits)
