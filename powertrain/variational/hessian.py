@@ -32,8 +32,9 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
 
     One run, the tangents of its states for all unknowns (forward) and the adjoint of the result (backward) give the second derivatives of
     all steps and of all events, which are summed: the curvature of the motion of events, of resets and impacts, of laws that stick, and of
-    corners such as those of a friction curve. They are as accurate as the run. Where the model looks up maps, they are central differences
-    of gradients instead, of 2 n further runs for n unknowns.
+    corners such as those of a friction curve. They are as accurate as the run, but for corners that it passes twice within a step;
+    ``max_step`` makes these rarer. Where the model looks up maps, they are central differences of gradients, of 2 n further runs for n
+    unknowns.
 
     Parameters
     ----------
