@@ -56,7 +56,8 @@ ORDER = [
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient function",
     "variational: record unknowns objectives many partials",
-    "variational: functional transitions mapping instants simultaneous saltation begin sweeps gradients floquet indices hessian",
+    "variational: functional transitions instants curvature corners mapping simultaneous saltation begin crossing sweeps second "
+    "gradients floquet indices differences hessian",
     "optimal: rounding dynamics experiment fitting phases planning scheduling pareto",
     "vibration: eigenvectors energies operating_line order_map order_response",
     "vibration: eigenmodes tracking campbell",

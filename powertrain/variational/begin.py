@@ -2,11 +2,14 @@
 
     c(t, s, z, p) = value,   0 = g(t, s, z, p),   d = d(t, p)   =>   c_x X + c_d D + c_p P = V
 
-States that no condition reaches keep their values.
+States that no condition reaches keep their values. Second derivatives follow by differentiating once more,
+
+    c_x X2 + c_d D2 + c''[V, V] = 0   for the tangents V = (X, D, P).
 """
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -16,9 +19,11 @@ from numpy.typing import NDArray
 from powertrain.errors import ParameterError
 from powertrain.initialization.conditions import discretes_of
 from powertrain.language.symbols import column
+from powertrain.numerics.buffers import Array
 from powertrain.result import Result
+from powertrain.variational.curvature import Curvature, Tangents
 from powertrain.variational.instants import NotDifferentiable
-from powertrain.variational.partials import Partials, System
+from powertrain.variational.partials import Block, Partials, System
 from powertrain.variational.record import Record
 from powertrain.variational.unknowns import Unknowns
 
@@ -31,10 +36,16 @@ class Start:
             raise ParameterError("the result was pickled and has lost its initial equations; simulate again")
         dae = system.dae
         self.system, self.labels = system, tuple(a.label for a in result.report.solved)
-        self.conditions = Partials(system, column([a.expression for a in result.report.solved]))
+        self.solved = column([a.expression for a in result.report.solved])
+        self.conditions = Partials(system, self.solved)
         self.discretes = discretes_of(result.compiled)
         slopes = ca.densify(ca.jacobian(self.discretes.values, system.free))
         self.given = ca.Function("powertrain_given", [dae.t, dae.m, dae.p], [slopes])
+
+    @cached_property
+    def curvatures(self) -> tuple[Curvature, Curvature]:
+        """Those of the conditions and of the given discrete variables."""
+        return Curvature(self.system, self.solved), Curvature(self.system, self.discretes.values)
 
     def derivatives(self, result: Result[Any], run: Record, wanted: Unknowns) -> NDArray[np.float64]:
         """ds/d(unknowns) at the start of a run."""
@@ -67,6 +78,18 @@ class Start:
                 right[labels.index(name), j] += 1.0
         matrix = np.vstack([slopes.s[0, :, :n], kept])
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], np.float64)
+
+    def bent(self, result: Result[Any], run: Record, wanted: Unknowns, weights: Array, along: Tangents) -> Block:
+        """What weights of s make of its second derivatives at the start."""
+        n, held, slopes = self.system.states, self.system.discretes, self.conditions(run.first, run.p)
+        matrix = np.vstack([slopes.s[0, :, :n], np.eye(n)[list(result.report.open)].reshape(-1, n)])
+        on_conditions = (weights[:n] @ np.linalg.pinv(matrix))[: len(self.labels)]
+        on_discretes = weights[n:] - on_conditions @ slopes.s[0, :, n:]
+        varied = {self.discretes.places[name] for name in wanted.starts if name in self.discretes.places}
+        given = [0.0 if place in varied else on_discretes[held.index(place)] for place in self.discretes.given]
+        conditions, discretes = self.curvatures
+        seeds = np.array(given).reshape(1, -1)
+        return conditions(run.first, run.p, -on_conditions[None], along) + discretes(run.first, run.p, seeds, along)
 
 
 def _refuse_jump(result: Result[Any], run: Record) -> None:

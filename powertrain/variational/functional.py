@@ -87,8 +87,8 @@ def _read(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[floa
         raise ParameterError(
             f"of: t = {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
-    value, weights = weights_of(term, _values(result, picked, Samples(*trajectory.at(times, with_events=False))))
-    return value, [Reading(t, k, w) for t, w in zip(times.tolist(), weights.tolist(), strict=True)]
+    value, weights, bend = weights_of(term, _values(result, picked, Samples(*trajectory.at(times, with_events=False))))
+    return value, [Reading(t, k, w, bend=bend) for t, w in zip(times.tolist(), weights.tolist(), strict=True)]
 
 
 def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
@@ -114,7 +114,8 @@ def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[
         values = sign * _values(result, picked, samples)
         j = int(values.argmax())
         if not values[j] <= best + (1e-12 * (1.0 + abs(best)) if best > -np.inf else 0.0):
-            best, where = float(values[j]), Reading(float(times[j]), k, term.factor)
+            turning = trajectory.start < times[j] < trajectory.end
+            best, where = float(values[j]), Reading(float(times[j]), k, term.factor, turning=turning)
         elif where.instant >= 0:
             break
         low, high = times[max(j - 1, 0)], times[min(j + 1, len(times) - 1)]

@@ -144,7 +144,7 @@ def gradient(
     would remove (grazing), or laws that switch together where the derivatives of both orders differ by more than 2 %.
     """
     wanted, number = _asked(result, wrt), functional(result, objective(of))
-    model = _model(result, wanted, number)
+    model = model_of(result, wanted, number)
     way = passage(model, result, wanted, number, np.zeros(0))
     many = len(wanted.names) > _FEW
     found = adjoint(model, wanted, way) if many else forward(model, wanted, way, keep=False)[0]
@@ -229,7 +229,7 @@ def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknown
             f"times: {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
     of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, tuple(p.label for p in picked))
-    model = _model(result, wanted, of)
+    model = model_of(result, wanted, of)
     way = passage(model, result, wanted, of, times)
     kept = forward(model, wanted, way, keep=True)[1]
     boundaries = way.run.steps.times.searchsorted(times, side="left")
@@ -250,7 +250,7 @@ def _asked(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
 _models: WeakKeyDictionary[Signals, dict[Any, Model]] = WeakKeyDictionary()
 
 
-def _model(result: Result[Any], wanted: Unknowns, of: Functional) -> Model:
+def model_of(result: Result[Any], wanted: Unknowns, of: Functional) -> Model:
     """The functions for this choice, built once for a compiled model and a few choices."""
     known = _models.setdefault(signals_of(result.compiled), {})
     conditions = tuple(a.label for a in result.report.solved) if hasattr(result.report, "solved") else ()

@@ -40,12 +40,16 @@ class NotDifferentiable(SimulationError):
 
 @dataclass(frozen=True)
 class Shift:
-    """How the instant of an event moves: d(tau) = s S + q, by the law ``name``; ``index`` is the place of its mode."""
+    """How the instant of an event moves: d(tau) = s S + q, by the law ``name``; ``index`` is the place of its mode.
+
+    ``row``: its indicator or instant among the expressions that may cause an event; below zero for knots of inputs.
+    """
 
     name: str
     index: int
     s: Array
     q: Array
+    row: int = -1
     flat: NotDifferentiable | None = None
     """Why it has no derivative, if the event changes anything."""
 
@@ -67,7 +71,7 @@ class EventLaws:
         t, left, right = float(run.instants.times[k]), run.instants.left.m[k], run.instants.right.m[k]
         near, count, nq = _SAME_TIME * max(1.0, abs(t)), len(self.indicators), slopes.q.shape[1]
         found = [
-            Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j])
+            Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j], count + j)
             for j, law in enumerate(self.timed)
             if abs(slopes.value[count + j] - t) <= near
             and (isinstance(law, When) or left[law.index] != right[law.index])
@@ -104,7 +108,7 @@ class EventLaws:
                 h = t - float(run.instants.before.t[k])
                 flat = self._grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), h)
             slope = float(falls[j]) or -1.0
-            found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, flat))
+            found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, j, flat))
         return found
 
     def _knot(self, index: int, nq: int) -> Array:

@@ -14,28 +14,48 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import When
 from powertrain.language.symbols import column
 from powertrain.modes.resolve import REST_SPEED
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
-from powertrain.variational.partials import Partials, Slopes, System
+from powertrain.variational.curvature import Curvature, Tangents
+from powertrain.variational.partials import Block, Partials, System
 from powertrain.variational.record import Record
 
 _ROUNDS = 20
 
 
+@dataclass(frozen=True)
+class Round:
+    """One round of resets or impacts: the map s -> e(t, s, q) of some entries of s, the others staying as they are.
+
+    ``before`` are the derivatives of s before the round with respect to t, s and q before the event, ``s`` is that of s after the round
+    with respect to s before it; ``assigned`` tells which of the expressions goes where; ``impact``: the contacts struck, and which bounce.
+    """
+
+    sample: Samples
+    before: tuple[Array, Block, Block]
+    s: Block
+    assigned: dict[int, int]
+    impact: tuple[tuple[int, ...], tuple[bool, ...]] | None = None
+
+
 @dataclass
-class _Carried:
+class Carried:
     """s after some rounds, and its derivatives with respect to t, s and q before the event."""
 
     x: Array
     m: Array
     t: Array
-    s: NDArray[np.float64]
-    q: NDArray[np.float64]
+    s: Block
+    q: Block
+    rounds: list[Round]
+
+    def follow(self, t: Array, s: Block, q: Block) -> None:
+        """One more round with these derivatives."""
+        self.t, self.s, self.q = s @ self.t + t, s @ self.s, s @ self.q + q
 
 
 class Mapping:
@@ -44,12 +64,14 @@ class Mapping:
     def __init__(self, system: System) -> None:
         dae = system.dae
         self.system, self.dae = system, dae
-        self.resets = Partials(system, column([r.value for w in dae.whens for r in w.resets])) if dae.whens else None
+        self.values = column([r.value for w in dae.whens for r in w.resets])
+        self.resets = Partials(system, self.values) if dae.whens else None
         self.contact_values = self._contacts() if dae.contacts else None
         combined = [w for w in dae.whens if w.relations]
         conditions = ca.densify(column([w.g for w in combined]))
         self.combined = [w.index for w in combined]
         self.conditions = ca.Function("powertrain_combined", [*system.inputs], [conditions])
+        self._curvatures: dict[object, Curvature] = {}
 
     def _contacts(self) -> Partials:
         """Speeds, restitutions, and the responses to impulses."""
@@ -57,14 +79,12 @@ class Mapping:
         parts = [c.speed for c in dae.contacts] + [c.restitution for c in dae.contacts]
         return Partials(self.system, column([*parts, ca.vec(dae.impact_x), ca.vec(dae.impact_a)]))
 
-    def map(
-        self, run: Record, k: int, fired: set[int]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], Array] | None:
-        """R_s, R_q and R_t at event k, where laws with modes at ``fired`` started it; None where the run went another way."""
+    def map(self, run: Record, k: int, fired: set[int]) -> Carried | None:
+        """R and its derivatives at event k, where laws with modes at ``fired`` started it; None where the run went another way."""
         events, n, nd = run.instants, self.system.states, len(self.system.discretes)
         left_m, right_m = events.left.m[k], events.right.m[k]
         size, nq = n + nd, self.system.free.numel()
-        now = _Carried(events.left.x[k].copy(), left_m.copy(), np.zeros(size), np.eye(size), np.zeros((size, nq)))
+        now = Carried(events.left.x[k].copy(), left_m.copy(), np.zeros(size), np.eye(size), np.zeros((size, nq)), [])
         fired = fired | self._combined(run, k, fired)
         rising = [w for w in self.dae.whens if left_m[w.index] < 0.5 and (w.index in fired or right_m[w.index] > 0.5)]
         rounds = [[w for w in rising if w.index in fired], [w for w in rising if w.index not in fired]]
@@ -80,9 +100,35 @@ class Mapping:
         found = np.concatenate([events.right.x[k], right_m[self.system.discretes]])
         if _differ(reached, found).any():
             return None
-        return now.s, now.q, now.t
+        return now
 
-    def _following(self, run: Record, k: int, now: _Carried, done: Sequence[When]) -> list[When]:
+    def bent(self, p: Array, rounds: Sequence[Round], weights: Array, along: Tangents) -> Block:
+        """(w^T R)''[V, V]: the sum over the rounds, each with the weights behind it and the tangents before it."""
+        count = along.s.shape[2]
+        found = np.zeros((count, count))
+        for each in reversed(rounds):
+            curvature = self._curvature(each)
+            seeds = np.zeros((1, curvature.explicit))
+            seeds[0, list(each.assigned.values())] = weights[list(each.assigned)]
+            t, s, q = each.before
+            moved = t[:, None] * along.t + s @ along.s + q @ along.q
+            found += curvature(each.sample, p, seeds, Tangents(along.t, moved, along.q))
+            weights = weights @ each.s
+        return found
+
+    def _curvature(self, of: Round) -> Curvature:
+        """That of the values of the resets, or of x + X j for the contacts struck, of which some bounce."""
+        if of.impact not in self._curvatures:
+            values, dae = self.values, self.dae
+            if of.impact is not None:
+                struck, bounces = list(of.impact[0]), of.impact[1]
+                laws = [dae.contacts[j] for j in struck]
+                speeds = [(1 + c.restitution if b else 1) * c.speed for c, b in zip(laws, bounces, strict=True)]
+                values = dae.x - dae.impact_x[:, struck] @ ca.solve(dae.impact_a[struck, struck], column(speeds))
+            self._curvatures[of.impact] = Curvature(self.system, values)
+        return self._curvatures[of.impact]
+
+    def _following(self, run: Record, k: int, now: Carried, done: Sequence[When]) -> list[When]:
         """Laws that what was reset before has set off, and that are over again at the right: their resets are what was found there."""
         if self.resets is None:
             return []
@@ -107,30 +153,35 @@ class Mapping:
         values = self.conditions(left.t[k], left.x[k], left.z[k], m, run.p)
         return {i for i, g in zip(self.combined, np.array(values).ravel(), strict=True) if turned and g > 0.0}
 
-    def _sample(self, run: Record, k: int, now: _Carried) -> Samples:
+    def _sample(self, run: Record, k: int, now: Carried) -> Samples:
         left = run.instants.left
-        return Samples(left.t[k : k + 1], now.x[None], left.z[k : k + 1], now.m[None])
+        return Samples(left.t[k : k + 1], now.x[None].copy(), left.z[k : k + 1], now.m[None].copy())
 
-    def _reset(self, run: Record, k: int, now: _Carried, whens: Sequence[When]) -> None:
+    def _reset(self, run: Record, k: int, now: Carried, whens: Sequence[When]) -> None:
         """All right sides with the values before."""
         assert self.resets is not None
-        slopes = self.resets(self._sample(run, k, now), run.p)
-        old = (now.t.copy(), now.s.copy(), now.q.copy())
-        first = 0
+        sample = self._sample(run, k, now)
+        slopes = self.resets(sample, run.p)
+        t, s, q = np.zeros_like(now.t), np.eye(len(now.t)), np.zeros_like(now.q)
+        first, assigned = 0, dict[int, int]()
         for when in self.dae.whens:
             for j, reset in enumerate(when.resets, first):
                 if when not in whens:
                     continue
                 row = self.system.states + self.system.discretes.index(reset.index) if reset.discrete else reset.index
                 (now.m if reset.discrete else now.x)[reset.index] = slopes.value[0, j]
-                now.t[row], now.s[row], now.q[row] = _chain(slopes, j, *old)
+                t[row], s[row], q[row] = slopes.t[0, j], slopes.s[0, j], slopes.q[0, j]
+                assigned[row] = j
             first += len(when.resets)
+        now.rounds.append(Round(sample, (now.t, now.s, now.q), s, assigned))
+        now.follow(t, s, q)
         for when in whens:
             now.m[when.index] = 1.0
 
-    def _impact(self, run: Record, k: int, now: _Carried, struck: list[int]) -> None:
+    def _impact(self, run: Record, k: int, now: Carried, struck: list[int]) -> None:
         assert self.contact_values is not None
-        slopes = self.contact_values(self._sample(run, k, now), run.p)
+        sample = self._sample(run, k, now)
+        slopes = self.contact_values(sample, run.p)
         n, count = self.system.states, len(self.dae.contacts)
         closed = [j for j, c in enumerate(self.dae.contacts) if now.m[c.index] and slopes.value[0, j] < 0.0]
         struck = [*struck, *(j for j in closed if j not in struck)]
@@ -141,31 +192,24 @@ class Mapping:
         bounces = -value[e] * value[v] >= REST_SPEED
         factor = 1.0 + np.where(bounces, value[e], 0.0)
         impulse = np.linalg.solve(value[on_a], -factor * value[v])
-        old = (now.t.copy(), now.s.copy(), now.q.copy())
-        changes = [_chain(slopes, j, *old) for j in range(slopes.value.shape[1])]
 
-        def effect(pick: int) -> NDArray[np.float64]:
+        def effect(d: Block) -> Block:
             """The change of the states by the change of all values, for t, s or q."""
-            d = np.array([np.atleast_1d(c[pick]) for c in changes])
             uneven = np.einsum("ijv,j->iv", d[on_a], impulse)
             turned = factor[:, None] * d[v] + (bounces * value[v])[:, None] * d[e]
             d_impulse = -np.linalg.solve(value[on_a], uneven + turned)
             return np.asarray(np.einsum("ijv,j->iv", d[on_x], impulse) + value[on_x] @ d_impulse)
 
-        now.t[:n] += effect(0)[:, 0]
-        now.s[:n] += effect(1)
-        now.q[:n] += effect(2)
+        t, s, q = np.zeros_like(now.t), np.eye(len(now.t)), np.zeros_like(now.q)
+        t[:n] = effect(slopes.t[0][:, None])[:, 0]
+        s[:n] += effect(slopes.s[0])
+        q[:n] = effect(slopes.q[0])
+        pattern = tuple(struck), tuple(bounces.tolist())
+        now.rounds.append(Round(sample, (now.t, now.s, now.q), s, {i: i for i in range(n)}, pattern))
+        now.follow(t, s, q)
         now.x = now.x + value[on_x] @ impulse
 
 
 def _differ(one: Any, other: Any) -> Any:
     """Whether values are more than round-off apart."""
     return np.abs(one - other) > 1e-7 * (1.0 + np.abs(other))
-
-
-def _chain(
-    slopes: Slopes, j: int, t: Array, s: NDArray[np.float64], q: NDArray[np.float64]
-) -> tuple[Array, Array, Array]:
-    """The derivatives of value j with respect to t, s and q before the event, through s as it is now."""
-    row = slopes.s[0, j]
-    return slopes.t[0, j] + row @ t, row @ s, slopes.q[0, j] + row @ q

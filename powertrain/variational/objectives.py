@@ -114,18 +114,25 @@ def objective(of: Any) -> Objective:
 
 @dataclass(frozen=True)
 class Reading:
-    """``weight`` times expression ``signal`` at ``time`` (s); at event ``instant`` before (side -1) or after it (side 1)."""
+    """``weight`` times expression ``signal`` at ``time`` (s); at event ``instant`` before (side -1) or after it (side 1).
+
+    ``bend`` is the second derivative with respect to what is read; ``turning``: the signal is greatest or least there between events, so
+    the instant moves with that.
+    """
 
     time: float
     signal: int
     weight: float
     instant: int = -1
     side: int = 0
+    bend: float = 0.0
+    turning: bool = False
 
 
-def weights_of(term: Term, values: Array) -> tuple[float, Array]:
-    """The value of a term that reads a signal at its times, and its derivatives with respect to what is read."""
+def weights_of(term: Term, values: Array) -> tuple[float, Array, float]:
+    """The value of a term that reads a signal at its times, and its first and second derivatives with respect to what is read."""
     if term.kind == "squares":
         left = (values - np.array(term.values)) / term.sigma
-        return term.factor * float(left @ left), 2.0 * term.factor * left / term.sigma
-    return term.factor * float(values.sum()), np.full(len(values), term.factor)
+        first, second = 2.0 * term.factor * left / term.sigma, 2.0 * term.factor / term.sigma**2
+        return term.factor * float(left @ left), first, second
+    return term.factor * float(values.sum()), np.full(len(values), term.factor), 0.0

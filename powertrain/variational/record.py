@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ _LATE = 1e-12
 """So much later, in s and relative to the time, is the right limit of what depends on the time since an event: sign(0) is neither side."""
 _EARLY = 1e-6
 """How much earlier, as a share of the step before an event."""
+_FEW = 64
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,33 @@ def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int])
         q, c = (t - trajectory.times[i - 1]) / trajectory.sizes[i - 1], trajectory.dense[i - 1]
         left = (((c[4] * q + c[3]) * q + c[2]) * q + c[1]) * q + c[0]
         yield Instant(t, left, trajectory.dense[i][0], old, new)
+
+
+def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) -> Samples:
+    """A ``share`` of a step before or after instants, by the dense output; without it, by that of the steps that end or begin there."""
+    trajectory = result.trajectory
+    side: Literal["left", "right"] = "left" if before else "right"
+    if share:
+        apart = share * spans(result, times, before)
+        times, side = (times - apart if before else times + apart), "right"
+    owner = np.maximum(trajectory.times.searchsorted(times, side=side) - 1, 0)
+    samples = _dense(trajectory, times, owner)
+    return signals_of(result.compiled).corrected(samples, np.array(list(result.parameters.values()), float))
+
+
+def spans(result: Result[Any], times: Array, before: bool) -> Array:
+    """The longest of the few steps before or after instants, in s, up to the next event: the one that ends at an event may be tiny."""
+    trajectory = result.trajectory
+    starts, row = trajectory.times, trajectory.mode_of_step
+    changes, told = starts[1:][row[1:] != row[:-1]], np.array([i.time for i in trajectory.instants])
+    apart = np.abs(changes[:, None] - told).min(axis=1, initial=np.inf) > _LATE * (1.0 + np.abs(changes))
+    bounds = np.unique([trajectory.start, trajectory.end, *changes[apart], *told])
+    side: Literal["left", "right"] = "left" if before else "right"
+    place = bounds.searchsorted(times, side=side)
+    room = times - bounds[np.maximum(place - 1, 0)] if before else bounds[np.minimum(place, len(bounds) - 1)] - times
+    owner = starts.searchsorted(times, side=side) - 1
+    few = owner[:, None] + (np.arange(-_FEW, 1) if before else np.arange(_FEW + 1))
+    return np.asarray(np.minimum(trajectory.sizes[few.clip(0, len(starts) - 1)].max(axis=1), room), float)
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:

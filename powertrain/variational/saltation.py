@@ -13,7 +13,7 @@ Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +27,7 @@ from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples, signals_of
 from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, without_effect
 from powertrain.variational.many import Many
-from powertrain.variational.mapping import Mapping
+from powertrain.variational.mapping import Mapping, Round
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record
 from powertrain.variational.simultaneous import LARGEST, Parts, over_orders, undecided
@@ -40,8 +40,9 @@ _EQUAL = 1e-7
 class SaltationMap:
     """S+ = s S + left Q- + right Q+ at one event, Q the derivatives of q in the segments before and after.
 
-    ``shifts``: how its instant moves, by all laws that cause it; ``apart``: of laws that act on each other, how far S+ of one order is from
-    this mean over all orders, by S and by Q-.
+    ``shifts``: how its instant moves, by all laws that cause it; ``moved``: those of them whose motion changes anything; ``apart``: of laws
+    that act on each other, how far S+ of one order is from this mean over all orders, by S and by Q-; ``across``: R_s, R_q and R_t of the
+    resets and impacts, made in ``rounds``; ``caught``: the laws that hold from here on at a speed that is zero already.
     """
 
     time: float
@@ -49,7 +50,11 @@ class SaltationMap:
     left: Block
     right: Block
     shifts: tuple[Shift, ...]
+    moved: tuple[Shift, ...]
     apart: tuple[Block, Block] | None
+    across: tuple[Block, Block, Array]
+    rounds: Sequence[Round]
+    caught: Sequence[int]
 
 
 class Saltation:
@@ -64,8 +69,8 @@ class Saltation:
         self.timed = [law for law in laws if law.time is not None]
         self.sticking = [law for law in dae.frictions if not law.algebraic and not law.prescribed]
         times = [law.time for law in self.timed if law.time is not None]
-        asked = column([*(i.value for i in self.indicators), *times])
-        self.before, self.values = Partials(system, asked), Many(system.inputs, asked)
+        self.asked = column([*(i.value for i in self.indicators), *times])
+        self.before, self.values = Partials(system, self.asked), Many(system.inputs, self.asked)
         self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.contacts else None
@@ -94,6 +99,7 @@ class Saltation:
         n, t = self.system.size, float(run.instants.times[k])
         shifts = self.instants.shifts(run, k, slopes, falls, earlier)
         s, q, rate = np.eye(self.flow.size), np.zeros((self.flow.size, slopes.q.shape[1])), np.zeros(self.flow.size)
+        rounds: Sequence[Round] = ()
         if self.mapping is not None:
             carried = self.mapping.map(run, k, {shift.index for shift in shifts})
             if carried is None:
@@ -101,7 +107,9 @@ class Saltation:
                     f"at t = {t:.9g} s resets or impacts follow one another at the same instant "
                     f"({self.instants.names(run, k)}); the derivative of the run cannot be computed there"
                 )
-            s[:n, :n], q[:n], rate[:n] = carried
+            s[:n, :n], q[:n], rate[:n] = carried.s, carried.q, carried.t
+            rounds = carried.rounds
+        across = s.copy(), q, rate
         change = s @ f_left + rate - f_right
         moved = [shift for shift in shifts if not without_effect(shift, change, f_left)]
         mean, farthest = self._parts(run, k, moved, f_left, change)
@@ -117,7 +125,9 @@ class Saltation:
         ]  # fmt: skip
         caught, at_q = self.caught(run.p, row_of(run.instants.right, k), fresh)
         apart = None if farthest is None else (caught @ farthest.T @ on_s, caught @ farthest.T @ on_q)
-        return SaltationMap(t, caught @ s, caught @ q, at_q, tuple(shifts), apart)
+        return SaltationMap(
+            t, caught @ s, caught @ q, at_q, tuple(shifts), tuple(moved), apart, across, rounds, tuple(fresh)
+        )
 
     def _parts(
         self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, change: Array
@@ -155,10 +165,17 @@ class Saltation:
 
         S+ = (I - B (W B)^-1 W) S - B (W B)^-1 W_q, with W the derivatives of the speeds and B what the laws' torques do to the rates.
         """
-        size, n, nq = self.flow.size, self.system.size, self.system.free.numel()
-        onto, at_q = np.eye(size), np.zeros((size, nq))
+        onto, at_q = np.eye(self.flow.size), np.zeros((self.flow.size, self.system.free.numel()))
+        for _, effect, row, q in self.catches(p, sample, laws):
+            onto -= np.outer(effect, row)
+            at_q -= np.outer(effect, q)
+        return onto, at_q
+
+    def catches(self, p: Array, sample: Samples, laws: Sequence[int]) -> Iterator[tuple[int, Array, Array, Array]]:
+        """Of each of these laws B (W B)^-1, W and W_q."""
         if not laws:
-            return onto, at_q
+            return
+        size, n = self.flow.size, self.system.size
         slopes = self.speeds(sample, p)
         held = self.flow.rates(sample, p)[0]
         for i in laws:
@@ -170,11 +187,8 @@ class Saltation:
                 b = self.flow.rates(self.corrected(sample._replace(m=m), p), p)[0] - held
                 if np.isfinite(b).all() and abs(row @ b) > 1e-12 * (1.0 + np.abs(b).max()):
                     effects.append(b / (row @ b))
-            if not effects:
-                continue
-            onto -= np.outer(effects[0], row)
-            at_q -= np.outer(effects[0], slopes.q[0, i])
-        return onto, at_q
+            if effects:
+                yield i, effects[0], row, slopes.q[0, i]
 
     def corrected(self, samples: Samples, p: Array) -> Samples:
         """Samples whose algebraic unknowns solve the equations in their modes."""

@@ -59,6 +59,7 @@ class Read:
     """The derivatives of one reading: with respect to s and q where it is taken, and along the motion there."""
 
     reading: Reading
+    sample: Samples
     boundary: int
     s: Array
     q: Array
@@ -74,6 +75,8 @@ class Passage:
     boundaries: list[int]
     reads: list[Read]
     begin: NDArray[np.float64]
+    given: NDArray[np.float64]
+    """The same before laws that stick from the start on take away what speed they have."""
 
 
 def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
@@ -85,8 +88,9 @@ def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional,
     begin[: model.system.size] = model.start.derivatives(result, run, wanted)
     stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
     caught, at_q = model.saltation.caught(run.p, run.first, stuck)
+    given = begin
     begin = caught @ begin + at_q @ wanted.chain(np.array([run.start]), after=True)[0]
-    return Passage(run, jumps, boundaries, [_read(model, result, run, r) for r in of.readings], begin)
+    return Passage(run, jumps, boundaries, [_read(model, result, run, r) for r in of.readings], begin, given)
 
 
 def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> Read:
@@ -101,7 +105,7 @@ def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> R
     k = reading.signal
     s = np.zeros(model.flow.size)
     s[: model.system.size] = slopes.s[0, k]
-    return Read(reading, boundary, s, slopes.q[0, k], float(slopes.along(rates)[0, k]))
+    return Read(reading, sample, boundary, s, slopes.q[0, k], float(slopes.along(rates)[0, k]))
 
 
 def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[Parts, Block]:
@@ -113,7 +117,7 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[P
     phi, psi = transitions(model.flow, steps, run.p)
     psi = psi @ wanted.chain(steps.times + 0.5 * steps.durations, after=True) if wanted.inputs else psi @ wanted.plain
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
-    events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
+    events, reads = by_place(way.boundaries), by_place([r.boundary for r in way.reads])
     at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
     n, (size, count) = model.system.size, way.begin.shape
     s, gradient = np.hstack([way.begin, np.zeros((size, count))]), np.zeros(2 * count)
@@ -165,7 +169,8 @@ def refuse_apart(wanted: Unknowns, way: Passage, found: Parts, value: float) -> 
     )
 
 
-def _by_place(places: list[int]) -> dict[int, list[int]]:
+def by_place(places: list[int]) -> dict[int, list[int]]:
+    """Which of them each place has; those below zero have none."""
     found: dict[int, list[int]] = {}
     for k, place in enumerate(places):
         if place >= 0:
@@ -179,7 +184,7 @@ def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Parts:
     phi, kept = _linear_steps(model, way)
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
-    events, reads = _by_place(way.boundaries), _by_place([r.boundary for r in way.reads])
+    events, reads = by_place(way.boundaries), by_place([r.boundary for r in way.reads])
     at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
     n, gradient = model.system.size, np.zeros((2, len(wanted.names)))
     sides = 2 if any(jump.apart is not None for jump in way.jumps) else 1

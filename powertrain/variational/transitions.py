@@ -110,6 +110,21 @@ def transitions(flow: VariationalRates, steps: Steps, p: Array) -> tuple[Block, 
     return phi, psi
 
 
+def stage_tangents(flow: VariationalRates, durations: Array, slopes: Slopes, s: Block, q: Block) -> Block:
+    """The derivatives of s at the stages of steps, from those at their starts and those of q.
+
+    Stages K = A (S + h (R x I) K) + B Q are solved for the core; the other states, on which no rate depends, stay as at the start.
+    """
+    count, size, core = len(durations), flow.system.size, flow.core
+    a = slopes.s.reshape(count, STAGES, -1, size)[:, :, core]
+    direct = (slopes.q @ q).reshape(count, STAGES, -1, s.shape[2])[:, :, core]
+    right = a @ s[:, None, :size] + direct
+    k = np.linalg.solve(collocation(durations, a[..., core]), right.reshape(count, -1, s.shape[2])).reshape(right.shape)
+    found = s[:, None, :size].repeat(STAGES, axis=1)
+    found[:, :, core] += durations[:, None, None, None] * np.einsum("ij,kjcn->kicn", RADAU, k)
+    return found.reshape(-1, *found.shape[2:])
+
+
 class Reverse:
     """w^T df/dq for all parameters and segments at the cost of a few evaluations of f. Serves one thread."""
 

@@ -99,7 +99,6 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     ),
     "steady_function": lambda value: pt.steady_function(PLANT, value, ["inertia.w"]),
     "hessian": lambda value: pt.hessian(PLANT, "inertia.w", value, stop=0.1),
-    "hessian step": lambda value: pt.hessian(PLANT, "inertia.w", ["inertia.J"], step=value, stop=0.1),
     "pareto_front": lambda value: pt.pareto_front(PLANT, value, {"inertia.J": (1, 2)}, stop=0.1),
     "pareto_front bounds": lambda value: pt.pareto_front(PLANT, {"a": "inertia.w", "b": "inertia.a"}, value, stop=0.1),
     "to_zarr times": lambda value: pt.sweep(PLANT, [{}], stop=0.1).to_zarr("/nowhere/x", value),

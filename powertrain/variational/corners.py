@@ -1,0 +1,121 @@
+"""Where the derivatives of rates jump although the rates do not: corners of |w| and of the larger of two values.
+
+First derivatives of a run pass a corner unchanged. Second derivatives jump there, so a corner that the run passes is an instant like an
+event. ``side`` is zero at a corner; the instant follows from it as that of an event from its indicator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.compiler.operations import nodes_of, operands, operation
+from powertrain.language.symbols import Symbol, column
+from powertrain.modes.tolerances import INTEGRATED
+from powertrain.numerics.buffers import Array
+from powertrain.result import Result
+from powertrain.signals import Samples
+from powertrain.variational.many import Many
+from powertrain.variational.partials import Partials, System
+from powertrain.variational.record import POINTS, Record, edge, spans
+
+_HALVINGS = 50
+_EVENT = 2e-4
+"""Corners within this share of a step of an event belong to that: |w| where a clutch sticks."""
+_SAME = 1e-10
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A corner that a run passes: the instant in s, and which of the sides are zero there."""
+
+    time: float
+    sides: tuple[int, ...]
+
+
+class Corners:
+    """The corners of expressions of one model. Serves one thread."""
+
+    def __init__(self, system: System, expressions: Symbol) -> None:
+        dae = system.dae
+        moving = ca.vertcat(dae.t, dae.x, dae.z)
+        self.found = column([side for side in _sides(expressions) if ca.depends_on(side, moving)])
+        self._values = Many(system.inputs, self.found)
+        self.slopes = Partials(system, self.found)
+
+    def passed(self, result: Result[Any], run: Record) -> list[Corner]:
+        """All corners that a run passes between its events, in the order of time."""
+        if not self.found.numel():
+            return []
+        steps, count = run.steps, len(run.steps.times)
+        begins = self._known(edge(result, steps.times, before=False), run.p)
+        inside = self._known(steps.samples, run.p).reshape(count, len(POINTS), -1)
+        values = np.concatenate([begins[:, None], inside], axis=1).reshape(-1, begins.shape[1])
+        shares = np.append(0.0, POINTS)
+        at = (steps.times[:, None] + steps.durations[:, None] * shares).ravel()
+        changes = [(j, *change) for j in range(values.shape[1]) for change in _changes(values[:, j])]
+        side, last, first = np.array(changes, dtype=np.int64).reshape(-1, 3).T
+        low, high = at[last], at[first]
+        times = self._zeros(result, run.p, side, low, high, values[last, side] > 0.0)
+        found: list[Corner] = []
+        for t, j in sorted(zip(times.tolist(), side.tolist(), strict=True)):
+            if found and t - found[-1].time <= _SAME * (1.0 + abs(t)):
+                found[-1] = Corner(found[-1].time, (*found[-1].sides, j))
+            elif not self._at_event(result, run, t):
+                found.append(Corner(t, (j,)))
+        return found
+
+    def _known(self, samples: Samples, p: Array) -> NDArray[np.float64]:
+        """The sides over how well they are known, as far as the states are."""
+        slopes = self.slopes(samples, p)
+        return np.asarray(slopes.value / (INTEGRATED * np.maximum(np.abs(slopes.s).sum(axis=2), 1.0)), float)
+
+    def _zeros(
+        self,
+        result: Result[Any],
+        p: Array,
+        side: NDArray[np.int64],
+        low: Array,
+        high: Array,
+        positive: NDArray[np.bool_],
+    ) -> Array:
+        """Halves the intervals in which sides change their signs."""
+        rows = np.arange(len(side))
+        for _ in range(_HALVINGS if len(side) else 0):
+            middle = 0.5 * (low + high)
+            early = (self._values(edge(result, middle, before=True), p)[rows, side] > 0.0) == positive
+            low, high = np.where(early, middle, low), np.where(early, high, middle)
+        return 0.5 * (low + high)
+
+    def _at_event(self, result: Result[Any], run: Record, t: float) -> bool:
+        """Whether the corner is that of a law which switches here, or of the start or the end of the run."""
+        near = _EVENT * max(spans(result, np.array([t]), before)[0] for before in (True, False))
+        return bool((np.abs(np.array([run.start, run.end, *run.instants.times]) - t) <= near).any())
+
+
+def _changes(values: Array) -> Iterator[tuple[int, int]]:
+    """The samples before and after which a side changes its sign; what stays below the accuracy of the integration, here one, has none."""
+    starts = np.append(0, np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0)) + 1)
+    clear = np.flatnonzero(np.maximum.reduceat(np.abs(values), starts) > 1.0)
+    ends = np.append(starts[1:], len(values)) - 1
+    for one, other in pairwise(clear):
+        if (other - one) % 2:
+            yield int(ends[one]), int(starts[other])
+
+
+def _sides(expressions: Symbol) -> list[Symbol]:
+    """What is zero at the corners of expressions."""
+    found: list[Symbol] = []
+    for node in nodes_of(ca.sum1(ca.densify(expressions))):
+        inner, code = operands(node), operation(node)
+        if code in (ca.OP_FABS, ca.OP_SIGN):
+            found.append(inner[0])
+        elif code in (ca.OP_FMIN, ca.OP_FMAX, ca.OP_LT, ca.OP_LE):
+            found.append(inner[1] - inner[0])
+    return found

@@ -1,0 +1,65 @@
+"""Second derivatives of a result of a run by differences of its exact gradients, for models that look up maps.
+
+Column j is (g(p + h_j) - g(p - h_j))/(2 h_j) with h_j = 1e-4 |p_j|, and 1e-4 for zeros: 2 n runs with a gradient each for n unknowns.
+CasADi takes the second derivatives of linear interpolants for zero, and those of smooth ones in expressions of scalars crash it (3.8.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.language.arguments import by_name
+from powertrain.plant import Plant
+from powertrain.result import Result
+from powertrain.variational.gradients import gradient
+from powertrain.variational.instants import NotDifferentiable
+
+_STEP = 1e-4
+Matrix = NDArray[np.float64]
+
+
+def differences(plant: Plant[Any], of: Any, names: Sequence[str], run: Result[Any], options: dict[str, Any]) -> Matrix:
+    """The second derivatives, with both ways to each mixed one. NotDifferentiable where neighbouring runs have other events."""
+    here = gradient(run, of, names)
+    found = np.empty((len(names), len(names)))
+    for j, name in enumerate(names):
+        h = _STEP * (abs(here.at[name]) or 1.0)
+        ends = []
+        for value in (here.at[name] + h, here.at[name] - h):
+            other = plant.simulate(**_with(plant, options, name, value))
+            _refuse_other_events(run, other, name, value)
+            slopes = gradient(other, of, names)
+            ends.append([slopes[each] for each in names])
+        found[:, j] = (np.array(ends[0]) - np.array(ends[1])) / (2.0 * h)
+    return found
+
+
+def _with(plant: Plant[Any], options: dict[str, Any], name: str, value: float) -> dict[str, Any]:
+    """The options with another value of a parameter or initial value."""
+    kind = "parameters" if name in plant.compiled.parameters else "starts"
+    return {**options, kind: {**by_name(kind, options.get(kind)), name: value}}
+
+
+def _refuse_other_events(run: Result[Any], other: Result[Any], name: str, value: float) -> None:
+    first, second = ([(e.name, e.new) for e in each.events] for each in (run, other))
+    if first == second:
+        return
+    k = next((i for i, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second)))
+    events = list(run.events if k < len(first) else other.events)
+    raise NotDifferentiable(
+        f"with {name} = {value:.9g} the run has other events, from {events[k].name} at t = {events[k].time:.6g} s on: there is no second "
+        "derivative"
+    )
+
+
+def asymmetry(found: Matrix) -> float:
+    """The largest difference between both ways to a mixed derivative, relative to the geometric mean of the diagonal entries."""
+    diagonal = np.sqrt(np.abs(np.diag(found)))
+    scale = np.maximum(np.outer(diagonal, diagonal), np.abs(found + found.T) / 2.0)
+    return float(
+        np.divide(np.abs(found - found.T), scale, out=np.zeros_like(scale), where=scale > 0.0).max(initial=0.0)
+    )
