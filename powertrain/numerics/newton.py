@@ -36,7 +36,11 @@ def relative(z: Array) -> Array:
 
 
 def solved(matrix: Array, right: Array) -> Array:
-    """The solutions of many small systems, with rows of size one; the shortest where a matrix is singular, nan without values."""
+    """The solutions of many small systems, with rows of size one; the shortest where a matrix is singular, nan without values.
+
+    One matrix serves any number of right sides.
+    """
+    matrix = np.broadcast_to(matrix, (len(right), *matrix.shape[1:]))
     good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
     if not good.all():
         matrix, right = matrix.copy(), right.copy()

@@ -137,3 +137,19 @@ def test_no_step_leads_back() -> None:
     z, fine = newton(equations, np.array([[8.0], [-8.0]]), still=1e-10, most=60)
     assert fine.all()
     np.testing.assert_allclose(z, np.arctanh(0.5), atol=1e-5)
+
+
+@pytest.mark.parametrize("together", [1, 64])
+def test_one_system_whose_matrix_is_singular(together: int) -> None:
+    """ln x = ln 3, twice, for x and y: the shortest step, halved where the logarithm has no value."""
+
+    def equations(_: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
+        with np.errstate(invalid="ignore"):
+            value = np.log(z[:, 0]) - np.log(3.0)
+        matrix = np.zeros((len(z), 2, 2))
+        matrix[:, 0, 0] = matrix[:, 1, 0] = 1.0 / z[:, 0]
+        return matrix, np.stack([value, value], axis=1)
+
+    z, fine = newton(equations, np.array([[20.0, 1.0]]), still=1e-12, most=60, together=together)
+    assert fine.all()
+    np.testing.assert_allclose(z, [[3.0, 1.0]], rtol=1e-10)
