@@ -16,7 +16,6 @@ from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
-from powertrain.modes.projection import AT_REST, project
 from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import view
 
@@ -108,11 +107,9 @@ class Run:
         self.engine.fresh[self.side].call()
         self.side = 1 - self.side
         found: list[float] = memory.start.tolist()
-        h, left, total = found
+        h, total = found
         if not -np.inf < total < np.inf:
             self._refuse_rates()
-        if left > AT_REST:
-            project(self.dae, self.memory, self.side)
         return h
 
     def _refuse_rates(self) -> None:
@@ -292,12 +289,10 @@ class Run:
         """Go on past a corner of continuous signals, with the same step size; False if modes have to be resolved there."""
         memory = self.memory
         self.engine.corner[self.side].call()
-        unsettled, left, total = memory.corner.tolist()
+        unsettled, total = memory.corner.tolist()
         if unsettled != 0.0 or not -np.inf < total < np.inf:
             return False
         self.side, self.idle = 1 - self.side, 0
-        if left > AT_REST:
-            project(self.dae, memory, self.side)
         self.recorder.enter(memory.m.copy())
         return True
 

@@ -13,7 +13,6 @@ from powertrain.engine.prepared import Prepared, vector
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import InitializationError, SimulationError
 from powertrain.modes.algebra import NotConsistent
-from powertrain.modes.projection import AT_REST, project
 from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
 
@@ -83,8 +82,6 @@ class Simulator(Prepared):
         self._load(t, x, z, m, p, 1e-6, 1e-8)
         side = self._settle(t)
         self.fresh[side].call()
-        if self.memory.start[1] > AT_REST:
-            project(self.dae, self.memory, 1 - side)
         n, nz, held, _ = self.sizes
         y = self.memory.y[1 - side]
         return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[:held].copy()

@@ -14,7 +14,8 @@ from powertrain.integration import dopri5, rodas5p
 from powertrain.integration.step import StepResult, on_polynomial, slope_of_polynomial
 from powertrain.integration.step_control import verdict
 from powertrain.modes.indicators import indicators
-from powertrain.modes.rules import mode_pass, snapped, timed
+from powertrain.modes.projection import at_rest
+from powertrain.modes.rules import mode_pass, timed
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.sparse_lu import factorize
 
@@ -138,14 +139,14 @@ def verdict_function(indicators: int) -> ca.Function:
 
 
 def fresh(model: Common) -> ca.Function:
-    """After an event: stuck speeds set to zero, the slope, Hairer's first step size, the speed left in stuck laws, the sum of slopes.
+    """After an event: stuck speeds set to zero, the slope, Hairer's first step size, the sum of slopes.
 
-    (time, y, m, p, tolerance) -> (y, slope, [h, speed, sum])
+    (time, y, m, p, tolerance) -> (y, slope, [h, sum])
     """
     dae = model.dae
     n = dae.x.numel()
     t = model.time[0]
-    y, slope, speed = _at_rest(model, model.y)
+    y, slope = _at_rest(model, model.y)
     x = y[:n, :]
     scale = model.tolerance[1] * ca.DM(dae.sizes[:n]) + model.tolerance[0] * ca.fabs(x)
     size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
@@ -155,23 +156,22 @@ def fresh(model: Common) -> ca.Function:
     bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n, :] / scale) / max(n, 1)) / first
     most = ca.fmax(speed_norm, bend)
     second = ca.if_else(most <= 1e-15, ca.fmax(1e-6, 1e-3 * first), (0.01 / most) ** (1 / 5))
-    start = ca.vertcat(ca.fmin(100 * first, second), speed, ca.sum1(slope))
+    start = ca.vertcat(ca.fmin(100 * first, second), ca.sum1(slope))
     return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
 
 
-def _at_rest(model: Common, y: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Unknowns with stuck speeds set to zero, the slope there, and the largest speed that is left."""
+def _at_rest(model: Common, y: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Unknowns with stuck speeds set to zero, and the slope there."""
     dae, n, t = model.dae, model.dae.x.numel(), model.time[0]
-    snap = ca.Function(PREFIX + "snap", [dae.t, dae.x, dae.z, dae.m, dae.p], list(snapped(dae)))
-    x, speed = snap.call([t, y[:n, :], y[n:, :], dae.m, dae.p])
-    y = ca.vertcat(x, y[n:, :])
-    return y, model.rates(t, y), speed
+    rest = ca.Function(PREFIX + "rest", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(at_rest(dae))])
+    y = ca.vertcat(rest.call([t, y[:n, :], y[n:, :], dae.m, dae.p])[0], y[n:, :])
+    return y, model.rates(t, y)
 
 
 def corner(model: Common) -> ca.Function:
     """At a corner of time signals: as ``fresh`` without a step size, and whether anything has to be resolved.
 
-    (time, y, m, p) -> (y, slope, [0 if all modes stay and no law is held at its limit, speed, sum])
+    (time, y, m, p) -> (y, slope, [0 if all modes stay and no law is held at its limit, sum])
     """
     dae = model.dae
     n, t = dae.x.numel(), model.time[0]
@@ -182,10 +182,9 @@ def corner(model: Common) -> ca.Function:
         far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= _SETTLED * (1 + ca.fabs(last))))
     flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
     determined = ca.fabs(flags[3]) < np.inf
-    y, slope, speed = _at_rest(model, y)
-    found = ca.vertcat(
-        flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined), speed, ca.sum1(slope)
-    )
+    y, slope = _at_rest(model, y)
+    unsettled = flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined)
+    found = ca.vertcat(unsettled, ca.sum1(slope))
     return _function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found])
 
 

@@ -1,35 +1,80 @@
-"""Exactly zero speed of stuck laws that share states: the smallest correction of the states."""
+"""Exactly zero speed of stuck laws: the smallest correction of the states.
+
+With the speeds w(x) of the stuck laws and W = dw/dx the correction of least norm is -W'λ with W W'λ = w. A second one removes what rounding,
+and speeds that are not linear, have left.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import casadi as ca
-import numpy as np
 
-from powertrain.compiler.hybrid import Friction, HybridDae
-from powertrain.numerics.buffers import Evaluated, Memory
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.language.symbols import column
 
-AT_REST = 1e-13
-"""A stuck law may keep this speed, or the rounding of the speeds whose difference it is."""
-EPS = float(np.finfo(float).eps)
+_DEPENDENT = 1e-13
+"""Rows of W that others leave less than this share of their square belong to motions that those hold already."""
 
 
-def project(dae: HybridDae, memory: Memory, side: int) -> None:
-    """Set the speeds of all stuck laws to zero by the minimum-norm change of x in ``memory.y[side]``."""
-    laws = [law for law in dae.frictions if not law.algebraic and not law.prescribed]
-    if memory.speeds is None:
-        memory.speeds = _speeds(dae, laws)
-    stuck = [k for k, law in enumerate(laws) if memory.m[law.index] == 0]
-    x = memory.y[side][: dae.x.numel()]
-    for _ in range(2):
-        found, slopes = memory.speeds(*memory.instant(side))
-        speed, gradient = found[stuck].ravel(), slopes[stuck]
-        rounding = EPS * (np.abs(gradient) @ np.abs(x))
-        if not (np.abs(speed) > np.maximum(AT_REST, rounding)).any():
-            break
-        x -= np.linalg.lstsq(gradient, speed, rcond=None)[0]
+def at_rest(dae: HybridDae) -> ca.SX:
+    """The states with the speeds of all stuck laws set to zero."""
+    x = [dae.x[i] for i in range(dae.x.numel())]
+    place = {state.element_hash(): i for i, state in enumerate(x)}
+    free, coupled = [ca.SX(1)] * len(x), []
+    for law in dae.frictions:
+        if law.algebraic or law.prescribed:
+            continue
+        stuck = dae.m[law.index] == 0
+        i = place.get(law.w.element_hash()) if law.w.is_symbolic() else None
+        if i is None:
+            coupled.append((stuck, law.w))
+        else:
+            x[i], free[i] = ca.if_else(stuck, 0.0, x[i]), ca.if_else(stuck, 0.0, free[i])
+    return _projected(dae, column(x), column(free), coupled) if coupled else column(x)
 
 
-def _speeds(dae: HybridDae, laws: list[Friction]) -> Evaluated:
-    w = ca.vertcat(*[law.w for law in laws])
-    results = [ca.densify(w), ca.densify(ca.jacobian(w, dae.x))]
-    return Evaluated(ca.Function("powertrain_speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], results))
+def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
+    """The states with the speeds of these laws set to zero, where they are stuck; those that are not ``free`` stay."""
+    stuck, speeds = column([held for held, _ in laws]), column([w for _, w in laws])
+    inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+    values = ca.Function("speeds", inputs, [speeds, ca.jacobian(speeds, dae.x)])
+
+    def at(x: ca.SX) -> tuple[ca.SX, ca.SX]:
+        w, W = values.call([dae.t, x, dae.z, dae.m, dae.p])
+        return ca.if_else(stuck, w, 0.0), W
+
+    w, W = at(x)
+    rows, columns = W.sparsity().get_triplet()
+    held = [ca.if_else(stuck[i], W[i, j], 0.0) * free[j] for i, j in zip(rows, columns, strict=True)]
+    W = ca.SX(W.sparsity(), column(held))
+    solve = _semidefinite(W @ W.T)
+    x -= W.T @ solve(w)
+    return x - W.T @ solve(at(x)[0])
+
+
+def _semidefinite(A: ca.SX) -> Callable[[ca.SX], ca.SX]:
+    """Solves with a symmetric matrix by L D L'; the unknowns of rows that depend on those before them are zero."""
+    n = A.rows()
+    rows: list[dict[int, ca.SX]] = [{} for _ in range(n)]
+    for i, j in zip(*A.sparsity().get_triplet(), strict=True):
+        rows[i][j] = A[i, j]
+    inverse, L = [], []
+    for k in range(n):
+        pivot = rows[k].get(k, ca.SX(0))
+        inverse.append(ca.if_else(pivot > _DEPENDENT * A[k, k], 1.0 / pivot, 0.0))
+        L.append({i: value * inverse[k] for i, value in rows[k].items() if i > k})
+        for i, factor in L[k].items():
+            for j in L[k]:
+                rows[i][j] = rows[i].get(j, ca.SX(0)) - factor * rows[k][j]
+
+    def solve(b: ca.SX) -> ca.SX:
+        x = [b[k] for k in range(n)]
+        for k in range(n):
+            for i, factor in L[k].items():
+                x[i] -= factor * x[k]
+        for k in reversed(range(n)):
+            x[k] = inverse[k] * x[k] - sum((factor * x[i] for i, factor in L[k].items()), ca.SX(0))
+        return column(x)
+
+    return solve

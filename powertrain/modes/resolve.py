@@ -15,7 +15,7 @@ from powertrain.compiler.hybrid import Contact, HybridDae, When
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
-from powertrain.modes.jam import jam_message, not_found_message, several_message
+from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.tolerances import ZONE
 from powertrain.modes.uniqueness import Uniqueness
@@ -123,12 +123,22 @@ class ModeResolver:
         return None
 
     def _shared(self, side: int) -> bool:
-        """Laws have come to rest at a limit, held by others: of all that is consistent take what their compliance says."""
-        modes = self.memory.m.copy()
+        """Laws have come to rest at a limit, held by others: of all that is consistent take what their compliance says.
+
+        With all laws at rest stuck it shares the load; those that it asks for more than they can give are at their limits, and at rest.
+        """
+        m, modes = self.memory.m, self.memory.m.copy()
         self._forget_rest()
-        found = self._linearized(side, held=False)[0]
+        begun, speeds = m.copy(), law_values(self.dae, self.memory, side)[:, 0]
+        for law, w in zip(self.dae.frictions, speeds.tolist(), strict=True):
+            if abs(w) <= ZONE and abs(m[law.index]) == 1.0:
+                m[law.index] = 0.0
+        found = self._newton(side, slack=1.0)
         if found is None:
-            self.memory.m[:] = modes
+            m[:] = begun
+            found = self._linearized(side, held=False)[0]
+        if found is None:
+            m[:] = modes
             self._solvable(side)
         return found is not False
 

@@ -18,6 +18,7 @@ from powertrain.modes.indicators import (
     switch_margin,
     torque_margins,
 )
+from powertrain.modes.selflocking import inverted
 from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SWIFT, ZONE
 
 
@@ -26,7 +27,7 @@ class Pass:
     """The next held values, and what they ask for.
 
     ``flags``: entries that change, whens with a rising edge, contacts that close, sum of all torques, laws at a limit that others hold at
-    rest and that did not rest there before.
+    rest and that did not rest there before, and above zero where a law slides with its limits the wrong way round.
     """
 
     held: ca.SX
@@ -90,7 +91,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     changes = ca.sum1(new_held != dae.m) if held else ca.SX(0)
     torques = sum((friction.torque for friction in dae.frictions), ca.SX(0))
     idle = sum((idles(dae, friction) for friction in dae.frictions if friction.rests is not None), ca.SX(0))
-    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle)
+    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle, inverted(dae))
     return Pass(new_held, ca.densify(flags), ca.vertcat(*edges), ca.vertcat(*closing))
 
 
@@ -174,26 +175,3 @@ def _error(friction: Friction, mode: ca.SX, jumped: ca.SX) -> ca.SX:
     return ca.logic_or(
         ca.logic_and(against, ca.logic_and(smooth, little)), ca.logic_and(blocked, ca.logic_or(smooth, little))
     )
-
-
-def snapped(dae: HybridDae) -> tuple[ca.SX, ca.SX]:
-    """The states with the speeds of stuck laws set to zero, and the largest speed that this leaves."""
-    x = [dae.x[i] for i in range(dae.x.numel())]
-    place = {dae.x[i].element_hash(): i for i in range(dae.x.numel())}
-    coupled = []
-    for friction in dae.frictions:
-        if friction.algebraic or friction.prescribed:
-            continue
-        stuck = dae.m[friction.index] == 0
-        index = place.get(friction.w.element_hash()) if friction.w.is_symbolic() else None
-        if index is not None:
-            x[index] = ca.if_else(stuck, 0.0, x[index])
-        else:
-            coupled.append((stuck, friction.w, ca.jacobian(friction.w, dae.x)))
-    state = ca.vertcat(*x)
-    for _ in range(4 if len(coupled) > 1 else 1):
-        for stuck, w, gradient in coupled:
-            speed = ca.substitute(w, dae.x, state)
-            state = state - ca.if_else(stuck, speed / (ca.sumsqr(gradient) + 1e-24), 0.0) * gradient.T
-    left = [ca.if_else(stuck, ca.fabs(ca.substitute(w, dae.x, state)), 0.0) for stuck, w, _ in coupled]
-    return ca.densify(state), ca.mmax(ca.vertcat(*left)) if left else ca.SX(0)

@@ -22,18 +22,12 @@ class SelfLocking:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self._dae, self._memory = dae, memory
-        torques = ca.vertcat(dae.z, dae.m)
-        self._laws = [f for f in dae.frictions if ca.depends_on(ca.vertcat(f.lower, f.upper), torques)]
-        self._most, self._slopes = zeros(1), zeros(len(self._laws))
-        self._inverted = self._bound([ca.mmax(ca.vertcat(*[_inverted(dae, f) for f in self._laws]))], self._most)
+        self._laws, self._slopes = _laws(dae), zeros(len(_laws(dae)))
         self._bound_slopes: list[Bound] = []
 
     def check(self, side: int) -> None:
-        """SimulationError for a law that slides although its limits stand the wrong way round."""
-        if not self._laws:
-            return
-        self._inverted[side].call()
-        if self._most[0] <= 0.0:
+        """SimulationError for a law that slides although its limits stand the wrong way round, as the last mode rules found."""
+        if self._memory.flags[5] <= 0.0:
             return
         for law, row in zip(self._dae.frictions, law_values(self._dae, self._memory, side).tolist(), strict=True):
             w, _, low, high, _, _ = row
@@ -54,9 +48,7 @@ class SelfLocking:
         return f"{'; '.join(locked)}. {_ADVICE}" if locked else ""
 
     def _bound(self, rows: Sequence[ca.SX], results: Array) -> list[Bound]:
-        """A function of these rows for either side; none without laws."""
-        if not self._laws:
-            return []
+        """A function of these rows for either side."""
         dae, memory, n = self._dae, self._memory, self._dae.x.numel()
         time, y = ca.SX.sym("time", 2), ca.SX.sym("y", n + dae.z.numel())
         inner = ca.Function(PREFIX + "limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*rows))])
@@ -75,8 +67,18 @@ def _said(law: Friction) -> str:
     return f"{law.name} ({law.where}) is self-locking: its limit grows faster than its own torque"
 
 
+def inverted(dae: HybridDae) -> ca.SX:
+    """Above zero where a law slides with its limits the wrong way round."""
+    return ca.SX(ca.mmax(ca.vertcat(-1.0, *[_inverted(dae, law) for law in _laws(dae)])))
+
+
+def _laws(dae: HybridDae) -> list[Friction]:
+    """The laws whose limits depend on torques."""
+    torques = ca.vertcat(dae.z, dae.m)
+    return [f for f in dae.frictions if ca.depends_on(ca.vertcat(f.lower, f.upper), torques)]
+
+
 def _inverted(dae: HybridDae, law: Friction) -> ca.SX:
-    """Above zero where it slides with its limits the wrong way round."""
     slides = ca.logic_and(dae.m[law.index] != 0, ca.fabs(law.w) > ZONE)
     largest = ca.mmax(ca.fabs(ca.vertcat(*[friction.torque for friction in dae.frictions])))
     return ca.if_else(slides, law.lower - law.upper - LEAST_TORQUE - _CLEARLY * largest, -1.0)

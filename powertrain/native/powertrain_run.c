@@ -10,8 +10,6 @@
 #define INFO 5
 #define AIM 1e-11
 #define CALM 1e-4
-#define AT_REST 1e-13
-#define TURNS 100
 #define HALVINGS 8
 #define FINEST 1e-5
 #define PASSES 20
@@ -26,8 +24,8 @@ struct pt_model {
     double y[2][PT_Y], slope[2][PT_Y], m[PT_M], p[PT_P];
     double time[2], tolerance[3], info[INFO + 4], dense[5 * PT_Y], outside[PT_O];
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
-    double held[PT_M], flags[5], edges[PT_W], closing[1], fire[PT_T], jumped[2];
-    double first[3], corners[3], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
+    double held[PT_M], flags[6], edges[PT_W], closing[1], fire[PT_T], jumped[2];
+    double first[2], corners[2], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
     double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
@@ -190,7 +188,7 @@ static int consistent(pt_model *a)
     double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
     if (!solvable(a)) return 0;
     CALL(a, pt_fresh, given, wanted);
-    if (!isfinite(a->first[2])) return 0;
+    if (!isfinite(a->first[1])) return 0;
     a->jumped[1] = 1;
     apply_rules(a);
     a->jumped[1] = 0;
@@ -305,22 +303,17 @@ static int resolve(pt_model *a)
     return PT_RESETS;
 }
 
-/* Restart after a discontinuity: stuck speeds are zero, the slope, a first step size. Speeds that share states are set to zero by turns
-   (S. Kaczmarz, Angenaeherte Aufloesung von Systemen linearer Gleichungen, Bull. Acad. Polon. Sci. A 35 (1937) 355). */
+/* Restart after a discontinuity: stuck speeds are zero, the slope, a first step size. */
 
 static int refresh(pt_model *a, double *h)
 {
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
+    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
     a->time[0] = a->t;
-    a->first[1] = INFINITY;
-    for (int turn = 0; turn < TURNS && a->first[1] > AT_REST; turn++) {
-        const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
-        double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
-        CALL(a, pt_fresh, given, wanted);
-        a->side = 1 - a->side;
-    }
-    if (!isfinite(a->first[2])) return PT_RATES;
+    CALL(a, pt_fresh, given, wanted);
+    a->side = 1 - a->side;
     *h = a->first[0];
-    return a->first[1] > AT_REST ? PT_COUPLED : PT_OK;
+    return isfinite(a->first[1]) ? PT_OK : PT_RATES;
 }
 
 static int restart(pt_model *a)
@@ -353,7 +346,7 @@ static int turns(pt_model *a)
     double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->corners};
     if (!PT_TURNING) return 0;
     CALL(a, pt_corner, given, wanted);
-    if (a->corners[0] != 0 || !isfinite(a->corners[2]) || a->corners[1] > AT_REST) return 0;
+    if (a->corners[0] != 0 || !isfinite(a->corners[1])) return 0;
     a->side = 1 - a->side;
     a->idle = 0;
     keep_held(a);
@@ -756,8 +749,7 @@ const char *pt_message(int status)
     static const char *const said[] = {
         "done", "the step size became too small", "no modes were found that fit together",
         "laws at their limits are held by others in a way that takes the complementarity problem",
-        "the implicit equations have no solution near the last one", "stuck laws on common states do not come to rest",
-        "a rate is not finite", "a quantity left its range", "resets follow one another without end",
+        "the implicit equations have no solution near the last one", "a rate is not finite", "a quantity left its range", "resets follow one another without end",
         "too many events at one instant or in one fixed step"};
     return status == PT_FULL ? "the record is full" : said[-status];
 }

@@ -10,11 +10,10 @@ enum {
     PT_MODES = -2,      /* neither Newton's method nor one law at a time found modes that fit together */
     PT_SHARED = -3,     /* laws at their limits are held by others, and their compliance does not say how they share the load */
     PT_ALGEBRA = -4,    /* the implicit equations have no solution near the last one */
-    PT_COUPLED = -5,    /* stuck laws on common states do not come to rest */
-    PT_RATES = -6,      /* a rate is not finite */
-    PT_GUARD = -7,      /* a quantity left its range */
-    PT_RESETS = -8,     /* resets follow one another without end */
-    PT_EVENTS = -9      /* too many events at one instant or in one fixed step */
+    PT_RATES = -5,      /* a rate is not finite */
+    PT_GUARD = -6,      /* a quantity left its range */
+    PT_RESETS = -7,     /* resets follow one another without end */
+    PT_EVENTS = -8      /* too many events at one instant or in one fixed step */
 };
 
 typedef struct pt_model pt_model;

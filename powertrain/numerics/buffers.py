@@ -90,15 +90,13 @@ class Memory:
     """The arrays all functions of one engine share. ``y`` and ``slope`` are double-buffered: a step reads one side and writes the other.
 
     ``record`` is what is kept of a step: the place of its held values, its time and size, and its dense output.
-    ``laws`` (the values of all friction laws), ``speeds`` (of those that may stick, with their derivatives) and ``loaded`` (switches that
-    depend on torques) are kept from their first use on.
+    ``laws`` (the values of all friction laws) and ``loaded`` (switches that depend on torques) are kept from their first use on.
     """
 
     def __init__(self, dae: HybridDae, indicators: int, timed: int) -> None:
         unknowns, held = dae.x.numel() + dae.z.numel(), dae.m.numel()
         self._sizes = dae.x.numel(), unknowns, held, dae.p.numel()
         self.laws: Evaluated | None = None
-        self.speeds: Evaluated | None = None
         self.loaded: frozenset[int] | None = None
         self.record = zeros(3 + 5 * max(unknowns, 1))
         self.time, self.dense = self.record[1:3], self.record[3:]
@@ -115,13 +113,13 @@ class Memory:
         self.g = zeros(indicators)
         self.worst = zeros(1)
         self.held = zeros(held)
-        self.flags = zeros(5)
+        self.flags = zeros(6)
         self.edges = zeros(len(dae.whens))
         self.closing = zeros(len(dae.contacts))
         self.fire = zeros(timed)
         self.jumped = zeros(2)
-        self.start = zeros(3)
-        self.corner = zeros(3)
+        self.start = zeros(2)
+        self.corner = zeros(2)
         self.instants = zeros(timed)
         self.jacobian = zeros(unknowns**2 if unknowns <= 100 else 0)
 
