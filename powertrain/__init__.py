@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
+    from powertrain.present import Present
     from powertrain.result import Result
     from powertrain.running import Running
     from powertrain.steadystate.function import SteadyFunction, steady_function
@@ -84,6 +85,7 @@ __all__ = [
     "Plant",
     "PowerFlow",
     "PowertrainError",
+    "Present",
     "Result",
     "Running",
     "Schedule",
@@ -191,6 +193,7 @@ _ANALYSES = {
     "Floquet": "powertrain.variational.floquet",
     "floquet": "powertrain.variational.floquet",
     "Environment": "powertrain.environment",
+    "Present": "powertrain.present",
     "Running": "powertrain.running",
     "fit": "powertrain.optimal.fitting",
     "read_experiment": "powertrain.optimal.experiment",

@@ -17,7 +17,8 @@ from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
-from powertrain.engine.options import InputValue, compile_option, run_times, scheduled, watcher
+from powertrain.engine.loop import Progress
+from powertrain.engine.options import InputValue, compile_option, run_times, scheduled
 from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
@@ -36,6 +37,7 @@ from powertrain.language.arguments import (
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component, children
 from powertrain.nonfinite import explain
+from powertrain.present import Present, Watch, watcher
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
@@ -129,7 +131,7 @@ class Plant(Generic[M]):
         method: Method = "auto",
         compile: Compile = False,
         record: Sequence[str] | None = None,
-        progress: bool | Callable[[float], None] = False,
+        progress: bool | Watch = False,
     ) -> Result[M]:
         """Simulate from ``start`` to ``stop``.
 
@@ -160,7 +162,8 @@ class Plant(Generic[M]):
         record : sequence of str, optional
             Names or patterns of the signals to keep; by default all.
         progress : bool or callable
-            A progress bar, or a function of the time reached.
+            A progress bar, or a function that is given the run at the time reached (``pt.Present``): at the start, ten times a second,
+            and at the end.
 
         Returns
         -------
@@ -191,7 +194,7 @@ class Plant(Generic[M]):
         held = self._set_inputs(engine, given, start)
         x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
         knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
-        watch = watcher(progress, start, stop)
+        watch = self._watched(watcher(progress, start, stop), p)
         try:
             trajectory = engine.run(
                 x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch
@@ -205,6 +208,19 @@ class Plant(Generic[M]):
                 error.result = Result(self.compiled, error.result, grid, p, report, record, str(error), knots)
             raise
         return Result(self.compiled, trajectory, grid, p, report, record, inputs=knots)
+
+    def _watched(self, watch: Watch | None, p: Array) -> Progress | None:
+        """How the engine tells how far it is."""
+        if watch is None:
+            return None
+        signals, n = signals_of(self.compiled), self.compiled.dae.x.numel()
+        nz, held = self.compiled.dae.z.numel(), self.compiled.dae.m.numel()
+
+        def tell(t: float, y: Array, m: Array) -> None:
+            y, m = y.copy(), m.copy()
+            watch(Present(signals, t, y[:n], y[n : n + nz], m[:held], p))
+
+        return tell
 
     def initialize(
         self,

@@ -19,8 +19,9 @@ from powertrain.language import htmltext
 from powertrain.language.arguments import number, row
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
+from powertrain.present import Present
 from powertrain.result import Result
-from powertrain.signals import Samples, signals_of
+from powertrain.signals import signals_of
 
 M = TypeVar("M", bound=Component)
 
@@ -127,11 +128,7 @@ class Running(Generic[M]):
     def __getitem__(self, what: str | Callable[[M], Any]) -> float:
         """The present value of a signal or of an expression of signals."""
         state = self._state
-        sample = Samples(np.array([state.t]), state.x[None], state.z[None], state.m[None])
-        picked = self._signals.pick(what)
-        if picked.name in self._signals.entries:
-            return float(self._signals.compute([picked.name], sample, self._p)[picked.name][0])
-        return float(self._signals.evaluate([picked.expression], sample, self._p)[0, 0])
+        return Present[M](self._signals, state.t, state.x, state.z, state.m, self._p)[what]
 
     def result(self, times: ArrayLike | None = None) -> Result[M]:
         """The run since its start, or since its state was set; ``times`` (s): of the output, by default those of the steps."""

@@ -46,7 +46,7 @@ ORDER = [
     "integration: samples step_control step dopri5 rodas5p fused sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity zeno failure prepared options loop simulator",
-    "signals nonfinite events export initialization.conditions initialization.initial result running plant environment",
+    "signals present nonfinite events export initialization.conditions initialization.initial result running plant environment",
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",

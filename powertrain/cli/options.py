@@ -18,6 +18,7 @@ from powertrain.cli import completion
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+    import powertrain as pt
     from powertrain.components.cycles import DriveCycle
 
     ArgumentType = click.ParamType[Any]
@@ -185,25 +186,21 @@ class Interrupted(click.ClickException):
 class Interruption:
     """Ctrl-C as an end of the simulation, so that what was reached is kept; a second one ends the command at once.
 
-    ``with Interruption(start, stop) as watch: plant.simulate(..., progress=watch)``; draws a bar on terminals.
+    ``with Interruption(cycle, say) as watch: plant.simulate(..., progress=watch)``; draws a bar on terminals, with what ``say`` tells.
     """
 
-    def __init__(self, start: float, stop: float) -> None:
-        self.asked, self._reached = False, start
-        self._stop, self._bar = stop, None if not progress() else self._drawn(start, stop)
+    def __init__(self, cycle: DriveCycle, say: Callable[[pt.Present[Any]], str]) -> None:
+        self.asked, self._bar, self._stop = False, None, float(cycle.times[-1])
+        if progress():
+            from powertrain.present import Bar
 
-    @staticmethod
-    def _drawn(start: float, stop: float) -> Any:
-        from powertrain.engine.options import time_bar
+            self._bar = Bar(float(cycle.times[0]), self._stop, say)
 
-        return time_bar(start, stop)
-
-    def __call__(self, t: float) -> None:
-        """The time that the simulation has reached [s]."""
+    def __call__(self, now: pt.Present[Any]) -> None:
+        """How far the simulation is."""
         if self._bar is not None:
-            self._bar.update(t - self._reached)
-        self._reached = t
-        if self.asked and t < self._stop:
+            self._bar(now)
+        if self.asked and now.time < self._stop:
             raise SimulationError("interrupted")
 
     def __enter__(self) -> Interruption:

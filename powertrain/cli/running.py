@@ -124,6 +124,7 @@ def command(
     from powertrain.presets import files
     from powertrain.presets.settings import free_or_error
     from powertrain.trials import drive_cycle
+    from powertrain.trials.cycle import so_far
     from powertrain.trials.driveline import check_map
 
     model, paths = configured(vehicle, params, texts)
@@ -137,7 +138,7 @@ def command(
     chosen = _chosen(plant, out, signals)
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
-    with Interruption(float(driven.times[0]), float(driven.times[-1])) as watch:
+    with Interruption(driven, so_far(plant)) as watch:
         run = drive_cycle(plant, progress=watch, rtol=rtol)
     if out is not None:
         run.result.save(out, *chosen)

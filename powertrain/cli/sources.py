@@ -53,10 +53,12 @@ def driven(model: pt.Component, cycle: DriveCycle | None, span: tuple[float, flo
     import powertrain as pt
     from powertrain.cli.running import on_cycle
     from powertrain.trials import drive_cycle
+    from powertrain.trials.cycle import so_far
 
     model, over = on_cycle(model, cycle, span)
-    with Interruption(float(over.times[0]), float(over.times[-1])) as watch:
-        run = drive_cycle(pt.compile(model), progress=watch)
+    plant = pt.compile(model)
+    with Interruption(over, so_far(plant)) as watch:
+        run = drive_cycle(plant, progress=watch)
     if run.message:
         raise click.ClickException(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}")
     return run

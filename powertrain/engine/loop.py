@@ -17,8 +17,10 @@ from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.tolerances import EPS
-from powertrain.numerics.buffers import view
+from powertrain.numerics.buffers import Array, view
 
+Progress = Callable[[float, Array, Array], None]
+"""Is told the time, the unknowns and the held values that a run has reached; they are the run's own arrays."""
 _STIFF = 3.25
 _STIFF_STEPS = 15
 _FINEST = 1e-5
@@ -39,13 +41,13 @@ class Run:
         stop: float,
         rtol: float,
         max_step: float,
-        progress: Callable[[float], None] | None,
+        progress: Progress | None,
     ) -> None:
         self.engine, self.memory, self.dae = engine, engine.memory, engine.dae
         self.t, self.start, self.stop, self.rtol, self.max_step = start, start, stop, rtol, max_step
         self.side, self.h, self.crossed, self.longest = 0, 0.0, start, max_step
         self.progress = progress
-        self.watch = _throttled(progress) if progress is not None else None
+        self.watch = _throttled(self._tell) if progress is not None else None
         self.catalogue = engine.catalogue
         self.recorder = TrajectoryRecorder(engine.memory, *engine.sizes[:2], self.catalogue.kinds, self.catalogue.rests)
         self.chatter = Chatter(stop - start)
@@ -59,6 +61,7 @@ class Run:
     def execute(self, resumed: bool = False) -> Trajectory:
         """Run to the stop time; errors carry the trajectory so far. ``resumed``: it goes on smoothly from the end of another run."""
         self.steps = self.engine.stepper(self.method)
+        self._tell()
         try:
             self._restart()
             self.recorder.enter(self.memory.m.copy())
@@ -76,9 +79,13 @@ class Run:
         except SimulationError as error:
             error.result = self._trajectory()
             raise
-        if self.progress is not None:
-            self.progress(self.stop)
+        self._tell()
         return self._trajectory()
+
+    def _tell(self) -> None:
+        """How far the run is."""
+        if self.progress is not None:
+            self.progress(self.t, self.memory.y[self.side], self.memory.m)
 
     def _trajectory(self) -> Trajectory:
         statistics = {
@@ -154,7 +161,7 @@ class Run:
                 self.outside += outside
             if watch is not None:
                 self.t, self.side = t, side  # it may end the run
-                watch(t)
+                watch()
             if auto and (info[4] > _STIFF or self.stiff > 0) and self._too_stiff(info[4]):
                 steps, auto = self._implicit(), False
             if last:
@@ -319,14 +326,14 @@ def _depth(idle: int) -> float:
     return EPS * 2.0 ** min(idle, 20) if idle else 0.0
 
 
-def _throttled(progress: Callable[[float], None]) -> Callable[[float], None]:
-    """Call ``progress`` at most ten times a second."""
+def _throttled(tell: Callable[[], None]) -> Callable[[], None]:
+    """Call ``tell`` at most ten times a second."""
     last = [clock.perf_counter()]
 
-    def watch(t: float) -> None:
+    def watch() -> None:
         now = clock.perf_counter()
         if now - last[0] >= 0.1:
             last[0] = now
-            progress(t)
+            tell()
 
     return watch

@@ -1,10 +1,8 @@
-"""The options of a run as a user gives them, checked: times, inputs, the compiler, progress."""
+"""The options of a run as a user gives them, checked: times, inputs, the compiler."""
 
 from __future__ import annotations
 
-import math
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,7 +12,6 @@ from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.prepared import Compile
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, flag, number, row
-from powertrain.numerics.background import progress as building
 
 Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
@@ -63,36 +60,3 @@ def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSig
 def compile_option(value: Any) -> Compile:
     """The option ``compile``."""
     return "background" if value == "background" else flag("compile", value, 'True, False or "background"')
-
-
-def watcher(progress: bool | Callable[[float], None], start: float, stop: float) -> Callable[[float], None] | None:
-    """What is told the time reached: a function that is given, a bar, or None."""
-    if callable(progress):
-        return progress
-    if not isinstance(progress, bool):
-        raise ParameterError(f"progress = {progress!r} must be True or False, or a function of the time reached")
-    if not progress:
-        return None
-    bar = time_bar(start, stop)
-
-    def watch(t: float) -> None:
-        bar.set_postfix_str(building(), refresh=False)
-        bar.update(t - start - bar.n)
-        if t >= stop:
-            bar.close()
-
-    return watch
-
-
-def time_bar(start: float, stop: float) -> Any:
-    """A progress bar over the time of a simulation (s), in thousandths of its duration or coarser."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings(
-            "ignore", message="IProgress not found"
-        )  # a notebook without widgets gets a bar of text
-        from tqdm.auto import tqdm
-
-    decimals = max(0, 3 - math.ceil(math.log10(stop - start))) if stop > start else 0
-    number = f":.{decimals}f"
-    shown = f"{{desc}}: {{percentage:3.0f}} %|{{bar}}| {{n{number}}} of {{total{number}}} s [{{elapsed}}<{{remaining}}{{postfix}}]"
-    return tqdm(total=stop - start, desc="simulated", bar_format=shown)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.engine.loop import Run
+from powertrain.engine.loop import Progress, Run
 from powertrain.engine.prepared import Prepared, vector
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import InitializationError, SimulationError
@@ -37,7 +35,7 @@ class Simulator(Prepared):
         rtol: float = 1e-6,
         atol: float = 1e-8,
         max_step: float = np.inf,
-        progress: Callable[[float], None] | None = None,
+        progress: Progress | None = None,
     ) -> Trajectory:
         """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns are resolved at the start from the guesses.
 

@@ -1,7 +1,7 @@
 """Exactly zero speed of stuck laws: the smallest correction of the states.
 
-With the speeds w(x) of the stuck laws and W = dw/dx the correction of least norm is -W'λ with W W'λ = w. A second one removes what rounding,
-and speeds that are not linear, have left.
+With the speeds w(x) of the stuck laws and W = dw/dx the correction of least norm is -W'λ with W W'λ = w. A second one removes what
+rounding, and speeds that are not linear, have left.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.language import htmltext
+from powertrain.present import Bar, Watch
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.trials.lost_gear import lost_gear
 
@@ -34,6 +35,8 @@ STALLED, LASTING = 1.0, 2.0
 """Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
 LITRES, METRES, GALLON_KWH, WH = 3.785411784, 1609.344, 33.705, 3600.0
 """A US gallon [l], a mile [m], the energy of a gallon of gasoline [kW.h], a watt hour [J]."""
+TOLD = 100.0
+"""Distance [m] from which a consumption so far is told."""
 ON, ASKED = 0.5, 0.1
 """Switch from which an engine shall run; part of a cycle's distance that must be more than ``STANDS`` for a vehicle to be missed."""
 Array = NDArray[np.float64]
@@ -258,7 +261,7 @@ def drive_cycle(
     cycle: DriveCycle | str | None = None,
     *,
     parameters: dict[str, float] | None = None,
-    progress: bool | Callable[[float], None] = False,
+    progress: bool | Watch = False,
     **options: Any,
 ) -> CycleRun:
     """Drive a vehicle over a cycle.
@@ -276,7 +279,7 @@ def drive_cycle(
     parameters : mapping of str to float, optional
         Values that replace those of the vehicle.
     progress : bool or callable
-        A progress bar, or a function of the time reached.
+        A progress bar with distance and consumption so far, or a function that is given the run at the time reached (``pt.Present``).
     **options
         Other options of ``pt.simulate``.
 
@@ -308,14 +311,34 @@ def drive_cycle(
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
     given, message = dict(parameters or {}), ""
+    watch = Bar(start, stop, so_far(plant, given)) if progress is True else progress
     try:
-        result = plant.simulate(stop, start=start, parameters=given, times=times, progress=progress, **options)
+        result = plant.simulate(stop, start=start, parameters=given, times=times, progress=watch, **options)
     except pt.SimulationError as error:
         if not isinstance(error.result, pt.Result) or error.result.time.size < 2:
             raise
         result, message = error.result, str(error)
     message = message or lost_gear(result) or _standing(driven, result, anatomy(plant.model))
     return CycleRun(driven, plant, result, given, message)
+
+
+def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) -> Callable[[pt.Present[Any]], str]:
+    """What a vehicle has driven and consumed at the time that its run has reached, in text; called first at the start of the run."""
+    parts, values = anatomy(plant.model), plant.parameters | dict(parameters or {})
+    path, begin = f"{parts.the('body')}.s", math.nan
+
+    def say(now: pt.Present[Any]) -> str:
+        nonlocal begin
+        begin = now[path] if math.isnan(begin) else begin
+        driven = now[path] - begin
+        texts = [f"{driven / 1e3:.1f} km"]
+        if parts.engines and driven > TOLD:
+            litres = sum(now[f"{engine}.fuel"] / values[f"{engine}.fuel_density"] for engine in parts.engines) * 1e3
+            texts.append(f"{litres / driven * 1e5:.2f} l/100 km")
+        texts += [f"{battery} {now[f'{battery}.soc']:.1%}" for battery in parts.batteries]
+        return ", ".join(texts)
+
+    return say
 
 
 def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Component:

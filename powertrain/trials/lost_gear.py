@@ -24,7 +24,9 @@ def lost_gear(result: pt.Result[Any]) -> str:
         time, lever = result.time, result[f"{name}.lever"]
         for k in range(1, box.gear_count + 1):
             path = f"{name}.synchronisers[{k - 1}]"
-            sliding = (np.abs(lever - k) < 1e-9) & (np.abs(result[f"{path}.w_rel"]) > SLIDES)
+            sliding = (np.abs(lever - k) < 1e-9) & (result[f"{path}.mode"] != 0.0)
+            if sliding.any():
+                sliding &= np.abs(result[f"{path}.w_rel"]) > SLIDES
             edges = np.flatnonzero(np.diff(np.concatenate([[0], sliding.astype(int), [0]])))
             for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
                 if time[last] - time[first] > LASTING:

@@ -170,8 +170,9 @@ def test_a_second_run_does_not_depend_on_the_first() -> None:
 
 def test_progress_ends_at_the_stop_time() -> None:
     seen: list[float] = []
-    Simulator(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, progress=seen.append)
-    assert seen[-1] == 1.5
+    run = Simulator(coupled_clutches()).run
+    run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5, progress=lambda t, y, m: seen.append(t))
+    assert (seen[0], seen[-1]) == (0.0, 1.5)
 
 
 def test_bad_calls() -> None:

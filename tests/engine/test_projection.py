@@ -59,7 +59,7 @@ def test_states_that_are_speeds_of_stuck_laws_are_zero_to_the_last_bit(seed: int
     A, x = rng.normal(size=(3, 6)), rng.normal(size=6)
     model = laws(lambda t, y, p: [y[0], *ca.vertsplit(ca.DM(A) @ y), y[2]], 6, 5)
     found = projected(model, x, np.zeros(5))
-    assert found[0] == 0.0 and found[2] == 0.0
+    assert (found[0], found[2]) == (0.0, 0.0)
     np.testing.assert_allclose(found, least(np.vstack([np.eye(6)[[0, 2]], A]), x), atol=1e-12)
     loose = projected(model, x, np.array([1.0, 0.0, 2.0, 0.0, 0.0]))
     np.testing.assert_allclose(loose, least(np.vstack([A[[0, 2]], np.eye(6)[2]]), x), atol=1e-12)

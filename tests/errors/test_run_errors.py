@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -223,8 +224,8 @@ def test_run_that_its_observer_ends_is_the_run_until_then(monkeypatch: pytest.Mo
     whole = pt.simulate(Oscillator(), 3.0, starts={"J1.phi": 1.0}, rtol=1e-8)
     for seconds in (0.3, 0.61, 1.27, 1.3, 2.0):
 
-        def watch(t: float, seconds: float = seconds) -> None:
-            if t > seconds:
+        def watch(now: pt.Present[Any], seconds: float = seconds) -> None:
+            if now.time > seconds:
                 raise pt.SimulationError("enough")
 
         with pytest.raises(pt.SimulationError, match="enough") as caught:

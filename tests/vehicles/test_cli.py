@@ -648,11 +648,11 @@ def test_what_cannot_be_written_is_refused_before_the_simulation(
 def test_ctrl_c_keeps_and_writes_what_was_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     simulate, out = pt.Plant.simulate, tmp_path / "y.csv"
 
-    def interrupted(plant: Any, stop: float, *, progress: Callable[[float], None], **options: Any) -> Any:
-        def watch(t: float) -> None:
-            if t > 10.0:
+    def interrupted(plant: Any, stop: float, *, progress: Callable[[pt.Present[Any]], None], **options: Any) -> Any:
+        def watch(now: pt.Present[Any]) -> None:
+            if now.time > 10.0:
                 os.kill(os.getpid(), signal.SIGINT)
-            progress(t)
+            progress(now)
 
         monkeypatch.setattr("powertrain.engine.loop._throttled", lambda watch: watch)
         return simulate(plant, stop, progress=watch, **options)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -118,12 +119,12 @@ def test_an_unknown_variant_names_those_there_are() -> None:
 
 
 def test_progress_has_few_digits(capsys: pytest.CaptureFixture[str]) -> None:
-    from powertrain.engine.options import time_bar
+    from powertrain.present import Bar
 
-    bar = time_bar(0.0, 1800.0)
-    bar.update(1234.56789012345)
-    bar.refresh()
+    bar = Bar(0.0, 1800.0, lambda now: f"{now.time / 100:.1f} km")
+    bar(SimpleNamespace(time=1234.56789012345))  # type: ignore[arg-type]
     bar.close()
     shown = capsys.readouterr().err
     assert "1235 of 1800 s" in shown
     assert "1234.5" not in shown
+    assert "12.3 km]" in shown
