@@ -92,11 +92,10 @@ class ModeResolver:
     def _found(self, side: int) -> bool:
         """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
         happened = self._newton(side)
-        if happened is None:
-            return self._complementary(side)
-        if happened and self._flags[4] > 0.0 and self._problem is not None:
-            return self._shared(side)
-        return happened
+        if self._problem is None:
+            return self._complementary(side) if happened is None else happened
+        shared = bool(happened) and self._flags[4] > 0.0
+        return self._from_rest(side, shared) if shared or happened is None else happened
 
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
         """Semismooth Newton: all laws by their rules from the same torques.
@@ -122,25 +121,35 @@ class ModeResolver:
             memory.m[:] = memory.held
         return None
 
-    def _shared(self, side: int) -> bool:
-        """Laws have come to rest at a limit, held by others: of all that is consistent take what their compliance says.
+    def _from_rest(self, side: int, consistent: bool) -> bool:
+        """Newton's method once more, with all laws at rest stuck, so that their compliance says how they share a load; else the problem.
 
-        With all laws at rest stuck it shares the load; those that it asks for more than they can give are at their limits, and at rest.
+        Where modes are ``consistent`` already they stay if no others are found; False if a reset or an impact happened.
         """
         m, modes = self.memory.m, self.memory.m.copy()
         self._forget_rest()
-        begun, speeds = m.copy(), law_values(self.dae, self.memory, side)[:, 0]
-        for law, w in zip(self.dae.frictions, speeds.tolist(), strict=True):
-            if abs(w) <= ZONE and abs(m[law.index]) == 1.0:
-                m[law.index] = 0.0
+        begun = m.copy()
+        self._stick(side)
         found = self._newton(side, slack=1.0)
-        if found is None:
-            m[:] = begun
-            found = self._linearized(side, held=False)[0]
+        if found is not None:
+            return found
+        m[:] = begun
+        if not consistent:
+            return self._complementary(side)
+        found = self._linearized(side, held=False)[0]
         if found is None:
             m[:] = modes
             self._solvable(side)
         return found is not False
+
+    def _stick(self, side: int) -> None:
+        """Laws at a limit whose motion has come to rest are stuck; one with a peak has that only if it rested before."""
+        m = self.memory.m
+        for law, (w, *_, peak) in zip(
+            self.dae.frictions, law_values(self.dae, self.memory, side).tolist(), strict=True
+        ):
+            if abs(m[law.index]) == 1.0 and abs(w) <= ZONE and peak <= 1.0:
+                m[law.index] = 0.0
 
     def _forget_rest(self) -> None:
         """Laws that rest at a limit are stuck as others are, until the complementarity problem says who is at a limit."""
@@ -156,7 +165,6 @@ class ModeResolver:
         """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
         if self._problem is None:
             return self._jam(side, set(), 1)
-        self._forget_rest()
         start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
         found, laws = self._linearized(side, held=False)
         if found is not None:

@@ -8,11 +8,10 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Friction, Guard, HybridDae, TimeSignal
+from powertrain.compiler.hybrid import Friction, Guard, HybridDae, Opened, TimeSignal
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.modes.rules import idles
 from powertrain.modes.tolerances import INTEGRATED, ZONE
 from powertrain.numerics.buffers import PREFIX, Array
 
@@ -20,7 +19,7 @@ SOURCES = Path(__file__).parent
 FIXED = ("powertrain_run.h", "powertrain_run.c", "main.c")
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
 """The tables of ``pt_signals``, in this order."""
-_ABSENT = ("newton", "instants", "corner", "resets", "idle", "mobility")
+_ABSENT = ("newton", "instants", "corner", "resets", "still", "mobility")
 """Functions that only some models need."""
 
 
@@ -68,16 +67,29 @@ def _laws(dae: HybridDae) -> list[int]:
 
 
 def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
-    """Functions of (time and step, y, m, p) for laws that rest at a limit of their torque, held by others.
+    """Functions of (time and step, y, m, p) for laws at rest.
 
-    ``idle``: which do, and which laws are at rest at all; ``mobility``: the rates of the laws by their torques, row by row,
-    and without torques, their peaks, and whether they are at rest but for the error of the integration.
+    ``still``: the friction laws that are, and have no peak; for laws that rest at a limit of their torque, held by others, ``mobility``: the
+    rates of the laws by their torques, row by row, and without torques, their peaks, and whether they are at rest but for the error of the
+    integration.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
-    if not laws or opened is None:
-        return {}
     y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
-    flags = [ca.vertcat(*(idles(dae, f) for f in laws)), ca.vertcat(*(ca.fabs(f.w) <= ZONE for f in laws))]
+    still = [ca.logic_and(ca.fabs(f.w) <= ZONE, f.peak <= 1) for f in dae.frictions]
+    found = {"still": [ca.vertcat(*still)]} if still else {}
+    if laws and opened is not None:
+        found["mobility"] = _mobility(dae, laws, opened)
+    before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
+    return {
+        name: ca.Function(
+            PREFIX + name, [moment, y, dae.m, dae.p], [ca.densify(e) for e in ca.substitute(values, before, now)]
+        )
+        for name, values in found.items()
+    }
+
+
+def _mobility(dae: HybridDae, laws: Sequence[Friction], opened: Opened) -> list[ca.SX]:
+    """Rates of all laws by their torques and without torques; of ``laws`` the peaks and whether they are at rest."""
     mobility, free = -ca.jacobian(opened.rate, opened.tau), opened.rate
     if n := opened.residual.numel():
         z = dae.z[:n]
@@ -85,21 +97,8 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
         moved = ca.jacobian(opened.rate, z) @ ca.solve(ca.jacobian(opened.residual, z), right)
         mobility, free = mobility + moved[:, :-1], free - moved[:, -1]
     mobility, free = ca.substitute([mobility, free], [opened.tau], [ca.DM.zeros(opened.tau.numel())])
-    before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
-    found = {
-        "idle": flags,
-        "mobility": [
-            mobility.T,
-            free,
-            *(ca.vertcat(*values) for values in zip(*map(_peak_and_rest, laws), strict=True)),
-        ],
-    }
-    return {
-        name: ca.Function(
-            PREFIX + name, [moment, y, dae.m, dae.p], [ca.densify(e) for e in ca.substitute(values, before, now)]
-        )
-        for name, values in found.items()
-    }
+    peaks, rest = zip(*map(_peak_and_rest, laws), strict=True)
+    return [mobility.T, free, ca.vertcat(*peaks), ca.vertcat(*rest)]
 
 
 def _peak_and_rest(law: Friction) -> tuple[ca.SX, ca.SX]:
@@ -115,7 +114,7 @@ def _header(
         "X": n, "Z": nz, "Y": max(n + nz, 1), "M": max(nm, 1), "P": max(np_, 1), "G": max(len(engine.indicators), 1),
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
-        "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)), "F": max(len(dae.frictions), 1),
+        "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)), "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1),
         "TURNING": int("corner" in functions),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
         "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),

@@ -26,7 +26,7 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[6], edges[PT_W], closing[1], fire[PT_T], jumped[2];
     double first[2], corners[2], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], idle_laws[PT_RESTS + 1], still[PT_RESTS + 1], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
+    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], still[PT_F], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
@@ -136,11 +136,13 @@ static int solvable(pt_model *a)
     return 0;
 }
 
-static void apply_rules(pt_model *a)
+static void apply_rules(pt_model *a, double slack)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->fire, a->jumped};
     double *wanted[] = {a->held, a->flags, a->edges, a->closing};
+    a->jumped[1] = slack;
     CALL(a, pt_update, given, wanted);
+    a->jumped[1] = 0;
 }
 
 static void apply_resets(pt_model *a)
@@ -160,19 +162,20 @@ static void apply_resets(pt_model *a)
     a->jumped[0] = 1;
 }
 
-/* All laws by their rules from the same torques, until none changes: 1, or 0 after a reset, or an error. */
-static int newton(pt_model *a)
+/* All laws by their rules from the same torques, until none changes: 1, or 0 after a reset, or an error. With ``slack`` a law at rest may
+   slide with a rate of zero, within what is known of it. */
+static int newton(pt_model *a, double slack)
 {
     for (int pass = 0; pass < PASSES; pass++) {
         if (!solvable(a)) return PT_ALGEBRA;
-        apply_rules(a);
+        apply_rules(a, slack);
         if (a->flags[1]) {
             apply_resets(a);
             return 0;
         }
         memset(a->fire, 0, sizeof a->fire);
         a->jumped[0] = 0;
-        if (!a->flags[0]) return a->flags[4] > 0 ? PT_SHARED : 1;
+        if (!a->flags[0]) return 1;
         memcpy(a->seen[pass], a->m, sizeof a->m);
         for (int i = 0; i < pass; i++)
             if (same(a->seen[i], a->m)) return PT_MODES;
@@ -181,7 +184,7 @@ static int newton(pt_model *a)
     return PT_MODES;
 }
 
-/* Whether the present modes are consistent; a law that is at rest may slide with a rate of zero, within what is known of it. */
+/* Whether the present modes are consistent. */
 static int consistent(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
@@ -189,9 +192,7 @@ static int consistent(pt_model *a)
     if (!solvable(a)) return 0;
     CALL(a, pt_fresh, given, wanted);
     if (!isfinite(a->first[1])) return 0;
-    a->jumped[1] = 1;
-    apply_rules(a);
-    a->jumped[1] = 0;
+    apply_rules(a, 1);
     return a->flags[0] == 0;
 }
 
@@ -200,7 +201,7 @@ static int consistent(pt_model *a)
 static int one_by_one(pt_model *a)
 {
     for (int tries = 0; tries < MOST_EXCHANGES; tries++) {
-        if (consistent(a)) return a->flags[4] > 0 ? PT_SHARED : 1;
+        if (consistent(a)) return 1;
         int k = 0;
         while (k < PT_LAWS && a->m[pt_laws[k]] == a->held[pt_laws[k]]) k++;
         if (k == PT_LAWS) return PT_MODES;
@@ -211,26 +212,21 @@ static int one_by_one(pt_model *a)
     return PT_MODES;
 }
 
-static void look_at_rest(pt_model *a)
+/* With all laws at rest stuck their compliance shares the load; those that it asks for more than they can give are at their limits. */
+static int from_rest(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->idle_laws, a->still};
-    CALL(a, pt_idle, given, wanted);
-}
-
-/* Laws that have come to rest at a limit, held by others. With all laws at rest stuck, their compliance shares the load; those that it asks
-   for more than they can give stay at their limits, and at rest. */
-static int shared(pt_model *a)
-{
-    look_at_rest(a);
-    for (int k = 0; k < PT_RESTS; k++) {
-        if (a->idle_laws[k]) a->m[pt_rests[k]] = 1;
-        if (a->still[k] && fabs(a->m[pt_rest_laws[k]]) == 1) a->m[pt_rest_laws[k]] = 0;
-    }
-    int found = newton(a);
-    if (found == PT_MODES) found = one_by_one(a);
-    for (int k = 0; k < PT_RESTS; k++) a->m[pt_rests[k]] = 0;
-    return found;
+    double *wanted[] = {a->still}, begun[PT_M];
+    for (int k = 0; k < PT_RESTS; k++)
+        if (a->m[pt_rests[k]] > 0) a->m[pt_rests[k]] = a->m[pt_rest_laws[k]] = 0;
+    memcpy(begun, a->m, sizeof begun);
+    CALL(a, pt_still, given, wanted);
+    for (int k = 0; k < PT_FRICTIONS; k++)
+        if (a->still[k] && fabs(a->m[pt_frictions[k]]) == 1) a->m[pt_frictions[k]] = 0;
+    int found = newton(a, 1);
+    if (found != PT_MODES) return found;
+    memcpy(a->m, begun, sizeof begun);
+    return one_by_one(a);
 }
 
 /* Eliminates the laws that hold from the mobility (rates by torques, scaled to a diagonal of one) and from the rates without torques:
@@ -293,12 +289,10 @@ static int resolve(pt_model *a)
     a->reset = 0;
     memset(a->which, 0, sizeof a->which);
     for (int round = 0; round < ROUNDS; round++) {
-        int found = newton(a);
-        if (found == PT_MODES) found = one_by_one(a);
-        int asked = found == PT_SHARED;
-        if (asked) found = shared(a);
+        int found = newton(a, 0);
+        if (found == PT_MODES || (found == 1 && a->flags[4] > 0)) found = from_rest(a);
         if (found < 0) return found;
-        if (found && marked(a, asked)) return PT_OK;
+        if (found && marked(a, a->flags[4] > 0)) return PT_OK;
     }
     return PT_RESETS;
 }
@@ -748,7 +742,6 @@ const char *pt_message(int status)
 {
     static const char *const said[] = {
         "done", "the step size became too small", "no modes were found that fit together",
-        "laws at their limits are held by others in a way that takes the complementarity problem",
         "the implicit equations have no solution near the last one", "a rate is not finite", "a quantity left its range", "resets follow one another without end",
         "too many events at one instant or in one fixed step"};
     return status == PT_FULL ? "the record is full" : said[-status];

@@ -8,12 +8,11 @@ enum {
     PT_FULL = 1,        /* the record is full: empty it and call again */
     PT_UNDERFLOW = -1,  /* the step size became too small */
     PT_MODES = -2,      /* neither Newton's method nor one law at a time found modes that fit together */
-    PT_SHARED = -3,     /* laws at their limits are held by others, and their compliance does not say how they share the load */
-    PT_ALGEBRA = -4,    /* the implicit equations have no solution near the last one */
-    PT_RATES = -5,      /* a rate is not finite */
-    PT_GUARD = -6,      /* a quantity left its range */
-    PT_RESETS = -7,     /* resets follow one another without end */
-    PT_EVENTS = -8      /* too many events at one instant or in one fixed step */
+    PT_ALGEBRA = -3,    /* the implicit equations have no solution near the last one */
+    PT_RATES = -4,      /* a rate is not finite */
+    PT_GUARD = -5,      /* a quantity left its range */
+    PT_RESETS = -6,     /* resets follow one another without end */
+    PT_EVENTS = -7      /* too many events at one instant or in one fixed step */
 };
 
 typedef struct pt_model pt_model;
