@@ -18,6 +18,7 @@ import powertrain as pt
 from powertrain.components.blocks import Constant, Ramp
 from powertrain.components.electric import AccessoryLoad, Battery
 from powertrain.components.rotational import Brake, Inertia, SpringDamper, Torque
+from powertrain.trials.cycle import on_cycle
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 
@@ -136,6 +137,20 @@ def test_a_car_stops_and_stands_on_its_brakes(tmp_path: Path) -> None:
     for name in plant.compiled.states:
         size = 1e-300 + float(np.abs(wanted[name]).max())
         np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-9 * size, err_msg=name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "stop"), [("ManualCar", 60.0), ("DualClutchCar", 100.0), ("RearDriveCar", 110.0)])
+def test_cars_shift_gears(kind: str, stop: float, tmp_path: Path) -> None:
+    """Synchronisers, dogs and clutches that come to rest at their limits while others hold them."""
+    plant = pt.compile(on_cycle(getattr(pt.vehicles, kind)(), "wltc"))
+    found = plant.export_c(tmp_path, method="rodas5p").simulate(stop, points=100)
+    wanted = plant.simulate(stop, points=100, method="rodas5p")
+    assert [(e.name, e.old, e.new) for e in found.events] == [(e.name, e.old, e.new) for e in wanted.events]
+    assert [e.time for e in found.events] == pytest.approx([e.time for e in wanted.events], abs=1e-6)
+    for name in ("body.v", "body.s", "engine.fuel", "engine.w"):
+        size = float(np.abs(wanted[name]).max())
+        np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-5 * size, err_msg=name)
 
 
 def test_other_parameters_and_starts_need_no_export(tmp_path: Path) -> None:

@@ -69,9 +69,9 @@ def _laws(dae: HybridDae) -> list[int]:
 def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
     """Functions of (time and step, y, m, p) for laws at rest.
 
-    ``still``: the friction laws that are, and have no peak; for laws that rest at a limit of their torque, held by others, ``mobility``: the
-    rates of the laws by their torques, row by row, and without torques, their peaks, and whether they are at rest but for the error of the
-    integration.
+    ``still``: the friction laws that are, and have no peak. ``mobility``, where laws may rest at a limit of their torque, held by others:
+    the rates of all laws by their torques, row by row, and without torques; the peaks of those, and whether they are at rest but for the
+    error of the integration.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
     y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
@@ -114,7 +114,8 @@ def _header(
         "X": n, "Z": nz, "Y": max(n + nz, 1), "M": max(nm, 1), "P": max(np_, 1), "G": max(len(engine.indicators), 1),
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
-        "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)), "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1),
+        "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)),
+        "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1),
         "TURNING": int("corner" in functions),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
         "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),
