@@ -24,6 +24,7 @@ from powertrain.language.replacing import replace as changed
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.batch import Lanes, building
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.many import Many
 from powertrain.numerics.newton import newton
 
 BLOCK = 64
@@ -220,7 +221,7 @@ class Signals:
             block = tuple(self.names[first : first + BLOCK])
             if len(block) * len(samples.t) > _LARGEST_BLOCK or self._nodes(block) > _SHARED * self._nodes((name,)):
                 block = (name,)
-            values = np.ascontiguousarray(self._lanes(block)(samples, p).T)
+            values = np.ascontiguousarray(self._evaluator(block)(samples, p).T)
             found.update(zip(block, values, strict=True))
         return found
 
@@ -250,11 +251,11 @@ class Signals:
     def _nodes(self, block: tuple[str, ...]) -> int:
         return ca.n_nodes(column([self.entries[name].expression for name in block]))
 
-    def _lanes(self, block: tuple[str, ...]) -> Lanes:
-        lanes: dict[tuple[str, ...], Lanes] = self._local.__dict__.setdefault("lanes", {})
-        if block not in lanes:
-            lanes[block] = Lanes(self.inputs, column([self.entries[name].expression for name in block]))
-        return lanes[block]
+    def _evaluator(self, block: tuple[str, ...]) -> Many:
+        known: dict[tuple[str, ...], Many] = self._local.__dict__.setdefault("known", {})
+        if block not in known:
+            known[block] = Many(self.inputs, column([self.entries[name].expression for name in block]))
+        return known[block]
 
     def corrected(self, samples: Samples, p: Array) -> Samples:
         """Samples whose algebraic unknowns are a few steps of Newton's method better than the dense output's."""

@@ -171,7 +171,7 @@ def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     inputs: dict[str, Any] = {"torque": 20.0, "press": ([0, 0.5, 1.5], [0.1, 0.3, 0.9])}
     result = plant.simulate(2.0, starts=STARTS, inputs=inputs)
     few = pt.gradient(result, pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel))
-    monkeypatch.setattr("powertrain.variational.many._MANY", 1)
+    monkeypatch.setattr("powertrain.numerics.many._MANY", 1)
     many = pt.gradient(result, pt.integral(lambda m: m.clutch.tau * m.clutch.w_rel))
     np.testing.assert_allclose(many.array, few.array, rtol=1e-9, atol=1e-12 * np.abs(few.array).max())
     assert (few.array != 0.0).sum() > 5

@@ -38,7 +38,7 @@ ORDER = [
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
     "numerics: tape buffers lookup pivots sparse_lu newton elimination compiled background vectorised",
-    "numerics: batch",
+    "numerics: batch many",
     "numerics: replay folding",
     "compiler: matching calls cancellation",
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity records assemble",
@@ -55,7 +55,7 @@ ORDER = [
     "steadystate: axes intervals neighbours rowwise results",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient function",
-    "variational: record unknowns objectives many partials",
+    "variational: record unknowns objectives partials",
     "variational: functional transitions instants curvature corners mapping simultaneous saltation begin crossing sweeps second "
     "gradients floquet indices differences hessian",
     "optimal: rounding dynamics experiment fitting phases planning scheduling pareto",

@@ -21,7 +21,7 @@ from powertrain.modes.tolerances import INTEGRATED
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
-from powertrain.variational.many import Many
+from powertrain.numerics.many import Many
 from powertrain.variational.partials import Partials, System
 from powertrain.variational.record import POINTS, Record, edge, spans
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
-from powertrain.variational.many import Many
+from powertrain.numerics.many import Many
 from powertrain.variational.partials import Block, System
 
 

@@ -19,7 +19,7 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
-from powertrain.variational.many import Many
+from powertrain.numerics.many import Many
 
 Block = NDArray[np.float64]
 """One matrix per sample."""

@@ -26,7 +26,7 @@ from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples, signals_of
 from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, without_effect
-from powertrain.variational.many import Many
+from powertrain.numerics.many import Many
 from powertrain.variational.mapping import Mapping, Round
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record

@@ -1,0 +1,62 @@
+"""Expressions at few points or very many, such as the samples of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from powertrain.language.symbols import Symbol, column
+from powertrain.numerics.batch import Columns, Lanes
+from powertrain.numerics.buffers import Array
+
+_MANY = 4096
+"""From so many points on, building the functions that work on columns of points pays."""
+
+
+class Many:
+    """A column of expressions of several columns, the last of which is the same for all points. Serves one thread.
+
+    At many points every instruction works on hundreds of them before the next one begins, eight times as fast as point by point.
+    """
+
+    def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
+        scalars = ca.vertsplit(ca.densify(outputs)) if outputs.numel() else []
+        self.size = len(scalars)
+        self._inputs = inputs
+        self._places = [k for k, e in enumerate(scalars) if not e.is_constant()]
+        self._outputs = [scalars[k] for k in self._places]
+        self._constant = np.array([float(e) if e.is_constant() else 0.0 for e in scalars])
+
+    @cached_property
+    def _few(self) -> Lanes:
+        return Lanes(self._inputs, ca.cse(column(self._outputs)))
+
+    @cached_property
+    def _many(self) -> Columns:
+        varying = [s for group in self._inputs[:-1] for s in (ca.vertsplit(group) if group.numel() else [])]
+        return Columns("samples", varying, self._inputs[-1], self._outputs)
+
+    def __call__(self, points: Sequence[Array], common: Array) -> NDArray[np.float64]:
+        """A row of values for each point; ``points`` are arrays for all inputs but the last, a row each."""
+        found = np.empty((len(points[0]), self.size))
+        found[:] = self._constant
+        if not self._places or not len(found):
+            return found
+        if len(found) < _MANY:
+            found[:, self._places] = self._few(points, common)
+            return found
+        self._many.set_common(common)
+        varying = [a.reshape(len(found), -1)[:, k] for a, k in self._needed(points)]
+        found[:, self._places] = self._many.of_needed(np.array(varying).reshape(-1, len(found))).T
+        return found
+
+    def _needed(self, points: Sequence[Array]) -> Iterator[tuple[Array, int]]:
+        """The columns of points that the expressions contain: of which array, and where in it."""
+        ends = np.cumsum([group.numel() for group in self._inputs[:-1]])
+        for index in self._many.needed.tolist():
+            which = int(np.searchsorted(ends, index, side="right"))
+            yield points[which], index - (int(ends[which - 1]) if which else 0)
