@@ -11,7 +11,7 @@ class DCTerminal(Connector):
     """A terminal of a direct-current bus: voltage v against the return, and current i into the component; power v i."""
 
     v: Variable = variable("V", "Voltage against the return", guess=200.0)
-    i: Variable = flow("A", "Current into the component")
+    i: Variable = flow("A", "Current into the component", nominal=100.0)
 
     def power(self) -> Symbol:
         """Power into the component [W]."""

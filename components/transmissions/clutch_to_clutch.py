@@ -30,7 +30,7 @@ class ClutchToClutch(Shiftable):
     torque_phase: float = 0.25
     k_slip: Parameter = parameter("N.m.s/rad", "Torque against deviations from the speed reference", default=8.0, min=0)
     T_in: Parameter = parameter("s", "Filter of the input torque", default=0.1, above=0)
-    tau_in: Variable = variable("N.m", "Filtered torque of the input", start=0.0)
+    tau_in: Variable = variable("N.m", "Filtered torque of the input", start=0.0, nominal=100.0)
     tau_law: Variable = variable("N.m", "Torque by which the shift elements brake the input during a shift")
     w_in: Variable = variable("rad/s", "Speed of the input")
     w_ref: Variable = variable("rad/s", "Reference speed of the input")

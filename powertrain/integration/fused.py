@@ -12,10 +12,11 @@ import numpy as np
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.integration import dopri5, rodas5p
 from powertrain.integration.step import StepResult, on_polynomial, slope_of_polynomial
-from powertrain.integration.step_control import verdict
+from powertrain.integration.step_control import allowances, verdict
 from powertrain.modes.indicators import indicators
 from powertrain.modes.projection import at_rest
 from powertrain.modes.rules import mode_pass, timed
+from powertrain.modes.tolerances import NOW
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.sparse_lu import factorize
 
@@ -117,8 +118,10 @@ def _step_function(
     model: Common, name: str, slope: ca.SX, taken: StepResult, defect: ca.SX | None = None
 ) -> ca.Function:
     t, h = model.time[0], model.time[1]
-    nominal = ca.DM(model.dae.sizes)
-    scale = model.tolerance[1] * nominal + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
+    nominal, allowed = ca.DM(model.dae.sizes), ca.DM(allowances(model.dae.x.numel(), model.dae.z.numel()))
+    scale = allowed * (
+        model.tolerance[1] * nominal + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
+    )
     errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)
     norm = ca.sqrt(ca.norm_2(errors)) if model.y.numel() else 0  # no less than the largest; nan if one is
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
@@ -161,11 +164,12 @@ def fresh(model: Common) -> ca.Function:
 
 
 def _at_rest(model: Common, y: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Unknowns with stuck speeds set to zero, and the slope there."""
+    """Unknowns with stuck speeds set to zero, and the slope there: its right limit, where a table bends at this very instant."""
     dae, n, t = model.dae, model.dae.x.numel(), model.time[0]
     rest = ca.Function(PREFIX + "rest", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(at_rest(dae))])
     y = ca.vertcat(rest.call([t, y[:n, :], y[n:, :], dae.m, dae.p])[0], y[n:, :])
-    return y, model.rates(t, y)
+    soon = NOW * ca.fmax(1, ca.fabs(t))
+    return y, model.rates(t + soon, ca.vertcat(y[:n, :] + soon * model.rates(t, y)[:n, :], y[n:, :]))
 
 
 def corner(model: Common) -> ca.Function:

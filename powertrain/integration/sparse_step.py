@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 from powertrain.integration import rodas5p
 from powertrain.integration.fused import Common
-from powertrain.integration.step_control import verdict
+from powertrain.integration.step_control import allowances, verdict
 from powertrain.numerics.buffers import CHECKS, PREFIX, Array, Bound, Memory, zeros
 
 _A = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.A])
@@ -29,6 +29,7 @@ class SparseStep:
         self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
         self._checks = model.indicators > 0
         self._nominal = model.dae.sizes
+        self._allowed = allowances(model.dae.x.numel(), model.dae.z.numel())
         self._bind(model)
 
     def _bind(self, model: Common) -> None:
@@ -93,7 +94,7 @@ class SparseStep:
         """Error norm, dense output and indicators."""
         memory, n = self._memory, self._n
         scale = memory.tolerance[1] * self._nominal + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
-        self._norm[0] = np.sum((stages[7] / scale) ** 4) ** 0.25
+        self._norm[0] = np.sum((stages[7] / (self._allowed * scale)) ** 4) ** 0.25
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)
         dense[:] = y, end - y + first, second - first, third - second, -third

@@ -5,13 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.integration.samples import ROUGH, least, survey
 
+ALGEBRAIC = 10.0
+"""Times the tolerance that the local error of an algebraic unknown may be: it is not handed on, the states decide the next value."""
 GROWTH = 5.0
 """The most by which a step may be longer than the one before."""
 _CALM, _MOST_CHANGE = 0.003, 0.3
 """Share of the third difference from which it holds the next step back, and the one it aims at."""
+
+
+def allowances(states: int, algebraic: int) -> NDArray[np.float64]:
+    """Times the tolerance that each unknown may be off in one step."""
+    return np.array([1.0] * states + [ALGEBRAIC] * algebraic)
 
 
 def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX]) -> ca.SX:

@@ -210,9 +210,12 @@ def variable(
     return Variable(unit, doc, start, guess, prefer, nominal=nominal)
 
 
-def flow(unit: str, doc: str, *, init: Literal[False] = False) -> Any:
-    """A flow of a connector: flows sum to zero where ports are connected, and are positive into the component."""
-    return Variable(unit, doc, flow=True)
+def flow(unit: str, doc: str, *, nominal: float | None = None, init: Literal[False] = False) -> Any:
+    """A flow of a connector: flows sum to zero where ports are connected, and are positive into the component.
+
+    ``nominal`` is its usual size, as of a ``variable``.
+    """
+    return Variable(unit, doc, flow=True, nominal=nominal)
 
 
 def discrete(unit: str, doc: str, *, start: float = 0.0, init: Literal[False] = False) -> Any:

@@ -19,9 +19,9 @@ from powertrain.compiler.operations import nodes_of, operands, operation
 from powertrain.language.symbols import Symbol, column
 from powertrain.modes.tolerances import INTEGRATED
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.many import Many
 from powertrain.result import Result
 from powertrain.signals import Samples
-from powertrain.numerics.many import Many
 from powertrain.variational.partials import Partials, System
 from powertrain.variational.record import POINTS, Record, edge, spans
 
@@ -95,7 +95,7 @@ class Corners:
 
     def _at_event(self, result: Result[Any], run: Record, t: float) -> bool:
         """Whether the corner is that of a law which switches here, or of the start or the end of the run."""
-        near = _EVENT * max(spans(result, np.array([t]), before)[0] for before in (True, False))
+        near = _EVENT * max(spans(result.trajectory, np.array([t]), before)[0] for before in (True, False))
         return bool((np.abs(np.array([run.start, run.end, *run.instants.times]) - t) <= near).any())
 
 

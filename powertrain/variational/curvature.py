@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples
 from powertrain.numerics.many import Many
+from powertrain.signals import Samples
 from powertrain.variational.partials import Block, System
 
 

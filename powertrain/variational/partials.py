@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples
 from powertrain.numerics.many import Many
+from powertrain.signals import Samples
 
 Block = NDArray[np.float64]
 """One matrix per sample."""

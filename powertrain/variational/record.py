@@ -26,7 +26,7 @@ POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])),
 _LATE = 1e-12
 """So much later, in s and relative to the time, is the right limit of what depends on the time since an event: sign(0) is neither side."""
 _EARLY = 1e-6
-"""How much earlier, as a share of the step before an event."""
+"""How much earlier, as a share of the steps before an event."""
 _FEW = 64
 
 
@@ -45,7 +45,7 @@ class Steps:
 
 @dataclass(frozen=True)
 class Instants:
-    """The events of a run: times in s, both limits, the starts of the steps before, impacts and resets by name.
+    """The events of a run: times in s, both limits, samples some steps before, impacts and resets by name.
 
     ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output; ``early`` is a little earlier,
     where expressions that bend at the event itself have not bent yet.
@@ -111,15 +111,19 @@ def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> In
         m = np.array(held, float) if found else np.zeros((0, trajectory.held.shape[1]))
         return Samples(times, y[:, :n], y[:, n:], m)
 
-    owner = np.maximum(trajectory.times.searchsorted(times, side="left") - 1, 0)
     seen = side(times, [i.left for i in found], [i.held_left for i in found])
     after = times + _LATE * (1.0 + np.abs(times))
     right = side(after, [i.right for i in found], [i.held_right for i in found])
-    before = _dense(trajectory, trajectory.times[owner], owner) if found else seen
-    start = trajectory.times[owner]
-    early = _dense(trajectory, times - _EARLY * (times - start), owner) if found else seen
+    span = spans(trajectory, times, before=True)
+    before, early = (_inside(trajectory, times - share * span) if found else seen for share in (1.0, _EARLY))
     return Instants(
-        times, corrected(early), seen, corrected(seen), corrected(right), before, tuple(i.extra for i in found)
+        times,
+        corrected(early),
+        seen,
+        corrected(seen),
+        corrected(right),
+        corrected(before),
+        tuple(i.extra for i in found),
     )
 
 
@@ -141,16 +145,15 @@ def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) ->
     trajectory = result.trajectory
     side: Literal["left", "right"] = "left" if before else "right"
     if share:
-        apart = share * spans(result, times, before)
+        apart = share * spans(trajectory, times, before)
         times, side = (times - apart if before else times + apart), "right"
     owner = np.maximum(trajectory.times.searchsorted(times, side=side) - 1, 0)
     samples = _dense(trajectory, times, owner)
     return signals_of(result.compiled).corrected(samples, np.array(list(result.parameters.values()), float))
 
 
-def spans(result: Result[Any], times: Array, before: bool) -> Array:
+def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
     """The longest of the few steps before or after instants, in s, up to the next event: the one that ends at an event may be tiny."""
-    trajectory = result.trajectory
     starts, row = trajectory.times, trajectory.mode_of_step
     changes, told = starts[1:][row[1:] != row[:-1]], np.array([i.time for i in trajectory.instants])
     apart = np.abs(changes[:, None] - told).min(axis=1, initial=np.inf) > _LATE * (1.0 + np.abs(changes))

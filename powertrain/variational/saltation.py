@@ -24,9 +24,9 @@ from powertrain.compiler.hybrid import Switch, When
 from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.many import Many
 from powertrain.signals import Samples, signals_of
 from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, without_effect
-from powertrain.numerics.many import Many
 from powertrain.variational.mapping import Mapping, Round
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record

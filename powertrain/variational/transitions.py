@@ -15,8 +15,8 @@ import numpy as np
 
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples
 from powertrain.numerics.many import Many
+from powertrain.signals import Samples
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import POINTS, STAGES, Steps
 
