@@ -230,9 +230,12 @@ def test_a_clutch_whose_friction_falls_with_speed() -> None:
     clutch = Clutch(fn_max=200.0, mue_pos=((0.0, 1.0), (20.0, 0.8), (60.0, 0.7), (120.0, 0.65)))
     inputs = {"torque": ([0, 0.2], [20.0, 40.0]), "press": ([0, 0.15], [0.1, 0.9])}
     names = ["engine.J", "shaft.d"]
-    assert_as_differences(
-        Engaging(clutch=clutch), "load.w", names, 1e-3, share=5e-3, stop=0.3, starts=STARTS, inputs=inputs
+    options: dict[str, Any] = {"stop": 0.3, "starts": STARTS, "inputs": inputs}
+    assert_as_differences(Engaging(clutch=clutch), "load.w", names, 1e-3, share=5e-3, **options)
+    some, more = (
+        pt.hessian(Engaging(clutch=clutch), "load.w", names, max_step=h, **options, **TIGHT) for h in (1e-3, np.inf)
     )
+    np.testing.assert_allclose(some, more, rtol=1e-6)  # also where the step before the event is tiny
 
 
 @pytest.mark.slow
