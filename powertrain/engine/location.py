@@ -1,7 +1,7 @@
 """Where inside a step an indicator falls through zero: the Illinois method on the dense polynomial.
 
-Indicators may be flat below zero (a torque that ends), where secants do not help: after slow progress it extrapolates from above, or
-bisects.
+Secants do not help where an indicator is flat on one side of zero, above (a law whose turn it is not yet) or below (a torque that ends):
+there it extrapolates from the other side, or bisects.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
 _AIM = 1e-11
 """A located indicator is below zero by this much, a tenth of the hysteresis, or at most by twice as much."""
+_NOISY, _LARGEST = 8, 1e-9
+"""What is not found in so many trials is noisier: it may be farther below zero, by twice as much at each, up to this."""
 _ITERATIONS = 150
 _PLACES = (0.0, *CHECKS, 1.0)
 
@@ -52,10 +54,17 @@ class Locator:
     def _between(self, low: float, high: float, at_low: float, at_high: float, aim: float) -> float:
         """``at_low`` > 0 > ``at_high`` are the values there, shifted so that the goal is zero."""
         fraction, worst, call, side = self._fraction, self._worst, self._call, 0
-        before, at_before, slow = low, at_low, False
-        weight_low, weight_high = at_low, at_high
-        for _ in range(_ITERATIONS):
-            if slow:
+        before, at_before, beyond, at_beyond = low, at_low, high, at_high
+        weight_low, weight_high, flat_above, flat_below = at_low, at_high, False, False
+        enough = _AIM
+        for trial in range(_ITERATIONS):
+            if trial >= _NOISY:
+                enough = min(2.0 * enough, _LARGEST)
+                if at_high >= -enough:
+                    break
+            if flat_above:
+                q = high - (beyond - high) * at_high / (at_beyond - at_high) if at_beyond < at_high else high
+            elif flat_below:
                 q = low + (low - before) * at_low / (at_before - at_low) if at_before > at_low else low
             else:
                 q = low + (high - low) * weight_low / (weight_low - weight_high)
@@ -66,14 +75,14 @@ class Locator:
             fraction[0] = q
             call()
             value = worst[0] + aim
-            if -_AIM <= value <= _AIM:
+            if -enough <= value <= _AIM:
                 return q
             if value > 0.0:
-                slow, weight_high = value > 0.5 * at_low, 0.5 * weight_high if side == 1 else at_high
+                flat_above, weight_high = value > 0.5 * at_low, 0.5 * weight_high if side == 1 else at_high
                 before, at_before, low, at_low, weight_low, side = low, at_low, q, value, value, 1
             else:
-                slow, weight_low = value < 0.5 * at_high, 0.5 * weight_low if side == 2 else at_low
-                high, at_high, weight_high, side = q, value, value, 2
+                flat_below, weight_low = value < 0.5 * at_high, 0.5 * weight_low if side == 2 else at_low
+                beyond, at_beyond, high, at_high, weight_high, side = high, at_high, q, value, value, 2
         fraction[0] = high
         call()
         return high

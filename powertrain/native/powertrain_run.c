@@ -9,6 +9,8 @@
 #define PLACES 5 /* 0, the checks inside a step, 1 */
 #define INFO 5
 #define AIM 1e-11
+#define NOISY 8
+#define LARGEST 1e-9
 #define CALM 1e-4
 #define HALVINGS 8
 #define FINEST 1e-5
@@ -381,25 +383,30 @@ static double value_at(pt_model *a, double q)
 
 static double between(pt_model *a, double low, double high, double at_low, double at_high, double aim)
 {
-    double before = low, at_before = at_low, weight_low = at_low, weight_high = at_high;
-    int side = 0, slow = 0;
+    double before = low, at_before = at_low, beyond = high, at_beyond = at_high, weight_low = at_low, weight_high = at_high;
+    double enough = AIM;
+    int side = 0, flat_above = 0, flat_below = 0;
     for (int i = 0; i < 150; i++) {
-        double q = slow ? (at_before > at_low ? low + (low - before) * at_low / (at_before - at_low) : low)
-                        : low + (high - low) * weight_low / (weight_low - weight_high);
+        double q;
+        if (i >= NOISY) enough = fmin(2 * enough, LARGEST);
+        if (at_high >= -enough) break;
+        if (flat_above) q = at_beyond < at_high ? high - (beyond - high) * at_high / (at_beyond - at_high) : high;
+        else if (flat_below) q = at_before > at_low ? low + (low - before) * at_low / (at_before - at_low) : low;
+        else q = low + (high - low) * weight_low / (weight_low - weight_high);
         if (!(low < q && q < high)) {
             q = 0.5 * (low + high);
             if (!(low < q && q < high)) break;
         }
         double value = value_at(a, q) + aim;
-        if (-AIM <= value && value <= AIM) return q;
+        if (-enough <= value && value <= AIM) return q;
         if (value > 0) {
-            slow = value > 0.5 * at_low;
+            flat_above = value > 0.5 * at_low;
             weight_high = side == 1 ? 0.5 * weight_high : at_high;
             before = low, at_before = at_low, low = q, at_low = weight_low = value, side = 1;
         } else {
-            slow = value < 0.5 * at_high;
+            flat_below = value < 0.5 * at_high;
             weight_low = side == 2 ? 0.5 * weight_low : at_low;
-            high = q, at_high = weight_high = value, side = 2;
+            beyond = high, at_beyond = at_high, high = q, at_high = weight_high = value, side = 2;
         }
     }
     value_at(a, high);
