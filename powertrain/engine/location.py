@@ -10,8 +10,8 @@ from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
 _AIM = 1e-11
 """A located indicator is below zero by this much, a tenth of the hysteresis, or at most by twice as much."""
-_NOISY, _LARGEST = 8, 1e-9
-"""What is not found in so many trials is noisier: it may be farther below zero, by twice as much at each, up to this."""
+_CLOSE, _LARGEST = 1e-10, 1e-9
+"""What is not found so close, as a share of the step, is noisier: it may be farther below zero, twice as far at each trial, up to this."""
 _ITERATIONS = 150
 _PLACES = (0.0, *CHECKS, 1.0)
 
@@ -57,8 +57,8 @@ class Locator:
         before, at_before, beyond, at_beyond = low, at_low, high, at_high
         weight_low, weight_high, flat_above, flat_below = at_low, at_high, False, False
         enough = _AIM
-        for trial in range(_ITERATIONS):
-            if trial >= _NOISY:
+        for _ in range(_ITERATIONS):
+            if high - low < _CLOSE:
                 enough = min(2.0 * enough, _LARGEST)
                 if at_high >= -enough:
                     break

@@ -9,7 +9,7 @@
 #define PLACES 5 /* 0, the checks inside a step, 1 */
 #define INFO 5
 #define AIM 1e-11
-#define NOISY 8
+#define CLOSE 1e-10
 #define LARGEST 1e-9
 #define CALM 1e-4
 #define HALVINGS 8
@@ -388,7 +388,7 @@ static double between(pt_model *a, double low, double high, double at_low, doubl
     int side = 0, flat_above = 0, flat_below = 0;
     for (int i = 0; i < 150; i++) {
         double q;
-        if (i >= NOISY) enough = fmin(2 * enough, LARGEST);
+        if (high - low < CLOSE) enough = fmin(2 * enough, LARGEST);
         if (at_high >= -enough) break;
         if (flat_above) q = at_beyond < at_high ? high - (beyond - high) * at_high / (at_beyond - at_high) : high;
         else if (flat_below) q = at_before > at_low ? low + (low - before) * at_low / (at_before - at_low) : low;
