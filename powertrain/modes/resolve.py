@@ -144,11 +144,9 @@ class ModeResolver:
 
     def _stick(self, side: int) -> None:
         """Laws at a limit whose motion has come to rest are stuck; one with a peak has that only if it rested before."""
-        m = self.memory.m
-        for law, (w, *_, peak) in zip(
-            self.dae.frictions, law_values(self.dae, self.memory, side).tolist(), strict=True
-        ):
-            if abs(m[law.index]) == 1.0 and abs(w) <= ZONE and peak <= 1.0:
+        m, values = self.memory.m, law_values(self.dae, self.memory, side).tolist()
+        for law, (w, *_, peak) in zip(self.dae.frictions, values, strict=True):
+            if abs(m[law.index]) == 1.0 and abs(w) <= ZONE and peak <= 1.0 and not law.prescribed:
                 m[law.index] = 0.0
 
     def _forget_rest(self) -> None:

@@ -69,13 +69,13 @@ def _laws(dae: HybridDae) -> list[int]:
 def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
     """Functions of (time and step, y, m, p) for laws at rest.
 
-    ``still``: the friction laws that are, and have no peak. ``mobility``, where laws may rest at a limit of their torque, held by others:
-    the rates of all laws by their torques, row by row, and without torques; the peaks of those, and whether they are at rest but for the
-    error of the integration.
+    ``still``: the friction laws that are, by torques, and have no peak. ``mobility``, where laws may rest at a limit of their torque, held
+    by others: the rates of all laws by their torques, row by row, and without torques; the peaks of those, and whether they are at rest
+    but for the error of the integration.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
     y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
-    still = [ca.logic_and(ca.fabs(f.w) <= ZONE, f.peak <= 1) for f in dae.frictions]
+    still = [ca.SX(0) if f.prescribed else ca.logic_and(ca.fabs(f.w) <= ZONE, f.peak <= 1) for f in dae.frictions]
     found = {"still": [ca.vertcat(*still)]} if still else {}
     if laws and opened is not None:
         found["mobility"] = _mobility(dae, laws, opened)
