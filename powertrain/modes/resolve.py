@@ -90,7 +90,7 @@ class ModeResolver:
         return same and all(m[place] for place in marked)
 
     def _found(self, side: int) -> bool:
-        """Modes from the present ones, else from the complementarity problem; False if a reset or an impact happened."""
+        """Modes from the present ones, else from rest, else from the complementarity problem; False if a reset or an impact happened."""
         happened = self._newton(side)
         if self._problem is None:
             return self._complementary(side) if happened is None else happened
@@ -150,7 +150,7 @@ class ModeResolver:
                 m[law.index] = 0.0
 
     def _forget_rest(self) -> None:
-        """Laws that rest at a limit are stuck as others are, until the complementarity problem says who is at a limit."""
+        """Laws that rest at a limit are stuck as others are, until the search says who is at a limit."""
         for law in self.dae.frictions:
             if law.rests is not None and self.memory.m[law.rests] > 0.0:
                 self.memory.m[law.rests] = self.memory.m[law.index] = 0.0

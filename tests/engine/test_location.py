@@ -53,6 +53,7 @@ CURVES: dict[str, Curve] = {
     "curved down": lambda q: 0.5 - q**7,
     "flat below": lambda q: max(0.61 - q, -1e-9),
     "flat above": lambda q: min(0.61 - q, 1e-3),
+    "clipped at the hysteresis": lambda q: min(10 * (0.61 - q) + (0.61 - q) ** 2, 2e-10),
     "quintic": lambda q: -((q - 0.43) ** 5),
     "root": lambda q: np.copysign(abs(0.43 - q) ** 0.3, 0.43 - q),
     "torque that ends": lambda q: 50.0 * (0.61 - q) ** 2 - 1e-9 if q < 0.61 else -1e-9,
@@ -60,8 +61,8 @@ CURVES: dict[str, Curve] = {
 }
 
 
-FEW = {"line": 3, "curved up": 10, "curved down": 12, "flat above": 15, "quintic": 20}
-"""Evaluations that the Illinois method and the extrapolation from above take at most."""
+FEW = {"line": 3, "curved up": 10, "curved down": 12, "flat above": 15, "clipped at the hysteresis": 30, "quintic": 20}
+"""Evaluations that the Illinois method and the extrapolations take at most."""
 
 
 @pytest.mark.parametrize("name", CURVES)

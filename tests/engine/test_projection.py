@@ -65,6 +65,14 @@ def test_states_that_are_speeds_of_stuck_laws_are_zero_to_the_last_bit(seed: int
     np.testing.assert_allclose(loose, least(np.vstack([A[[0, 2]], np.eye(6)[2]]), x), atol=1e-12)
 
 
+def test_two_laws_on_one_motion() -> None:
+    """The second leaves nothing to divide by."""
+    found = projected(
+        laws(lambda t, x, p: [x[0] - x[1], x[0] - x[1], x[1] - x[0]], 2, 3), np.array([3.0, 1.0]), np.zeros(3)
+    )
+    np.testing.assert_array_equal(found, [2.0, 2.0])
+
+
 def test_speeds_that_are_not_linear_and_depend_on_time_and_parameters() -> None:
     """From 1e-3 off to 1e-6: two steps, the second with the slopes of the first."""
     model = laws(lambda t, x, p: [x[0] * (1 + 0.3 * x[1]) - t * p[0], x[1] ** 2 - 1], 2, 2)
