@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import casadi as ca
@@ -18,6 +18,7 @@ from powertrain.engine.waves import Waves
 from powertrain.engine.zeno import Zeno, resetting
 from powertrain.errors import InitializationError, ParameterError
 from powertrain.integration import fused as steps
+from powertrain.integration.parts import Parts, in_parts
 from powertrain.integration.specialized import Calls, SpecialSteps, for_modes
 from powertrain.modes.admissible import Admissible
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
@@ -26,8 +27,9 @@ from powertrain.modes.resolve import ModeResolver, reset_values
 from powertrain.modes.rules import timed
 from powertrain.numerics.background import Builds, Install
 from powertrain.numerics.buffers import Array, Bound, Memory
-from powertrain.numerics.compiled import compile_functions
+from powertrain.numerics.compiled import Compilable, compile_functions
 from powertrain.numerics.pivots import match_rows
+from powertrain.numerics.vectorised import NotWritten
 
 Method = Literal["auto", "dopri5", "rodas5p"]
 Compile = bool | Literal["background"]
@@ -68,7 +70,7 @@ class Prepared:
         self.algebra = AlgebraicSolver(dae, self.memory) if dae.z.numel() else None
         self._model: steps.Common | None = None
         self._steps: dict[str, Calls] = {}
-        self._kept: list[Bound] = []
+        self._kept: list[Bound | Parts] = []
         self._builds = Builds()
         self._functions: dict[str, ca.Function] = {}
         self._general: dict[str, ca.Function] = {}
@@ -101,26 +103,34 @@ class Prepared:
     def _special(self, method: str, modes: list[float]) -> Calls:
         """The step for given modes."""
         function = for_modes(self._general[method], self.catalogue.modes, modes)
-        self._kept += (bound := [self._bind_step(function, side) for side in (0, 1)])
+        self._kept += (bound := [self._bind_step({method: function}, method, side) for side in (0, 1)])
         return [each.call for each in bound]
 
     def _step(self, method: str) -> Calls:
         """The step for any modes."""
-        make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
-        rows = self._shared().rows
-        function = fast = None
-        if sum(self.sizes[:2]) <= _MANY:
-            function = fast = self._general[method] = make(self._shared())
-        if fast is None or (self.compile and fast.n_instructions() > _LONG):
-            fast = make(steps.common(self.dae, rows, ca.MX))
+        model, few = self._shared(), sum(self.sizes[:2]) <= _MANY
+        whole = steps.step(model if few else steps.common(self.dae, model.rows, ca.MX), method)
+        fast: dict[str, Compilable] = {method: whole}
+        if few:
+            self._general[method] = whole
+        if self.compile and not (few and whole.n_instructions() <= _LONG):
+            fast = self._long(method)
         calls: Calls = []
 
         def install(functions: dict[str, ca.Function]) -> None:
-            self._kept += (bound := [self._bind_step(functions[method], side) for side in (0, 1)])
+            self._kept += (bound := [self._bind_step(functions, method, side) for side in (0, 1)])
             calls[:] = [each.call for each in bound]
 
-        install(self._finished({method: function or fast}, {method: fast}, install))
+        install(self._finished({method: whole}, fast, install))
         return calls
+
+    def _long(self, method: str) -> dict[str, Compilable]:
+        """A long step for the C compiler."""
+        model = steps.common(self.dae, self._shared().rows, ca.MX)
+        try:
+            return in_parts(model, method)
+        except NotWritten:
+            return {method: steps.step(model, method)}
 
     def first_method(self, span: float) -> str:
         """The method a run begins with, from the start that memory holds."""
@@ -139,11 +149,15 @@ class Prepared:
         radius = float(np.abs(np.linalg.eigvals(matrix)).max())
         return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
 
-    def _bind_step(self, function: ca.Function, side: int) -> Bound:
+    def _bind_step(self, functions: dict[str, ca.Function], method: str, side: int) -> Bound | Parts:
         memory, other = self.memory, 1 - side
+        if len(functions) > 1:
+            return Parts(functions, method, memory, side)
         arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
         return Bound(
-            function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
+            functions[method],
+            arguments,
+            [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside],
         )
 
     def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
@@ -280,14 +294,13 @@ class Prepared:
     def functions(self, method: str) -> dict[str, ca.Function]:
         """All functions of a run with one method, for other drivers than ``loop``; after a start was loaded."""
         model = self._shared()
-        make = steps.explicit_step if method == "dopri5" else steps.rosenbrock_step
-        found = {"method": make(model)} | self._called(model) | {"longest": self.waves.function}
+        found = {"method": steps.step(model, method)} | self._called(model) | {"longest": self.waves.function}
         if self.dae.whens:
             found["resets"] = reset_values(self.dae)
         return found
 
     def _finished(
-        self, functions: dict[str, ca.Function], fast: dict[str, ca.Function], install: Install
+        self, functions: dict[str, ca.Function], fast: Mapping[str, Compilable], install: Install
     ) -> dict[str, ca.Function]:
         """The functions as they are run at first; ``fast`` are those for the compiler, given to ``install`` when they come later."""
         if self.compile == "background":

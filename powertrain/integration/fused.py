@@ -18,6 +18,7 @@ from powertrain.modes.projection import at_rest
 from powertrain.modes.rules import mode_pass, timed
 from powertrain.modes.tolerances import NOW
 from powertrain.numerics.buffers import CHECKS, PREFIX
+from powertrain.numerics.hoisting import hoisted
 from powertrain.numerics.sparse_lu import factorize
 
 MIDWAY = 0.1
@@ -64,13 +65,12 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
     found, counted = ca.densify(found), ca.densify(counted)
     called = kind is not ca.SX
     m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
-    known: dict[str, ca.Function] = {}
+    known: dict[str, Callable[[ca.SX, ca.SX], list[ca.SX]]] = {}
 
     def call(name: str, outputs: Callable[[], list[ca.SX]], t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
         if name not in known:
-            inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-            known[name] = ca.Function(PREFIX + name, inputs, ca.cse(outputs()) if called else outputs())
-        return list(known[name].call([t, unknowns[:n, :], unknowns[n:, :], m, p]))
+            known[name] = (_with_constants if called else _written)(dae, PREFIX + name, outputs(), m, p)
+        return known[name](t, unknowns)
 
     def partials() -> list[ca.SX]:
         return [ca.jacobian(rates, ca.vertcat(dae.x, dae.z)), ca.densify(ca.jacobian(rates, dae.t))]
@@ -94,43 +94,58 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
     )
 
 
-def explicit_step(model: Common) -> ca.Function:
-    """Dormand-Prince 5(4): (time, y, m, p, slope, tolerance) -> (y, slope, info, dense, outside)."""
-    slope = model.kind.sym("slope", model.y.numel())
-    t, h = model.time[0], model.time[1]
-    taken = dopri5.step(model.rates, t, h, model.y, slope)
-    defect = model.rates(t + h / 2, on_polynomial(taken.dense, 0.5)) - slope_of_polynomial(taken.dense, 0.5) / h
-    return _step_function(model, PREFIX + "dopri5", slope, taken, MIDWAY * h * defect)
+def _written(
+    dae: HybridDae, name: str, outputs: list[ca.SX], m: ca.SX, p: ca.SX
+) -> Callable[[ca.SX, ca.SX], list[ca.SX]]:
+    """The outputs as functions of time and unknowns."""
+    function, n = ca.Function(name, [dae.t, dae.x, dae.z, dae.m, dae.p], outputs), dae.x.numel()
+    return lambda t, y: list(function.call([t, y[:n, :], y[n:, :], m, p]))
 
 
-def rosenbrock_step(model: Common) -> ca.Function:
-    """Rodas5P, same arguments and results as the explicit step."""
-    n = model.dae.x.numel()
-    slope = model.kind.sym("slope", model.y.numel())
-    t, h = model.time[0], model.time[1]
+def _with_constants(
+    dae: HybridDae, name: str, outputs: list[ca.SX], m: ca.SX, p: ca.SX
+) -> Callable[[ca.SX, ca.SX], list[ca.SX]]:
+    """The same, where what depends on held values and parameters alone is computed once for all calls in a step."""
+    function, prepare = hoisted(name, [dae.t, dae.x, dae.z], [dae.m, dae.p], outputs)
+    values, n = prepare(m, p), dae.x.numel()
+    return lambda t, y: list(function.call([t, y[:n, :], y[n:, :], m, p, values]))
+
+
+def step(model: Common, method: str) -> ca.Function:
+    """A step of "dopri5" or "rodas5p" in one function: (time, y, m, p, slope, tolerance) -> (y, slope, info, dense, outside)."""
+    slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
+    taken, defect = taken_step(model, method, slope)
+    samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
+    slope_there, last = model.reached(t + h, taken.end)
+    judged = verdict_function(model.indicators)
+    norm = error_norm(model, taken, defect)
+    info = judged(norm, model.tolerance[2], taken.stiffness, ca.horzcat(*samples, last))
+    outside = model.guards(t + h, taken.end)
+    results = [ca.densify(r) for r in (taken.end, slope_there, info, ca.vec(taken.dense), outside)]
+    inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance]
+    return ca.Function(PREFIX + method, inputs, ca.cse(results))
+
+
+def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca.SX | None]:
+    """The step from ``slope``, and the weighted defect of its dense output midway where that is part of the error."""
+    n, t, h = model.dae.x.numel(), model.time[0], model.time[1]
+    if method == "dopri5":
+        taken = dopri5.step(model.rates, t, h, model.y, slope)
+        defect = model.rates(t + h / 2, on_polynomial(taken.dense, 0.5)) - slope_of_polynomial(taken.dense, 0.5) / h
+        return taken, MIDWAY * h * defect
     jacobian, time_slope = model.partials(t, model.y)
     rows = list(range(n)) + [n + row for row in model.rows or ()]
-    taken = rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, slope, rows)
-    return _step_function(model, PREFIX + "rodas5p", slope, taken)
+    return rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, slope, rows), None
 
 
-def _step_function(
-    model: Common, name: str, slope: ca.SX, taken: StepResult, defect: ca.SX | None = None
-) -> ca.Function:
-    t, h = model.time[0], model.time[1]
+def error_norm(model: Common, taken: StepResult, defect: ca.SX | None) -> ca.SX:
+    """The size of all errors against what is allowed."""
     nominal, allowed = ca.DM(model.dae.sizes), ca.DM(allowances(model.dae.x.numel(), model.dae.z.numel()))
     scale = allowed * (
         model.tolerance[1] * nominal + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     )
     errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)
-    norm = ca.sqrt(ca.norm_2(errors)) if model.y.numel() else 0  # no less than the largest; nan if one is
-    samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
-    slope_there, last = model.reached(t + h, taken.end)
-    samples.append(last)
-    info = verdict_function(model.indicators)(norm, model.tolerance[2], taken.stiffness, ca.horzcat(*samples))
-    outside = ca.densify(model.guards(t + h, taken.end))
-    results = [ca.densify(r) for r in (taken.end, slope_there, info, ca.vec(taken.dense), outside)]
-    return ca.Function(name, [model.time, model.y, model.m, model.p, slope, model.tolerance], ca.cse(results))
+    return ca.sqrt(ca.norm_2(errors)) if model.y.numel() else model.kind(0)  # no less than the largest; nan if one is
 
 
 def verdict_function(indicators: int) -> ca.Function:

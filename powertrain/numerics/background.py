@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from queue import SimpleQueue
 
 import casadi as ca
 
 from powertrain.errors import PowertrainError
-from powertrain.numerics.compiled import code_of, compiler, known, library, loaded
+from powertrain.numerics.compiled import Compilable, code_of, compiler, known, library, loaded, uncompiled
 
 
 class Build:
     """The library of some functions, which the thread builds when its turn comes."""
 
-    def __init__(self, functions: dict[str, ca.Function], code: str, command: tuple[str, ...]) -> None:
+    def __init__(self, functions: Mapping[str, Compilable], code: str, command: tuple[str, ...]) -> None:
         self._functions, self._code, self._command = functions, code, command
         self._error: Exception | None = None
         self.done = False
@@ -37,7 +37,7 @@ class Build:
             return loaded(self._functions, library(self._code, self._command))
         except (OSError, RuntimeError, PowertrainError) as error:
             warnings.warn(f"compile='background' has no effect here: {error}", RuntimeWarning, stacklevel=2)
-            return self._functions
+            return uncompiled(self._functions)
 
 
 class _Thread:
@@ -66,7 +66,7 @@ class _Thread:
 _THREAD = _Thread()
 
 
-def begin(functions: dict[str, ca.Function]) -> dict[str, ca.Function] | Build | None:
+def begin(functions: Mapping[str, Compilable]) -> dict[str, ca.Function] | Build | None:
     """The functions from a library that the cache has, else the build of one; None where there is no compiler or no cache."""
     code = code_of(functions)
     try:
@@ -96,7 +96,7 @@ class Builds:
         self._waiting: list[tuple[Build, Install]] = []
 
     def finished(
-        self, functions: dict[str, ca.Function], fast: dict[str, ca.Function], install: Install
+        self, functions: dict[str, ca.Function], fast: Mapping[str, Compilable], install: Install
     ) -> dict[str, ca.Function]:
         """``fast`` from the cache, or ``functions`` until ``adopt`` finds the library of ``fast`` built and calls ``install``."""
         found = begin(fast)

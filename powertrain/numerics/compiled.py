@@ -16,8 +16,11 @@ import subprocess
 import sys
 import tempfile
 import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 import casadi as ca
 
@@ -38,7 +41,22 @@ def cache_directory() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "powertrain"
 
 
-def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Function]:
+@dataclass(frozen=True)
+class InC:
+    """A function that is written in C already."""
+
+    function: ca.Function
+    code: str
+
+    def name(self) -> str:
+        """Its name in C."""
+        return str(self.function.name())
+
+
+Compilable: TypeAlias = ca.Function | InC
+
+
+def compile_functions(functions: Mapping[str, Compilable]) -> dict[str, ca.Function]:
     """The same functions from a shared library; where the cache cannot be used a warning says why, and they stay as they are.
 
     Raises PowertrainError where there is no compiler or it fails.
@@ -48,7 +66,12 @@ def compile_functions(functions: dict[str, ca.Function]) -> dict[str, ca.Functio
         return loaded(functions, library(code, command))
     except (OSError, RuntimeError) as error:  # the latter from a file system that does not allow programs
         warn_of_cache(error)
-        return functions
+        return uncompiled(functions)
+
+
+def uncompiled(functions: Mapping[str, Compilable]) -> dict[str, ca.Function]:
+    """The functions as CasADi has them."""
+    return {key: each.function if isinstance(each, InC) else each for key, each in functions.items()}
 
 
 def warn_of_cache(error: Exception) -> None:
@@ -61,18 +84,21 @@ def warn_of_cache(error: Exception) -> None:
     )
 
 
-def code_of(functions: dict[str, ca.Function]) -> str:
+def code_of(functions: Mapping[str, Compilable]) -> str:
     """The functions in C."""
-    generator = ca.CodeGenerator("powertrain_steps.c")
+    generator, written = ca.CodeGenerator("powertrain_steps.c"), list[str]()
     for function in functions.values():
-        generator.add(function)
+        if isinstance(function, InC):
+            written.append(function.code)
+        else:
+            generator.add(function)
     code = str(generator.dump())
     for call, expression in _INLINE.items():
         code = code.replace(call, expression)
-    return code
+    return "\n".join([code, *written])
 
 
-def loaded(functions: dict[str, ca.Function], library: Path) -> dict[str, ca.Function]:
+def loaded(functions: Mapping[str, Compilable], library: Path) -> dict[str, ca.Function]:
     """The same functions from their library."""
     return {key: ca.external(function.name(), str(library)) for key, function in functions.items()}
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array, zeros
-from powertrain.numerics.compiled import compiler, library, warn_of_cache
+from powertrain.numerics.compiled import InC, compiler, library, warn_of_cache
 from powertrain.numerics.lookup import Lookup, table_of
 from powertrain.numerics.tape import replayed
 
@@ -184,24 +184,74 @@ def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Sym
 
 def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> str:
     """The function in C; NotWritten where an operation has none."""
-    scalar, count = ca.Function("powertrain_scalars", [*varying, common], list(outputs)), len(varying)
-    writer = _Writer()
+    writer, count = _Writer(), len(varying)
     own = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
     same = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
-    found = replayed(scalar, outputs, lambda i, j: same[j] if i == count else own[i], writer)
-    results = [found.get(i) or writer.constant(0.0) for i in range(scalar.n_out())]
+    results = _results([*varying, common], outputs, [*([each] for each in own), same], writer)
     return "\n".join(
         [
-            *(f"static const double {name}[] = {{{numbers}}};" for numbers, name in writer.tables.items()),
-            _HEAD + "void powertrain_columns(long long n, const double *const *a, const double *c, double *const *r) {",
+            *writer.head(),
+            "void powertrain_columns(long long n, const double *const *a, const double *c, double *const *r) {",
             *writer.fixed,
             f"for (long long k = 0; k < n; k += {WIDTH}) {{",
             f"if (k > n - {WIDTH}) k = n - {WIDTH};",
             *writer.each,
-            *(f"*(stored *)(r[{i}] + k) = {each.name};" for i, each in enumerate(results)),
+            *(f"*(stored *)(r[{i}] + k) = {name};" for i, name in enumerate(results)),
             "}\n}\n",
         ]
     )
+
+
+def abreast(name: str, varying: Symbol, common: Sequence[Symbol], outputs: Symbol) -> InC:
+    """A function of ``WIDTH`` points at once, called as CasADi's are: (``varying``, a row for each point; ``common``) -> rows of outputs.
+
+    NotWritten where an operation has no C here.
+    """
+    writer = _Writer()
+    own = [writer.line(f"*(const stored *)(arg[0] + {WIDTH * i})", True) for i in range(varying.numel())]
+    same = [
+        [writer.line(f"ALL(arg[{k}][{j}])", False) for j in range(each.numel())] for k, each in enumerate(common, 1)
+    ]
+    results = _results([varying, *common], ca.vertsplit(outputs), [own, *same], writer)
+    one = ca.Function(f"{name}_one", [varying, *common], [outputs])
+    points, rest = ca.MX.sym("points", WIDTH, varying.numel()), [ca.MX.sym("common", each.numel()) for each in common]
+    rows = [one(point.T, *rest).T for point in ca.vertsplit(points)]
+    whole = ca.Function(name, [points, *rest], [ca.vertcat(*rows)])
+    return InC(
+        whole,
+        "\n".join(
+            [
+                *writer.head(),
+                f"int {name}(const double **arg, double **res, long long *iw, double *w, int mem) {{",
+                *writer.fixed,
+                *writer.each,
+                *(f"*(stored *)(res[0] + {WIDTH * i}) = {result};" for i, result in enumerate(results)),
+                "return 0;\n}",
+                *_shapes(name, "in", [whole.size_in(i) for i in range(whole.n_in())]),
+                *_shapes(name, "out", [whole.size_out(0)]),
+            ]
+        ),
+    )
+
+
+def _shapes(name: str, side: str, sizes: Sequence[tuple[int, int]]) -> list[str]:
+    """What CasADi asks a function in C: how many arguments or results it has, and which matrices they are."""
+    patterns = "".join(f"{{{rows}, {columns}, 1}}, " for rows, columns in sizes)
+    return [
+        f"long long {name}_n_{side}(void) {{ return {len(sizes)}; }}",
+        f"const long long *{name}_sparsity_{side}(long long i) {{",
+        f"static const long long dense[][3] = {{{patterns}}};",
+        f"return i < {len(sizes)} ? dense[i] : 0;\n}}",
+    ]
+
+
+def _results(
+    inputs: Sequence[Symbol], outputs: Sequence[Symbol], values: Sequence[Sequence[_Value]], writer: _Writer
+) -> list[str]:
+    """The names of the outputs, whose operations the writer has written down, for ``values`` of all entries of the inputs."""
+    scalar = ca.Function("powertrain_scalars", list(inputs), list(outputs))
+    found = replayed(scalar, outputs, lambda i, j: values[i][j], writer)
+    return [(found.get(i) or writer.constant(0.0)).name for i in range(scalar.n_out())]
 
 
 @dataclass(frozen=True)
@@ -239,6 +289,10 @@ class _Writer:
     def __init__(self) -> None:
         self.fixed, self.each, self.tables = list[str](), list[str](), dict[str, str]()
         self._lookups: dict[tuple[int, ...], Lookup] = {}
+
+    def head(self) -> list[str]:
+        """What stands before the function."""
+        return [*(f"static const double {name}[] = {{{numbers}}};" for numbers, name in self.tables.items()), _HEAD]
 
     def line(self, expression: str, varies: bool) -> _Value:
         """A new variable."""

@@ -16,7 +16,8 @@ from benchmarks import implicit_map
 from powertrain.design import SplitPathBench
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import Columns, Tape
-from powertrain.numerics.vectorised import VectorTape, vector_tape
+from powertrain.numerics.compiled import compile_functions
+from powertrain.numerics.vectorised import NotWritten, VectorTape, abreast, vector_tape
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.split_path_car import SplitPathCar
 
@@ -94,6 +95,28 @@ def test_random_tapes(seed: int) -> None:
     compare(varying, common, nodes, rows, rng.normal(1.0, 1.0, 3))
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_points_abreast(seed: int) -> None:
+    """A function of four points, called as CasADi's are: from its library, and as CasADi has it."""
+    rng = np.random.default_rng(seed)
+    x, m, p = ca.SX.sym("x", 3), ca.SX.sym("m", 2), ca.SX.sym("p", 1)
+    nodes = [*ca.vertsplit(x), *ca.vertsplit(m), p]
+    for _ in range(60):
+        a, b = (nodes[int(rng.integers(len(nodes)))] for _ in range(2))
+        one, two = (some[int(rng.integers(len(some)))] for some in (UNARY, BINARY))
+        if two is not ca.copysign:
+            nodes.append(one(a) if rng.random() < 0.3 else two(a, b))
+    outputs, points = ca.vertcat(*nodes, 0, 1.5), rng.normal(1.0, 2.0, (4, 3))
+    common = rng.normal(size=2), rng.normal(size=1)
+    written = abreast(f"powertrain_abreast{seed}", x, [m, p], outputs)
+    there = compile_functions({"f": written})["f"]
+    assert there.name() == written.name()
+    assert there is not written.function
+    exact = np.array([ca.Function("one", [x, m, p], [outputs])(row, *common).full().ravel() for row in points])
+    for found in (there, written.function):
+        assert_same(np.array(found(points, *common)), exact)
+
+
 @pytest.mark.parametrize("even", [True, False])
 @pytest.mark.parametrize("outside", ["clip", "linear"])
 @pytest.mark.parametrize("axes", [1, 2, 3])
@@ -117,6 +140,8 @@ def test_calls_of_other_functions_stay_with_the_virtual_machine() -> None:
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     called = ca.Function("called", [x], [ca.sin(x)], {"never_inline": True})
     assert vector_tape([x], y, [called(x) + y]) is None
+    with pytest.raises(NotWritten):
+        abreast("powertrain_abreast", x, [y], called(x) + y)
     columns = Columns("test", [x], y, [called(x) + y], compile=True)
     columns.set_common(np.array([2.0]))
     np.testing.assert_allclose(columns(np.array([[0.0, 1.0]])), [[2.0, np.sin(1.0) + 2.0]], rtol=1e-15)

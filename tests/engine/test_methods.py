@@ -39,7 +39,7 @@ def march(model: HybridDae, name: str, y0: np.ndarray, end: float, n: int) -> tu
     if model.z.numel():
         rows = [1, 0, 2]
     common = steps.common(model, rows)
-    step = steps.explicit_step(common) if name == "dopri5" else steps.rosenbrock_step(common)
+    step = steps.step(common, name)
     y, h, dense = y0, end / n, np.zeros(5 * len(y0))
     for i in range(n):
         slope = np.array(common_rates(model, i * h, y))
