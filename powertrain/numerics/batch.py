@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
-from powertrain.numerics.lookup import Lookup, OfColumns, table_of
+from powertrain.numerics.lookup import Lookup, OfColumns, looked_up
 from powertrain.numerics.tape import replayed
 from powertrain.numerics.vectorised import VectorTape, vector_tape
 
@@ -199,15 +199,8 @@ class _OfColumns:
         return ca.MX.unary(code, first) if len(operands) == 1 else ca.MX.binary(code, first, last)
 
     def call(self, function: ca.Function, operands: list[ca.MX]) -> list[ca.MX]:
-        table, slopes = table_of(function)
-        if table is None:
-            return _call(function, operands, self.lanes)
-        count = len(table.points)
-        place = tuple(id(each) for each in (table, *operands[:count]))  # which the lookup keeps alive
-        if place not in self.lookups:
-            self.lookups[place] = Lookup(table, operands[:count], OfColumns())
-        found = self.lookups[place]
-        return [operands[-1] * slope for slope in found.slopes()] if slopes else [found.value()]
+        found = looked_up(function, operands, OfColumns(), self.lookups)
+        return _call(function, operands, self.lanes) if found is None else found
 
 
 def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:

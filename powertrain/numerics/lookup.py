@@ -7,22 +7,17 @@ slope in one direction is the difference between the ends of that interval over 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from itertools import product
+from operator import add
 from typing import Any, Protocol
 
 import casadi as ca
 
 from powertrain.language.tables import LinearTable, known
 
-ADJOINT = "adj1_wrap_"
-"""CasADi's name for the derivative of an interpolant: (x, nothing, seed) -> the seed times the slopes."""
-
-
-def table_of(function: ca.Function) -> tuple[LinearTable | None, bool]:
-    """The table that a function looks up, if it does, and whether it gives slopes."""
-    name = function.name()
-    slopes = name.startswith(ADJOINT)
-    return known.get(name.removeprefix(ADJOINT)), slopes
+REVERSE, FORWARD = "adj1_wrap_", "fwd1_wrap_"
+"""CasADi's names for derivatives of an interpolant: (x, nothing, seed) -> the seed times the slopes, (x, nothing, seeds) -> the sum of both."""
 
 
 class Searches(Protocol):
@@ -35,6 +30,26 @@ class Searches(Protocol):
     def entries(self, numbers: Sequence[float], places: Sequence[Any]) -> list[Any]:
         """Some of the numbers."""
         ...
+
+
+def looked_up(
+    function: ca.Function, operands: Sequence[Any], searches: Searches, lookups: dict[tuple[int, ...], Lookup]
+) -> list[Any] | None:
+    """What a table's function, or a derivative of it, gives; None for other functions. ``lookups`` are those made already."""
+    name = function.name()
+    table = known.get(name.removeprefix(REVERSE).removeprefix(FORWARD))
+    if table is None:
+        return None
+    count = len(table.points)
+    place = tuple(id(each) for each in (table, *operands[:count]))  # which the lookup keeps alive
+    if place not in lookups:
+        lookups[place] = Lookup(table, operands[:count], searches)
+    found = lookups[place]
+    if name.startswith(REVERSE):
+        return [operands[-1] * slope for slope in found.slopes()]
+    if name.startswith(FORWARD):
+        return [reduce(add, (slope * seed for slope, seed in zip(found.slopes(), operands[-count:], strict=True)))]
+    return [found.value()]
 
 
 class OfColumns:

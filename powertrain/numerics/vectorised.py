@@ -11,6 +11,7 @@ import math
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array, zeros
 from powertrain.numerics.compiled import InC, compiler, library, warn_of_cache
-from powertrain.numerics.lookup import Lookup, table_of
+from powertrain.numerics.lookup import Lookup, looked_up
 from powertrain.numerics.tape import replayed
 
 WIDTH = 4
@@ -106,9 +107,6 @@ typedef long long mask __attribute__((vector_size({8 * WIDTH})));
 #define SIGN ((mask)ALL(-0.0))
 #define LOW(x, t, n, how) ((lanes){{{", ".join(f"low(x[{i}], t, n, how)" for i in _ENTRIES)}}})
 #define ENTRIES(t, x) ((lanes){{{", ".join(f"t[(int)x[{i}]]" for i in _ENTRIES)}}})
-#if defined(__x86_64__) && defined(__gnu_linux__)
-__attribute__((target_clones("avx2", "default")))
-#endif
 """
 
 
@@ -292,7 +290,8 @@ class _Writer:
 
     def head(self) -> list[str]:
         """What stands before the function."""
-        return [*(f"static const double {name}[] = {{{numbers}}};" for numbers, name in self.tables.items()), _HEAD]
+        tables = (f"static const double {name}[] = {{{numbers}}};" for numbers, name in self.tables.items())
+        return [*tables, _HEAD, '__attribute__((target("avx2")))' if _wide() else ""]
 
     def line(self, expression: str, varies: bool) -> _Value:
         """A new variable."""
@@ -317,16 +316,11 @@ class _Writer:
         return self.line(text, any(each.varies for each in operands))
 
     def call(self, function: ca.Function, operands: list[_Value]) -> list[_Value]:
-        """A table's value or slopes."""
-        table, slopes = table_of(function)
-        if table is None:
+        """A table's value or its derivatives."""
+        found = looked_up(function, operands, self, self._lookups)
+        if found is None:
             raise NotWritten
-        count = len(table.points)
-        place = tuple(id(each) for each in (table, *operands[:count]))  # which the lookup keeps alive
-        if place not in self._lookups:
-            self._lookups[place] = Lookup(table, operands[:count], self)
-        found = self._lookups[place]
-        return [operands[-1] * slope for slope in found.slopes()] if slopes else [found.value()]
+        return found
 
     def interval(self, points: Sequence[float], mode: str, x: _Value) -> _Value:
         """The number of the interval between ``points`` that x lies in."""
@@ -340,6 +334,15 @@ class _Writer:
     def _table(self, numbers: Sequence[float]) -> str:
         """The name of an array."""
         return self.tables.setdefault(", ".join(map(_number, numbers)), f"t{len(self.tables)}")
+
+
+@cache
+def _wide() -> bool:
+    """Whether this machine is known to have vectors of ``WIDTH`` numbers. Libraries are cached by their code, which tells."""
+    try:
+        return " avx2 " in Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return False
 
 
 def _number(value: float) -> str:

@@ -127,7 +127,7 @@ def test_tables(axes: int, outside: Any, even: bool) -> None:
     table = pt.Map([pt.Axis(f"x{k}", "1", p, outside) for k, p in enumerate(points)], rng.normal(size=counts), "1")
     x, c = [ca.SX.sym(f"x{k}") for k in range(axes)], ca.SX.sym("c")
     outputs = [table(*x) * c, table(*(e * c for e in x)), *ca.vertsplit(ca.gradient(c * table(*x), ca.vertcat(*x)))]
-    outputs += [table(*(c for _ in x))]
+    outputs += [table(*(c for _ in x)), ca.jtimes(table(*x), ca.vertcat(*x), ca.vertcat(*(k + c for k in range(axes))))]
     rows = np.hstack(
         [rng.uniform(-2.0, 3.0, (axes, 50)), [[p[0], p[-1], p[1]] for p in points], rng.choice(SPECIAL, (axes, 20))]
     )
