@@ -17,7 +17,7 @@ import casadi as ca
 from powertrain.language.tables import LinearTable, known
 
 REVERSE, FORWARD = "adj1_wrap_", "fwd1_wrap_"
-"""CasADi's names for derivatives of an interpolant: (x, nothing, seed) -> the seed times the slopes, (x, nothing, seeds) -> the sum of both."""
+"""CasADi's names for derivatives of an interpolant: (x, nothing, seed) -> seed times slopes, and (x, nothing, seeds) -> the sum of both."""
 
 
 class Searches(Protocol):
