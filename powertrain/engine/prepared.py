@@ -29,7 +29,6 @@ from powertrain.numerics.background import Builds, Install
 from powertrain.numerics.buffers import Array, Bound, Memory
 from powertrain.numerics.compiled import Compilable, compile_functions
 from powertrain.numerics.pivots import match_rows
-from powertrain.numerics.vectorised import NotWritten
 
 Method = Literal["auto", "dopri5", "rodas5p"]
 Compile = bool | Literal["background"]
@@ -114,7 +113,7 @@ class Prepared:
         if few:
             self._general[method] = whole
         if self.compile and not (few and whole.n_instructions() <= _LONG):
-            fast = self._long(method)
+            fast = in_parts(steps.common(self.dae, model.rows, ca.MX), method)
         calls: Calls = []
 
         def install(functions: dict[str, ca.Function]) -> None:
@@ -123,14 +122,6 @@ class Prepared:
 
         install(self._finished({method: whole}, fast, install))
         return calls
-
-    def _long(self, method: str) -> dict[str, Compilable]:
-        """A long step for the C compiler."""
-        model = steps.common(self.dae, self._shared().rows, ca.MX)
-        try:
-            return in_parts(model, method)
-        except NotWritten:
-            return {method: steps.step(model, method)}
 
     def first_method(self, span: float) -> str:
         """The method a run begins with, from the start that memory holds."""

@@ -20,7 +20,7 @@ assert len(CHECKS) + 1 == WIDTH
 
 
 def in_parts(model: Common, method: str) -> dict[str, Compilable]:
-    """The parts by name. NotWritten where an operation of the indicators has no C in vectors."""
+    """The parts by name."""
     return {method: _advance(model, method), "samples": _samples(model), "verdict": _verdict(model)}
 
 

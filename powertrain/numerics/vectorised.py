@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array, zeros
-from powertrain.numerics.compiled import InC, compiler, library, warn_of_cache
+from powertrain.numerics.compiled import Compilable, InC, compiler, library, warn_of_cache
 from powertrain.numerics.lookup import Lookup, looked_up
 from powertrain.numerics.tape import replayed
 
@@ -200,35 +200,40 @@ def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]
     )
 
 
-def abreast(name: str, varying: Symbol, common: Sequence[Symbol], outputs: Symbol) -> InC:
-    """A function of ``WIDTH`` points at once, called as CasADi's are: (``varying``, a row for each point; ``common``) -> rows of outputs.
+def abreast(name: str, varying: Symbol, common: Sequence[Symbol], outputs: Symbol) -> Compilable:
+    """A function of ``WIDTH`` points at once: (a row of ``varying`` for each; ``common``) -> rows of ``outputs``.
 
-    NotWritten where an operation has no C here.
+    In vectors where all operations have C here, else one point after the other.
     """
-    writer = _Writer()
-    own = [writer.line(f"*(const stored *)(arg[0] + {WIDTH * i})", True) for i in range(varying.numel())]
-    same = [
-        [writer.line(f"ALL(arg[{k}][{j}])", False) for j in range(each.numel())] for k, each in enumerate(common, 1)
-    ]
-    results = _results([varying, *common], ca.vertsplit(outputs), [own, *same], writer)
     one = ca.Function(f"{name}_one", [varying, *common], [outputs])
     points, rest = ca.MX.sym("points", WIDTH, varying.numel()), [ca.MX.sym("common", each.numel()) for each in common]
     rows = [one(point.T, *rest).T for point in ca.vertsplit(points)]
     whole = ca.Function(name, [points, *rest], [ca.vertcat(*rows)])
-    return InC(
-        whole,
-        "\n".join(
-            [
-                *writer.head(),
-                f"int {name}(const double **arg, double **res, long long *iw, double *w, int mem) {{",
-                *writer.fixed,
-                *writer.each,
-                *(f"*(stored *)(res[0] + {WIDTH * i}) = {result};" for i, result in enumerate(results)),
-                "return 0;\n}",
-                *_shapes(name, "in", [whole.size_in(i) for i in range(whole.n_in())]),
-                *_shapes(name, "out", [whole.size_out(0)]),
-            ]
-        ),
+    try:
+        return InC(whole, _in_vectors(whole, varying, common, ca.vertsplit(outputs)))
+    except NotWritten:
+        return whole
+
+
+def _in_vectors(whole: ca.Function, varying: Symbol, common: Sequence[Symbol], outputs: Sequence[Symbol]) -> str:
+    """The function in C, called as CasADi calls functions."""
+    writer, name = _Writer(), whole.name()
+    own = [writer.line(f"*(const stored *)(arg[0] + {WIDTH * i})", True) for i in range(varying.numel())]
+    same = [
+        [writer.line(f"ALL(arg[{k}][{j}])", False) for j in range(each.numel())] for k, each in enumerate(common, 1)
+    ]
+    results = _results([varying, *common], outputs, [own, *same], writer)
+    return "\n".join(
+        [
+            *writer.head(),
+            f"int {name}(const double **arg, double **res, long long *iw, double *w, int mem) {{",
+            *writer.fixed,
+            *writer.each,
+            *(f"*(stored *)(res[0] + {WIDTH * i}) = {result};" for i, result in enumerate(results)),
+            "return 0;\n}",
+            *_shapes(name, "in", [whole.size_in(i) for i in range(whole.n_in())]),
+            *_shapes(name, "out", [whole.size_out(0)]),
+        ]
     )
 
 
