@@ -285,7 +285,10 @@ class Prepared:
     def functions(self, method: str) -> dict[str, ca.Function]:
         """All functions of a run with one method, for other drivers than ``loop``; after a start was loaded."""
         model = self._shared()
-        found = {"method": steps.step(model, method)} | self._called(model) | {"longest": self.waves.function}
+        step = steps.step(model, method)
+        if step.n_instructions() > _LONG:
+            step = steps.step(steps.common(self.dae, model.rows, ca.MX), method)
+        found = {"method": step} | self._called(model) | {"longest": self.waves.function}
         if self.dae.whens:
             found["resets"] = reset_values(self.dae)
         return found
