@@ -20,6 +20,7 @@ from powertrain.modes.tolerances import NOW
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.hoisting import hoisted
 from powertrain.numerics.sparse_lu import factorize
+from powertrain.numerics.vertex_elimination import sparse_jacobian
 
 MIDWAY = 0.1
 """Weight of the defect of the dense output midway: the embedded error is all but blind to a kink between the stages at 0.3 and 0.8."""
@@ -73,7 +74,8 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
         return known[name](t, unknowns)
 
     def partials() -> list[ca.SX]:
-        return [ca.jacobian(rates, ca.vertcat(dae.x, dae.z)), ca.densify(ca.jacobian(rates, dae.t))]
+        slopes = sparse_jacobian(rates, ca.vertcat(dae.t, dae.x, dae.z))
+        return [slopes[:, 1:], ca.densify(slopes[:, 0])]
 
     return Common(
         dae=dae,

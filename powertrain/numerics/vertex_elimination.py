@@ -1,0 +1,191 @@
+"""Sparse Jacobians of long expressions, by elimination of vertices.
+
+The operations of an expression are the vertices of a graph, and their derivatives by their operands the values of its edges. A vertex is
+eliminated when each edge into it has been multiplied with each edge out of it, and the product added to the edge that leads past it.
+When only variables and outputs are left, the edges are the Jacobian. Forward and reverse mode are two orders of many, and CasADi's modes
+write a sweep once for each colour of columns or rows. Here the next vertex is the one that leaves the fewest edges, after H. Markowitz
+(A. Griewank, S. Reese: On the calculation of Jacobian matrices by the Markowitz rule, in: Automatic Differentiation of Algorithms, SIAM
+1991; A. Griewank, A. Walther: Evaluating Derivatives, SIAM 2008, sections 9.2 and 10.1).
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Sequence
+
+import casadi as ca
+
+from powertrain.language.symbols import Symbol, column, key
+
+_ONE = Symbol(1)
+
+
+def sparse_jacobian(outputs: Symbol, variables: Symbol) -> Symbol:
+    """d(outputs)/d(variables) of two columns, sparse; products that occur twice are left to ``ca.cse``.
+
+    As ``ca.jacobian`` otherwise, also where operations have no derivative. An operand that is not chosen does no harm if it is infinite.
+    """
+    graph = _Graph(_entries(ca.cse(outputs)), _entries(variables))
+    graph.eliminate()
+    found = {(j, i): slope for i, row in enumerate(graph.rows()) for j, slope in row.items()}
+    places = sorted(found)  # column by column, as CasADi keeps them
+    rows, columns = [i for _, i in places], [j for j, _ in places]
+    pattern = ca.Sparsity.triplet(outputs.numel(), variables.numel(), rows, columns)
+    return Symbol(pattern, column([found[place] for place in places]))
+
+
+class _Graph:
+    """Vertices are numbers: of variables, then of operations in an order in which they can be computed, then of outputs.
+
+    ``into[v]`` are the operands of v with the slopes, ``out[v]`` those of which v is an operand. What no variable moves has no vertex.
+    """
+
+    def __init__(self, outputs: Sequence[Symbol], variables: Sequence[Symbol]) -> None:
+        self.into: list[dict[int, Symbol]] = [{} for _ in variables]
+        self.out: list[dict[int, None]] = [{} for _ in variables]  # without values: a set in a fixed order
+        numbers, slopes = {key(symbol): j for j, symbol in enumerate(variables)}, _Slopes()
+        for place, (node, operands) in _in_order(outputs).items():
+            known = [numbers.get(key(operand)) for operand in operands]
+            if place not in numbers and any(number is not None for number in known):
+                by = zip(known, slopes.of(node, operands), strict=True)
+                edges = [(number, slope) for number, slope in by if number is not None and not slope.is_zero()]
+                if edges:
+                    numbers[place] = self._add(edges)
+        self._inner = range(len(variables), len(self.into))
+        for node in outputs:
+            self._add([(numbers[key(node)], _ONE)] if key(node) in numbers else [])
+
+    def _add(self, edges: Iterable[tuple[int, Symbol]]) -> int:
+        """The number of a new vertex with these operands; one may occur twice."""
+        number = len(self.into)
+        self.into.append({})
+        self.out.append({})
+        for operand, slope in edges:
+            self._connect(operand, number, slope)
+        return number
+
+    def _connect(self, operand: int, v: int, slope: Symbol) -> None:
+        edges = self.into[v]
+        total = ca.SX.binary(ca.OP_ADD, edges[operand], slope) if operand in edges else slope
+        if total.is_zero():
+            edges.pop(operand, None)
+            self.out[operand].pop(v, None)
+        else:
+            edges[operand] = total
+            self.out[operand][v] = None
+
+    def rows(self) -> list[dict[int, Symbol]]:
+        """The edges into the outputs."""
+        return self.into[self._inner.stop :]
+
+    def eliminate(self) -> None:
+        """Leaves nothing between variables and outputs."""
+        heap = [self._rank(v) for v in self._inner]
+        heapq.heapify(heap)
+        open_ = set(self._inner)
+        while heap:
+            rank = heapq.heappop(heap)
+            v = rank[-1]
+            if v in open_ and rank == self._rank(v):
+                open_.discard(v)
+                near = [*self.into[v], *self.out[v]]
+                self._eliminate(v)
+                for u in near:
+                    if u in open_:
+                        heapq.heappush(heap, self._rank(u))
+
+    def _rank(self, v: int) -> tuple[int, int, int]:
+        """How many edges more are left without v, at most, and one; the products that takes."""
+        enter, leave = len(self.into[v]), len(self.out[v])
+        return (enter - 1) * (leave - 1), enter * leave, v
+
+    def _eliminate(self, v: int) -> None:
+        before, after = self.into[v], self.out[v]
+        for operand in before:
+            del self.out[operand][v]
+        for follower in after:
+            slope = self.into[follower].pop(v)
+            for operand, inner in before.items():
+                self._connect(operand, follower, _product(slope, inner))
+        self.into[v], self.out[v] = {}, {}
+
+
+class _Slopes:
+    """Derivatives of single operations, as CasADi has them."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, ca.Function | list[Symbol]] = {}
+
+    def of(self, node: Symbol, operands: Sequence[Symbol]) -> list[Symbol]:
+        """By all operands."""
+        if node.is_output():
+            return list(_gradient(node, operands).call(operands))
+        code = node.op()
+        if code == ca.OP_MUL:
+            return [operands[1], operands[0]]  # the most frequent one, without a call
+        if code not in self._known:
+            function = _gradient(node, operands)
+            slopes = function.call(operands)
+            self._known[code] = slopes if all(slope.is_constant() for slope in slopes) else function
+        known = self._known[code]
+        return known if isinstance(known, list) else list(known.call(operands))
+
+
+def _gradient(node: Symbol, operands: Sequence[Symbol]) -> ca.Function:
+    """The derivatives of one operation, or of one result of a call, by its operands, as a function of these."""
+    symbols = ca.vertsplit(ca.SX.sym("operand", len(operands)))
+    if node.is_output():
+        value = _called(node.dep(0).which_function(), symbols)[node.which_output()]
+    else:
+        value = ca.SX.unary(node.op(), *symbols) if len(symbols) == 1 else ca.SX.binary(node.op(), *symbols)
+    slopes = ca.jtimes(value, column(symbols), _ONE, True).T
+    known = ca.densify(ca.project(slopes, ca.jacobian_sparsity(value, column(symbols))))
+    return ca.Function("powertrain_slopes", symbols, ca.horzsplit(known))
+
+
+def _called(function: ca.Function, operands: Sequence[Symbol]) -> list[Symbol]:
+    """All results of a call, one after the other."""
+    given, patterns = iter(operands), [function.sparsity_in(i) for i in range(function.n_in())]
+    inputs = [Symbol(pattern, column([next(given) for _ in range(pattern.nnz())])) for pattern in patterns]
+    results: list[Symbol] = function.call(inputs, False, True)
+    return [result.nz[k] for result in results for k in range(result.nnz())]
+
+
+def _product(a: Symbol, b: Symbol) -> Symbol:
+    """The product, chosen as both factors are: no factor of zero meets an infinite one that is not chosen."""
+    choices: dict[int, Symbol] = {}
+    while a.is_op(ca.OP_IF_ELSE_ZERO):
+        choices[key(a.dep(0))], a = a.dep(0), a.dep(1)
+    while b.is_op(ca.OP_IF_ELSE_ZERO):
+        choices[key(b.dep(0))], b = b.dep(0), b.dep(1)
+    result = ca.SX.binary(ca.OP_MUL, a, b)  # a * b takes six times as long to write
+    for choice in reversed(choices.values()):
+        result = ca.SX.binary(ca.OP_IF_ELSE_ZERO, choice, result)
+    return result
+
+
+def _in_order(outputs: Sequence[Symbol]) -> dict[int, tuple[Symbol, list[Symbol]]]:
+    """All that is computed for the outputs by its key, with the operands, which come first."""
+    found: dict[int, tuple[Symbol, list[Symbol]]] = {}
+    entered: dict[int, list[Symbol]] = {}
+    stack = [(key(output), output) for output in reversed(outputs)]
+    while stack:
+        place, node = stack[-1]
+        if place in entered:
+            found.setdefault(place, (node, entered[place]))
+            stack.pop()
+        else:
+            entered[place] = operands = _operands(node)
+            keyed = [(key(operand), operand) for operand in reversed(operands)]
+            stack += [(place, operand) for place, operand in keyed if place not in entered]
+    return found
+
+
+def _operands(node: Symbol) -> list[Symbol]:
+    """Those of an operation; those of the call, of one of its results."""
+    source = node.dep(0) if node.is_output() else node
+    return [source.dep(k) for k in range(source.n_dep())]
+
+
+def _entries(vector: Symbol) -> list[Symbol]:
+    return ca.vertsplit(ca.densify(vector)) if vector.numel() else []
