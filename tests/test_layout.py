@@ -37,7 +37,7 @@ ORDER = [
     "language: map",
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
-    "numerics: tape buffers lookup pivots sparse_lu newton elimination compiled background vectorised",
+    "numerics: tape buffers lookup pivots sparse_lu vertex_elimination newton elimination compiled background vectorised",
     "numerics: batch many",
     "numerics: replay folding",
     "compiler: matching calls cancellation",
