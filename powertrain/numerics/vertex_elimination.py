@@ -23,7 +23,8 @@ _ONE = Symbol(1)
 def sparse_jacobian(outputs: Symbol, variables: Symbol) -> Symbol:
     """d(outputs)/d(variables) of two columns, sparse; products that occur twice are left to ``ca.cse``.
 
-    As ``ca.jacobian`` otherwise, also where operations have no derivative. An operand that is not chosen does no harm if it is infinite.
+    As ``ca.jacobian`` otherwise, also where operations have no derivative. CasADi makes a product with what is chosen by a condition the
+    choice of a product, so that slopes that are not chosen may be infinite.
     """
     graph = _Graph(_entries(ca.cse(outputs)), _entries(variables))
     graph.eliminate()
@@ -66,6 +67,7 @@ class _Graph:
 
     def _connect(self, operand: int, v: int, slope: Symbol) -> None:
         edges = self.into[v]
+        # ca.SX.binary: operators take six times as long
         total = ca.SX.binary(ca.OP_ADD, edges[operand], slope) if operand in edges else slope
         if total.is_zero():
             edges.pop(operand, None)
@@ -106,7 +108,7 @@ class _Graph:
         for follower in after:
             slope = self.into[follower].pop(v)
             for operand, inner in before.items():
-                self._connect(operand, follower, _product(slope, inner))
+                self._connect(operand, follower, ca.SX.binary(ca.OP_MUL, slope, inner))
         self.into[v], self.out[v] = {}, {}
 
 
@@ -149,19 +151,6 @@ def _called(function: ca.Function, operands: Sequence[Symbol]) -> list[Symbol]:
     inputs = [Symbol(pattern, column([next(given) for _ in range(pattern.nnz())])) for pattern in patterns]
     results: list[Symbol] = function.call(inputs, False, True)
     return [result.nz[k] for result in results for k in range(result.nnz())]
-
-
-def _product(a: Symbol, b: Symbol) -> Symbol:
-    """The product, chosen as both factors are: no factor of zero meets an infinite one that is not chosen."""
-    choices: dict[int, Symbol] = {}
-    while a.is_op(ca.OP_IF_ELSE_ZERO):
-        choices[key(a.dep(0))], a = a.dep(0), a.dep(1)
-    while b.is_op(ca.OP_IF_ELSE_ZERO):
-        choices[key(b.dep(0))], b = b.dep(0), b.dep(1)
-    result = ca.SX.binary(ca.OP_MUL, a, b)  # a * b takes six times as long to write
-    for choice in reversed(choices.values()):
-        result = ca.SX.binary(ca.OP_IF_ELSE_ZERO, choice, result)
-    return result
 
 
 def _in_order(outputs: Sequence[Symbol]) -> dict[int, tuple[Symbol, list[Symbol]]]:
