@@ -36,7 +36,8 @@ class Common:
 
     ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX``, where everything is written out
     into one list of instructions, as suits CasADi's interpreter, or ``ca.MX``, where functions are called, as suits the C compiler where
-    the list is long.
+    the list is long. What these take from held values and parameters alone is then in ``constants``: symbols and their values, by the
+    functions that have been called.
     """
 
     dae: HybridDae
@@ -54,6 +55,7 @@ class Common:
     partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
     rows: Sequence[int] | None
     indicators: int
+    constants: dict[str, tuple[ca.SX, ca.SX]]
 
 
 def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX) -> Common:
@@ -66,12 +68,16 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
     found, counted = ca.densify(found), ca.densify(counted)
     called = kind is not ca.SX
     m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
-    known: dict[str, Callable[[ca.SX, ca.SX], list[ca.SX]]] = {}
+    known, constants = dict[str, ca.Function](), dict[str, tuple[ca.SX, ca.SX]]()
 
     def call(name: str, outputs: Callable[[], list[ca.SX]], t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
-        if name not in known:
-            known[name] = (_with_constants if called else _written)(dae, PREFIX + name, outputs(), m, p)
-        return known[name](t, unknowns)
+        if name not in known and called:
+            known[name], prepare = hoisted(PREFIX + name, [dae.t, dae.x, dae.z], [dae.m, dae.p], outputs())
+            constants[name] = kind.sym(f"{name}_constants", prepare.numel_out(0)), prepare(m, p)
+        elif name not in known:
+            known[name] = ca.Function(PREFIX + name, [dae.t, dae.x, dae.z, dae.m, dae.p], outputs())
+        more = [constants[name][0]] if called else []
+        return list(known[name].call([t, unknowns[:n, :], unknowns[n:, :], m, p, *more]))
 
     def partials() -> list[ca.SX]:
         slopes = sparse_jacobian(rates, ca.vertcat(dae.t, dae.x, dae.z))
@@ -93,24 +99,8 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
         partials=lambda t, u: call("partials", partials, t, u),
         rows=rows,
         indicators=found.numel(),
+        constants=constants,
     )
-
-
-def _written(
-    dae: HybridDae, name: str, outputs: list[ca.SX], m: ca.SX, p: ca.SX
-) -> Callable[[ca.SX, ca.SX], list[ca.SX]]:
-    """The outputs as functions of time and unknowns."""
-    function, n = ca.Function(name, [dae.t, dae.x, dae.z, dae.m, dae.p], outputs), dae.x.numel()
-    return lambda t, y: list(function.call([t, y[:n, :], y[n:, :], m, p]))
-
-
-def _with_constants(
-    dae: HybridDae, name: str, outputs: list[ca.SX], m: ca.SX, p: ca.SX
-) -> Callable[[ca.SX, ca.SX], list[ca.SX]]:
-    """The same, where what depends on held values and parameters alone is computed once for all calls in a step."""
-    function, prepare = hoisted(name, [dae.t, dae.x, dae.z], [dae.m, dae.p], outputs)
-    values, n = prepare(m, p), dae.x.numel()
-    return lambda t, y: list(function.call([t, y[:n, :], y[n:, :], m, p, values]))
 
 
 def step(model: Common, method: str) -> ca.Function:
@@ -125,7 +115,11 @@ def step(model: Common, method: str) -> ca.Function:
     outside = model.guards(t + h, taken.end)
     results = [ca.densify(r) for r in (taken.end, slope_there, info, ca.vec(taken.dense), outside)]
     inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance]
-    return ca.Function(PREFIX + method, inputs, ca.cse(results))
+    if not model.constants:
+        return ca.Function(PREFIX + method, inputs, ca.cse(results))
+    symbols, values = zip(*model.constants.values(), strict=True)
+    inner = ca.Function(f"{PREFIX}{method}_inner", [*inputs, *symbols], ca.cse(results))
+    return ca.Function(PREFIX + method, inputs, inner.call([*inputs, *values]))
 
 
 def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca.SX | None]:

@@ -1,6 +1,7 @@
-"""A step of machine code in three parts: the advance; the indicators at its four samples, computed abreast; the verdict.
+"""A step of machine code in parts: the advance; the indicators at its four samples, computed abreast; the verdict.
 
-A rejected step ends after the first part. The numbers are those of the step in one function.
+What depends on held values and parameters alone is computed when these change. A rejected step ends after the advance. The numbers are
+those of the step in one function.
 """
 
 from __future__ import annotations
@@ -21,11 +22,17 @@ assert len(CHECKS) + 1 == WIDTH
 
 def in_parts(model: Common, method: str) -> dict[str, Compilable]:
     """The parts by name."""
-    return {method: _advance(model, method), "samples": _samples(model), "verdict": _verdict(model)}
+    advance = _advance(model, method)  # calls the functions whose constants the next part gives
+    return {"constants": _constants(model), method: advance, "samples": _samples(model), "verdict": _verdict(model)}
+
+
+def _constants(model: Common) -> ca.Function:
+    """(m, p) -> what the advance takes of them."""
+    return ca.Function(f"{PREFIX}constants", [model.m, model.p], [values for _, values in model.constants.values()])
 
 
 def _advance(model: Common, method: str) -> ca.Function:
-    """(time, y, m, p, slope, tolerance) -> (y, dense, error norm, stiffness, rows of time and unknowns at the samples, outside)."""
+    """(time, y, m, p, slope, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside)."""
     slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
     taken, defect = taken_step(model, method, slope)
     inner = [ca.vertcat(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
@@ -33,6 +40,7 @@ def _advance(model: Common, method: str) -> ca.Function:
     results = [taken.end, ca.vec(taken.dense), error_norm(model, taken, defect), taken.stiffness, points]
     results.append(model.guards(t + h, taken.end))
     inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance]
+    inputs += [symbol for symbol, _ in model.constants.values()]
     return ca.Function(PREFIX + method, inputs, ca.cse([ca.densify(r) for r in results]))
 
 
@@ -60,24 +68,32 @@ class Parts:
     __slots__ = ("_kept", "call")
 
     def __init__(self, functions: dict[str, ca.Function], method: str, memory: Memory, side: int) -> None:
-        names, other = (method, "samples", "verdict"), 1 - side
+        names, other, m, p = ("constants", method, "samples", "verdict"), 1 - side, memory.m, memory.p
+        constants = [zeros(functions["constants"].nnz_out(i)) for i in range(functions["constants"].n_out())]
         points, found = (zeros(n) for n in (functions["samples"].nnz_in(0), functions["samples"].nnz_out(0)))
         norm, stiffness = memory.info[:1], zeros(1)
         given = (
-            [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance],
-            [points, memory.m, memory.p],
+            [m, p],
+            [memory.time, memory.y[side], m, p, memory.slope[side], memory.tolerance, *constants],
+            [points, m, p],
             [norm, memory.tolerance, stiffness, found],
         )
         results = (
+            constants,
             [memory.y[other], memory.dense, norm, stiffness, points, memory.outside],
             [found],
             [memory.info, memory.slope[other]],
         )
         self._kept = [Bound(functions[name], a, r) for name, a, r in zip(names, given, results, strict=True)]
-        advance, samples, verdict = (bound.call for bound in self._kept)
-        error = view(norm)
+        prepare, advance, samples, verdict = (bound.call for bound in self._kept)
+        error, before = view(norm), (b"", b"")
 
         def call() -> None:
+            nonlocal before
+            now = m.tobytes(), p.tobytes()
+            if now != before:
+                prepare()
+                before = now
             advance()
             if error[0] <= 1.0:
                 samples()
