@@ -155,6 +155,21 @@ def test_what_is_not_chosen_may_be_infinite() -> None:
         assert_equal_rows(ours, theirs, 1e-15)
 
 
+@pytest.mark.parametrize("more", [0, 1, 2])
+def test_sums_of_what_is_not_chosen_meet_infinite_slopes(more: int) -> None:
+    """One branch after the other does, as in reverse mode, also where what is in the root is used elsewhere."""
+    x = ca.SX.sym("x", 5)
+    inside = ca.if_else(x[0] > 0, x[0] ** 2, 0) + ca.if_else(x[0] > 1, x[0], 0)
+    root = ca.sqrt(inside)
+    others = ca.vertcat(*([inside * x[1], ca.acos(1 - inside) * x[2]][:more]))
+    rates = ca.vertcat(-x[0] + root * x[1] - x[2] - x[3] - x[4], root * x[2], ca.sqrt(2 * root) * x[3], others)
+    function = compared(rates, x, [x])
+    for at in ([-1.0, 1.0, 1.0, 1.0, 1.0], [0.5, 1.0, 2.0, 1.0, 1.0]):
+        ours = np.array(function(at)[0])
+        assert np.isfinite(ours).all()
+    np.testing.assert_array_equal(np.array(function([-1.0, 1.0, 1.0, 1.0, 1.0])[0])[1:, 0], 0.0)
+
+
 def test_calls() -> None:
     """Tables of one and two axes, and a function of several columns with sparse results."""
     x = ca.SX.sym("x", 3)

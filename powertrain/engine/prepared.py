@@ -102,26 +102,29 @@ class Prepared:
     def _special(self, method: str, modes: list[float]) -> Calls:
         """The step for given modes."""
         function = for_modes(self._general[method], self.catalogue.modes, modes)
-        self._kept += (bound := [self._bind_step({method: function}, method, side) for side in (0, 1)])
-        return [each.call for each in bound]
+        return self._bound({method: function}, method)
 
     def _step(self, method: str) -> Calls:
         """The step for any modes."""
-        model, few = self._shared(), sum(self.sizes[:2]) <= _MANY
-        whole = steps.step(model if few else steps.common(self.dae, model.rows, ca.MX), method)
-        fast: dict[str, Compilable] = {method: whole}
-        if few:
-            self._general[method] = whole
-        if self.compile and not (few and whole.n_instructions() <= _LONG):
-            fast = in_parts(steps.common(self.dae, model.rows, ca.MX), method)
+        written = self._written(method)
         calls: Calls = []
 
         def install(functions: dict[str, ca.Function]) -> None:
-            self._kept += (bound := [self._bind_step(functions, method, side) for side in (0, 1)])
-            calls[:] = [each.call for each in bound]
+            calls[:] = self._bound(functions, method)
 
-        install(self._finished({method: whole}, fast, install))
+        if written is not None:
+            self._general[method] = written
+        if written is not None and not (self.compile and _long(written)):
+            install(self._finished({method: written}, {method: written}, install))
+            return calls
+        model = steps.common(self.dae, self._shared().rows, ca.MX)
+        whole = {method: steps.step(model, method) if written is None else written} if self.compile is not True else {}
+        install(self._finished(whole, in_parts(model, method), install) if self.compile else whole)
         return calls
+
+    def _written(self, method: str) -> ca.Function | None:
+        """The step as a list of instructions, where it has few unknowns."""
+        return steps.step(self._shared(), method) if sum(self.sizes[:2]) <= _MANY else None
 
     def first_method(self, span: float) -> str:
         """The method a run begins with, from the start that memory holds."""
@@ -140,15 +143,20 @@ class Prepared:
         radius = float(np.abs(np.linalg.eigvals(matrix)).max())
         return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
 
-    def _bind_step(self, functions: dict[str, ca.Function], method: str, side: int) -> Bound | Parts:
+    def _bound(self, functions: dict[str, ca.Function], method: str) -> Calls:
+        """A step in both directions of the double buffer."""
+        if "advance" in functions:
+            parts = Parts(functions, self.memory)
+            self._kept.append(parts)
+            return parts.calls
+        self._kept += (bound := [self._bind_step(functions[method], side) for side in (0, 1)])
+        return [each.call for each in bound]
+
+    def _bind_step(self, function: ca.Function, side: int) -> Bound:
         memory, other = self.memory, 1 - side
-        if len(functions) > 1:
-            return Parts(functions, method, memory, side)
         arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
         return Bound(
-            functions[method],
-            arguments,
-            [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside],
+            function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
         )
 
     def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
@@ -285,8 +293,8 @@ class Prepared:
     def functions(self, method: str) -> dict[str, ca.Function]:
         """All functions of a run with one method, for other drivers than ``loop``; after a start was loaded."""
         model = self._shared()
-        step = steps.step(model, method)
-        if step.n_instructions() > _LONG:
+        step = self._written(method)
+        if step is None or _long(step):
             step = steps.step(steps.common(self.dae, model.rows, ca.MX), method)
         found = {"method": step} | self._called(model) | {"longest": self.waves.function}
         if self.dae.whens:
@@ -308,6 +316,10 @@ class Prepared:
     def adopt(self) -> None:
         """Take the machine code that was built since the last run."""
         self._builds.adopt()
+
+
+def _long(step: ca.Function) -> bool:
+    return bool(step.n_instructions() > _LONG)
 
 
 def _bends(indicators: Sequence[Indicator]) -> dict[int, int]:

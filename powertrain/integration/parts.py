@@ -1,7 +1,7 @@
-"""A step of machine code in parts: the advance; the indicators at its four samples, computed abreast; the verdict.
+"""A step of machine code in parts: constants, the advance, what its four samples give, the verdict.
 
-What depends on held values and parameters alone is computed when these change. A rejected step ends after the advance. The numbers are
-those of the step in one function.
+What depends on held values and parameters alone is computed when these change. A rejected step ends after the advance. The samples are
+computed abreast. The results are those of the step in one function, up to round-off.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ assert len(CHECKS) + 1 == WIDTH
 
 def in_parts(model: Common, method: str) -> dict[str, Compilable]:
     """The parts by name."""
-    advance = _advance(model, method)  # calls the functions whose constants the next part gives
-    return {"constants": _constants(model), method: advance, "samples": _samples(model), "verdict": _verdict(model)}
+    return {**_advance(model, method), "samples": _samples(model), "verdict": _verdict(model)}
 
 
-def _constants(model: Common) -> ca.Function:
-    """(m, p) -> what the advance takes of them."""
-    return ca.Function(f"{PREFIX}constants", [model.m, model.p], [values for _, values in model.constants.values()])
+def _advance(model: Common, method: str) -> dict[str, ca.Function]:
+    """(time, y, m, p, slope, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside).
 
-
-def _advance(model: Common, method: str) -> ca.Function:
-    """(time, y, m, p, slope, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside)."""
+    And (m, p) -> constants.
+    """
     slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
     taken, defect = taken_step(model, method, slope)
     inner = [ca.vertcat(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     points = ca.horzcat(*inner, ca.vertcat(t + h, taken.end)).T
     results = [taken.end, ca.vec(taken.dense), error_norm(model, taken, defect), taken.stiffness, points]
     results.append(model.guards(t + h, taken.end))
-    inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance]
-    inputs += [symbol for symbol, _ in model.constants.values()]
-    return ca.Function(PREFIX + method, inputs, ca.cse([ca.densify(r) for r in results]))
+    symbols, values = zip(*model.constants.values(), strict=True)
+    inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance, *symbols]
+    return {
+        "constants": ca.Function(f"{PREFIX}constants", [model.m, model.p], list(values)),
+        "advance": ca.Function(PREFIX + method, inputs, ca.cse([ca.densify(r) for r in results])),
+    }
 
 
 def _samples(model: Common) -> Compilable:
@@ -55,48 +55,53 @@ def _verdict(model: Common) -> ca.Function:
     """(error norm, tolerance, stiffness, samples) -> (info, slope)."""
     norm, stiffness = ca.SX.sym("norm"), ca.SX.sym("stiffness")
     tolerance, samples = ca.SX.sym("tolerance", 3), ca.SX.sym("samples", WIDTH, model.indicators + model.y.numel())
-    judged = verdict_function(model.indicators)
-    info = judged(norm, tolerance[2], stiffness, samples[:, : model.indicators].T)
-    return ca.Function(
-        f"{PREFIX}judgement", [norm, tolerance, stiffness, samples], [info, samples[-1, model.indicators :].T]
-    )
+    function = verdict_function(model.indicators)
+    info = function(norm, tolerance[2], stiffness, samples[:, : model.indicators].T)
+    inputs = [norm, tolerance, stiffness, samples]
+    return ca.Function(f"{PREFIX}verdict_of_samples", inputs, [info, samples[-1, model.indicators :].T])
 
 
 class Parts:
-    """The parts of a step from one side of the double buffer to the other, as one ``call``."""
+    """The parts of a step, as one of the ``calls`` for each direction of the double buffer."""
 
-    __slots__ = ("_kept", "call")
+    def __init__(self, functions: dict[str, ca.Function], memory: Memory) -> None:
+        self._functions, self._memory = functions, memory
+        self._constants = [zeros(functions["constants"].nnz_out(i)) for i in range(functions["constants"].n_out())]
+        self._points, self._found = (
+            zeros(n) for n in (functions["samples"].nnz_in(0), functions["samples"].nnz_out(0))
+        )
+        self._norm, self._stiffness = memory.info[:1], zeros(1)
+        self._prepare = Bound(functions["constants"], [memory.m, memory.p], self._constants)
+        self._samples = Bound(functions["samples"], [self._points, memory.m, memory.p], [self._found])
+        self._sides = [self._side(side) for side in (0, 1)]
+        self._prepared = b"", b""
+        self.calls = [self._call(*sides) for sides in self._sides]
 
-    def __init__(self, functions: dict[str, ca.Function], method: str, memory: Memory, side: int) -> None:
-        names, other, m, p = ("constants", method, "samples", "verdict"), 1 - side, memory.m, memory.p
-        constants = [zeros(functions["constants"].nnz_out(i)) for i in range(functions["constants"].n_out())]
-        points, found = (zeros(n) for n in (functions["samples"].nnz_in(0), functions["samples"].nnz_out(0)))
-        norm, stiffness = memory.info[:1], zeros(1)
-        given = (
-            [m, p],
-            [memory.time, memory.y[side], m, p, memory.slope[side], memory.tolerance, *constants],
-            [points, m, p],
-            [norm, memory.tolerance, stiffness, found],
+    def _side(self, side: int) -> tuple[Bound, Bound]:
+        """The advance from one side of the double buffer, and the verdict."""
+        memory, norm, stiffness, other = self._memory, self._norm, self._stiffness, 1 - side
+        given = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
+        taken = [memory.y[other], memory.dense, norm, stiffness, self._points, memory.outside]
+        judged = [memory.info, memory.slope[other]]
+        return (
+            Bound(self._functions["advance"], [*given, *self._constants], taken),
+            Bound(self._functions["verdict"], [norm, memory.tolerance, stiffness, self._found], judged),
         )
-        results = (
-            constants,
-            [memory.y[other], memory.dense, norm, stiffness, points, memory.outside],
-            [found],
-            [memory.info, memory.slope[other]],
-        )
-        self._kept = [Bound(functions[name], a, r) for name, a, r in zip(names, given, results, strict=True)]
-        prepare, advance, samples, verdict = (bound.call for bound in self._kept)
-        error, before = view(norm), (b"", b"")
+
+    def _call(self, advance: Bound, verdict: Bound) -> Callable[[], None]:
+        """One step."""
+        m, p, error = self._memory.m, self._memory.p, view(self._norm)
+        prepare, samples = self._prepare.call, self._samples.call
+        begin, end = advance.call, verdict.call
 
         def call() -> None:
-            nonlocal before
             now = m.tobytes(), p.tobytes()
-            if now != before:
+            if now != self._prepared:
                 prepare()
-                before = now
-            advance()
+                self._prepared = now
+            begin()
             if error[0] <= 1.0:
                 samples()
-                verdict()
+                end()
 
-        self.call: Callable[[], None] = call
+        return call

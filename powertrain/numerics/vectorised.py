@@ -80,6 +80,8 @@ _NAMED = {
 _LOW = {"linear": 0, "exact": 1, "binary": 2}
 """CasADi's numbers of the ways of finding an interval."""
 _HEAD = f"""\
+#ifndef POWERTRAIN_LANES
+#define POWERTRAIN_LANES
 #include <math.h>
 static int low(double x, const double *t, int n, int how) {{
     int i = 0, last = n - 2;
@@ -107,6 +109,12 @@ typedef long long mask __attribute__((vector_size({8 * WIDTH})));
 #define SIGN ((mask)ALL(-0.0))
 #define LOW(x, t, n, how) ((lanes){{{", ".join(f"low(x[{i}], t, n, how)" for i in _ENTRIES)}}})
 #define ENTRIES(t, x) ((lanes){{{", ".join(f"t[(int)x[{i}]]" for i in _ENTRIES)}}})
+#endif
+"""
+_WIDE = """\
+#ifdef __x86_64__
+__attribute__((target("avx2")))
+#endif
 """
 
 
@@ -182,7 +190,7 @@ def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Sym
 
 def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> str:
     """The function in C; NotWritten where an operation has none."""
-    writer, count = _Writer(), len(varying)
+    writer, count = _Writer("powertrain_columns"), len(varying)
     own = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
     same = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
     results = _results([*varying, common], outputs, [*([each] for each in own), same], writer)
@@ -217,7 +225,8 @@ def abreast(name: str, varying: Symbol, common: Sequence[Symbol], outputs: Symbo
 
 def _in_vectors(whole: ca.Function, varying: Symbol, common: Sequence[Symbol], outputs: Sequence[Symbol]) -> str:
     """The function in C, called as CasADi calls functions."""
-    writer, name = _Writer(), whole.name()
+    name = whole.name()
+    writer = _Writer(name)
     own = [writer.line(f"*(const stored *)(arg[0] + {WIDTH * i})", True) for i in range(varying.numel())]
     same = [
         [writer.line(f"ALL(arg[{k}][{j}])", False) for j in range(each.numel())] for k, each in enumerate(common, 1)
@@ -289,14 +298,15 @@ class _Value:
 class _Writer:
     """Arithmetic in C: ``fixed`` are the lines that are the same for all points, ``each`` the others; ``tables`` by their numbers."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str) -> None:
+        self._name = name
         self.fixed, self.each, self.tables = list[str](), list[str](), dict[str, str]()
         self._lookups: dict[tuple[int, ...], Lookup] = {}
 
     def head(self) -> list[str]:
         """What stands before the function."""
         tables = (f"static const double {name}[] = {{{numbers}}};" for numbers, name in self.tables.items())
-        return [*tables, _HEAD, '__attribute__((target("avx2")))' if _wide() else ""]
+        return [*tables, _HEAD, _WIDE if _wide() else ""]
 
     def line(self, expression: str, varies: bool) -> _Value:
         """A new variable."""
@@ -338,7 +348,7 @@ class _Writer:
 
     def _table(self, numbers: Sequence[float]) -> str:
         """The name of an array."""
-        return self.tables.setdefault(", ".join(map(_number, numbers)), f"t{len(self.tables)}")
+        return self.tables.setdefault(", ".join(map(_number, numbers)), f"{self._name}_{len(self.tables)}")
 
 
 @cache

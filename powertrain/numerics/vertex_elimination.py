@@ -18,6 +18,8 @@ import casadi as ca
 from powertrain.language.symbols import Symbol, column, key
 
 _ONE = Symbol(1)
+_STEEP = frozenset((ca.OP_SQRT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_ASIN, ca.OP_ACOS, ca.OP_ACOSH))
+"""Operations that have a value where their slope is infinite."""
 
 
 def sparse_jacobian(outputs: Symbol, variables: Symbol) -> Symbol:
@@ -39,11 +41,15 @@ class _Graph:
     """Vertices are numbers: of variables, then of operations in an order in which they can be computed, then of outputs.
 
     ``into[v]`` are the operands of v with the slopes, ``out[v]`` those of which v is an operand. What no variable moves has no vertex.
+    ``steep`` are the edges whose slopes may be infinite, from vertices with ``branches`` before them. Such a slope is nothing where it
+    meets a branch that is not chosen, but nan where it meets the sum of two; so the operands of steep edges are eliminated first, from
+    the last one on: the order of reverse mode.
     """
 
     def __init__(self, outputs: Sequence[Symbol], variables: Sequence[Symbol]) -> None:
         self.into: list[dict[int, Symbol]] = [{} for _ in variables]
         self.out: list[dict[int, None]] = [{} for _ in variables]  # without values: a set in a fixed order
+        self.steep, self.branches = set[tuple[int, int]](), set[int]()
         numbers, slopes = {key(symbol): j for j, symbol in enumerate(variables)}, _Slopes()
         for place, (node, operands) in _in_order(outputs).items():
             known = [numbers.get(key(operand)) for operand in operands]
@@ -52,9 +58,17 @@ class _Graph:
                 edges = [(number, slope) for number, slope in by if number is not None and not slope.is_zero()]
                 if edges:
                     numbers[place] = self._add(edges)
+                    self._mark(node, numbers[place])
         self._inner = range(len(variables), len(self.into))
         for node in outputs:
             self._add([(numbers[key(node)], _ONE)] if key(node) in numbers else [])
+
+    def _mark(self, node: Symbol, number: int) -> None:
+        before, code = self.branches.intersection(self.into[number]), None if node.is_output() else node.op()
+        if before or code == ca.OP_IF_ELSE_ZERO:
+            self.branches.add(number)
+        if code in _STEEP:
+            self.steep.update((operand, number) for operand in before)
 
     def _add(self, edges: Iterable[tuple[int, Symbol]]) -> int:
         """The number of a new vertex with these operands; one may occur twice."""
@@ -87,7 +101,7 @@ class _Graph:
         open_ = set(self._inner)
         while heap:
             rank = heapq.heappop(heap)
-            v = rank[-1]
+            v = -rank[-1]
             if v in open_ and rank == self._rank(v):
                 open_.discard(v)
                 near = [*self.into[v], *self.out[v]]
@@ -96,10 +110,12 @@ class _Graph:
                     if u in open_:
                         heapq.heappush(heap, self._rank(u))
 
-    def _rank(self, v: int) -> tuple[int, int, int]:
-        """How many edges more are left without v, at most, and one; the products that takes."""
+    def _rank(self, v: int) -> tuple[int, int, int, int]:
+        """Steep ones, then how many edges more are left without v, at most, and one; the followers; the last one first."""
         enter, leave = len(self.into[v]), len(self.out[v])
-        return (enter - 1) * (leave - 1), enter * leave, v
+        if any((v, follower) in self.steep for follower in self.out[v]):
+            return 0, 0, 0, -v
+        return 1, (enter - 1) * (leave - 1), leave, -v
 
     def _eliminate(self, v: int) -> None:
         before, after = self.into[v], self.out[v]
@@ -109,6 +125,8 @@ class _Graph:
             slope = self.into[follower].pop(v)
             for operand, inner in before.items():
                 self._connect(operand, follower, ca.SX.binary(ca.OP_MUL, slope, inner))
+                if operand in self.branches and ((v, follower) in self.steep or (operand, v) in self.steep):
+                    self.steep.add((operand, follower))
         self.into[v], self.out[v] = {}, {}
 
 
@@ -127,7 +145,7 @@ class _Slopes:
             return [operands[1], operands[0]]  # the most frequent one, without a call
         if code not in self._known:
             function = _gradient(node, operands)
-            slopes = function.call(operands)
+            slopes = function.call(function.sx_in())
             self._known[code] = slopes if all(slope.is_constant() for slope in slopes) else function
         known = self._known[code]
         return known if isinstance(known, list) else list(known.call(operands))

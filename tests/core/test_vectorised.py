@@ -95,9 +95,12 @@ def test_random_tapes(seed: int) -> None:
     compare(varying, common, nodes, rows, rng.normal(1.0, 1.0, 3))
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_points_abreast(seed: int) -> None:
-    """A function of four points, called as CasADi's are: from its library, and as CasADi has it."""
+@pytest.mark.parametrize("wide", [True, False])
+@pytest.mark.parametrize("seed", range(2))
+def test_points_abreast(seed: int, wide: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A function of four points, called as CasADi's are: from its library, and as CasADi has it; two of them in one library."""
+    if not wide:
+        monkeypatch.setattr("powertrain.numerics.vectorised._wide", lambda: False)
     rng = np.random.default_rng(seed)
     x, m, p = ca.SX.sym("x", 3), ca.SX.sym("m", 2), ca.SX.sym("p", 1)
     nodes = [*ca.vertsplit(x), *ca.vertsplit(m), p]
@@ -109,8 +112,16 @@ def test_points_abreast(seed: int) -> None:
     outputs, points = ca.vertcat(*nodes, 0, 1.5), rng.normal(1.0, 2.0, (4, 3))
     common = rng.normal(size=2), rng.normal(size=1)
     written = abreast(f"powertrain_abreast{seed}", x, [m, p], outputs)
-    there = compile_functions({"f": written})["f"]
+    table = pt.Map([pt.Axis("x", "1", [0.0, 1.0, 3.0])], [0.0, 1.0, 4.0], "1")
+    beside = abreast(f"powertrain_beside{seed}", x, [p], ca.vertcat(table(x[0]), p))
     assert isinstance(written, InC)
+    assert isinstance(beside, InC)
+    assert ("avx2" in written.code) == (wide and "avx2" in Path("/proc/cpuinfo").read_text())
+    compiled = compile_functions({"f": written, "g": beside})
+    there = compiled["f"]
+    np.testing.assert_array_equal(
+        np.array(compiled["g"](points, common[1])), np.array(beside.function(points, common[1]))
+    )
     assert there.name() == written.name()
     assert there is not written.function
     exact = np.array([ca.Function("one", [x, m, p], [outputs])(row, *common).full().ravel() for row in points])
