@@ -17,6 +17,9 @@ from powertrain.language.symbols import Symbol, column, key
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 
+_NOTHING = 1e-9
+"""Shares of the largest slope, and of one turn, that are round-off."""
+
 
 def influential(dae: HybridDae, everything: Sequence[Symbol]) -> list[int]:
     """The states that anything depends on."""
@@ -49,7 +52,7 @@ def turning_together(compiled: Compiled, kept: Sequence[int], placed: Placed, pa
 
 def _alike(one: Turning, other: Turning) -> bool:
     return one.keys() == other.keys() and all(
-        one[i].keys() == other[i].keys() and all(abs(one[i][j] - other[i][j]) < 1e-9 for j in one[i]) for i in one
+        one[i].keys() == other[i].keys() and all(abs(one[i][j] - other[i][j]) < _NOTHING for j in one[i]) for i in one
     )
 
 
@@ -68,7 +71,7 @@ def _null_directions(dae: HybridDae, kept: Sequence[int], placed: Placed, values
         value = np.nan_to_num(np.array(function(point, values)), nan=1.0, posinf=1.0, neginf=1.0)
         stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
     _, sizes, basis = np.linalg.svd(np.vstack(stacks))
-    null = basis[int((sizes > 1e-9 * max(sizes.max(), 1e-300)).sum()) :]
+    null = basis[int((sizes > _NOTHING * max(sizes.max(), 1e-300)).sum()) :]
     pivots: dict[int, Array] = {}
     for _ in range(len(null)):
         row, place = (int(i) for i in np.unravel_index(int(np.abs(null).argmax()), null.shape))
@@ -78,7 +81,7 @@ def _null_directions(dae: HybridDae, kept: Sequence[int], placed: Placed, values
         pivots[place] = pivot
     turning: Turning = {}
     for place, pivot in pivots.items():
-        shares = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j not in pivots and abs(pivot[j]) > 1e-9}
+        shares = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j not in pivots and abs(pivot[j]) > _NOTHING}
         turning[kept[place]] = shares
     return turning
 
@@ -98,5 +101,5 @@ def lost_outputs(placed: Placed, cyclic: list[Symbol], turning: Turning) -> list
             placed.values.get(key(s), generic(s)) for s in symbols
         ]  # ratios by which angles turn are those of the parameters
         number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
-        lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > 1e-9))
+        lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > _NOTHING))
     return [bool(lost[i]) for i in range(len(wanted))]

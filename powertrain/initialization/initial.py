@@ -38,6 +38,9 @@ Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
 _STEP = 1e-12
+"""Steps that change no unknown by more, relative to one and to its size, are the last."""
+_SLIGHT = 1e-9
+"""Shares that count as nothing: of a row what others leave of it, of a condition by how much it is missed."""
 _DENSE = 200
 _KEPT = 16
 
@@ -280,7 +283,7 @@ class _Plan:
 
     def _no_solution(self, gap: Array, chosen: list[int]) -> str:
         sizes = [(np.inf if np.isnan(gap[i]) else abs(gap[i]), i) for i in chosen]
-        worst = [i for size, i in sorted(sizes, reverse=True)[:4] if size > 1e-9]
+        worst = [i for size, i in sorted(sizes, reverse=True)[:4] if size > _SLIGHT]
         quoted = "\n  ".join(f"{self._label(i)}: left minus right is {gap[i]:.6g}" for i in worst)
         return (
             f"these equations of the start have no solution that Newton's method finds from the guesses; give other guesses or starts"
@@ -314,7 +317,7 @@ class _Plan:
             _reduce(row, basis)
             implicit = i < self.nz
             pivot = max(row, key=lambda k: (abs(row[k]) * (1e3 if implicit and k >= self.n else 1.0), -k), default=None)
-            if pivot is None or abs(row[pivot]) <= 1e-9 * size:
+            if pivot is None or abs(row[pivot]) <= _SLIGHT * size:
                 if implicit:
                     open_rows.append(i)
                 continue
@@ -332,7 +335,7 @@ class _Plan:
         left = choice.left[self.implied[choice.left]]
         if len(left):
             reached = self._evaluate(t, y, m, p)[0][self.nz :]
-            for i in left[~(np.abs(reached - values)[left] <= 1e-9 * (1.0 + np.abs(reached[left])))].tolist():
+            for i in left[~(np.abs(reached - values)[left] <= _SLIGHT * (1.0 + np.abs(reached[left])))].tolist():
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
         return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
 

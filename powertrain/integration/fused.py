@@ -16,7 +16,7 @@ from powertrain.integration.step_control import allowances, verdict
 from powertrain.modes.indicators import indicators
 from powertrain.modes.projection import at_rest
 from powertrain.modes.rules import mode_pass, timed
-from powertrain.modes.tolerances import NOW
+from powertrain.modes.tolerances import BALANCED, FOUND, NOW
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.hoisting import hoisted
 from powertrain.numerics.sparse_lu import factorize
@@ -247,10 +247,10 @@ def newton(model: Common) -> ca.Function:
         step = factorize(jacobian, model.rows)(residual)
         size, share = ca.mmax(ca.fabs(residual)), ca.mmax(ca.fabs(step)) / (1 + ca.mmax(ca.fabs(z)))
         if k:
-            open_ += ca.logic_not(ca.logic_or(size <= 0.9 * before, last < 1e-9))
+            open_ += ca.logic_not(ca.logic_or(size <= 0.9 * before, last < _SETTLED))
         if k == _STEPS - 1:
-            closed = ca.fabs(residual) <= 1e-7 * ca.mtimes(ca.fabs(jacobian), 1 + ca.fabs(z))
-            settled = ca.fabs(step) <= 1e-11 * (1 + ca.fabs(z))
+            closed = ca.fabs(residual) <= BALANCED * ca.mtimes(ca.fabs(jacobian), 1 + ca.fabs(z))
+            settled = ca.fabs(step) <= FOUND * (1 + ca.fabs(z))
             open_ += ca.sum1(ca.logic_not(ca.logic_and(closed, settled)))
         z, before, last = z - step, size, share
     return _function(PREFIX + "newton", [model.time, model.y, dae.m, dae.p], [z, open_])

@@ -7,15 +7,11 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.selflocking import SelfLocking
-from powertrain.modes.tolerances import ROUND_OFF
+from powertrain.modes.tolerances import BALANCED, FOUND, ROUND_OFF
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 from powertrain.numerics.newton import newton
 
 _ITERATIONS = 60
-_STEP = 1e-11
-"""Steps that change no unknown by more, relative to one and to its size, are the last."""
-_SOLVED = 1e-7
-"""Share of their terms that equations may leave after a last step."""
 _ROUNDING = 1e-9
 """Where Newton's method does not converge (at a kink), the nearest point is taken if it is as close as the modes of laws are resolved."""
 
@@ -63,11 +59,11 @@ class AlgebraicSolver:
             if self._unsettled[0] == 0.0:
                 z[:] = self._nearer
                 return
-        found, fine = newton(lambda _, trial: self._equations(side, trial[0]), z[None], still=_STEP, most=_ITERATIONS)
+        found, fine = newton(lambda _, trial: self._equations(side, trial[0]), z[None], still=FOUND, most=_ITERATIONS)
         z[:] = found[0]
         call()
         if (
-            not self._closed(_SOLVED * (1.0 + np.abs(z)) if fine[0] else ROUND_OFF * np.abs(z))
+            not self._closed(BALANCED * (1.0 + np.abs(z)) if fine[0] else ROUND_OFF * np.abs(z))
             and not float(np.abs(self._residual).max()) <= _ROUNDING
         ):
             self._refuse(side)

@@ -17,7 +17,7 @@ from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
 from powertrain.modes.resting import resting
-from powertrain.modes.tolerances import ZONE
+from powertrain.modes.tolerances import REST_SPEED, ZONE
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Evaluated, Memory, view
 
@@ -31,8 +31,6 @@ _MOST_COMBINATIONS = 5000
 """Of modes that are tried one by one where bounds follow torques: a second of time."""
 _ROUNDING = 1e-9
 """Share of the speed at an impact that counts as nothing after it."""
-REST_SPEED = 1e-4
-"""A contact that would rebound slower than this (m/s or rad/s) stays closed."""
 
 
 class ModeResolver:

@@ -12,6 +12,8 @@ INTEGRATED = 3e-7
 """How well a speed (rad/s, m/s) is known that follows from states which no law sets to zero: 30 times their usual tolerance."""
 SWIFT = 1e-3
 """Rates (rad/s2, m/s2) above this tell the direction of a prescribed speed that is not known: it is known again within 0.1 ms."""
+REST_SPEED = 1e-4
+"""A contact that would rebound slower than this (m/s, rad/s) stays closed."""
 LIMIT = 1e-9
 """A value may lie beyond its limit by this, relative to one and to the limit: rounding of what a model sets to the limit itself."""
 LEAST_TORQUE = 1e-9
@@ -31,7 +33,9 @@ NO_WIDTH = 1e-10
 REST = 1e-9
 """At an operating point: a speed counts as rest, a condition as zero, below this share of the terms that it is the sum of."""
 BALANCED = 1e-7
-"""At an operating point: how well its equations are zero, relative to their terms."""
+"""How well equations for unknowns without a rate are zero, relative to their terms."""
+FOUND = 1e-11
+"""Such unknowns are found with a step of Newton's method below this share of their size plus one."""
 
 ROUND_OFF = 1e-15
 """How well a torque is known that is the difference of large ones, relative to these: some units in the last place of the states."""

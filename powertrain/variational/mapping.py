@@ -17,7 +17,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import When
 from powertrain.language.symbols import column
-from powertrain.modes.resolve import REST_SPEED
+from powertrain.modes.tolerances import REST_SPEED
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
 from powertrain.variational.curvature import Curvature, Tangents
