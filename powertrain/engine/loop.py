@@ -254,6 +254,8 @@ class Run:
         elif not located and not jumps and self._turns():
             return
         left = memory.y[self.side].copy()
+        engine.rest[self.side].call()
+        self.side = 1 - self.side
         resolver.resolve(self.side)
         engine.admissible.check(self.side)
         held = m.copy()

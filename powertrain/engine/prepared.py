@@ -250,6 +250,7 @@ class Prepared:
             [memory.time, memory.fraction, memory.above, memory.dense, m, p],
             [memory.at, memory.g, memory.worst],
         )
+        self.rest = [Bound(functions["rest"], [memory.time, memory.y[k], m, p], [memory.y[1 - k]]) for k in (0, 1)]
         self.locator = Locator(Bound(functions["locate"], located, at), memory)
         results = [memory.held, memory.flags, memory.edges, memory.closing]
         update = [
@@ -281,7 +282,8 @@ class Prepared:
 
     def _called(self, model: steps.Common) -> dict[str, ca.Function]:
         """What the loop calls besides steps, by name."""
-        functions = {"fresh": steps.fresh(model), "locate": steps.locate(model), "update": steps.update(model)}
+        functions = {"fresh": steps.fresh(model), "rest": steps.rest(model)}
+        functions |= {"locate": steps.locate(model), "update": steps.update(model)}
         if self.timed:
             functions["instants"] = steps.instants(self.dae)
         if self._turning:

@@ -160,7 +160,8 @@ def fresh(model: Common) -> ca.Function:
     dae = model.dae
     n = dae.x.numel()
     t = model.time[0]
-    y, slope = _at_rest(model, model.y)
+    y = _at_rest(model, model.y)
+    slope = _right_slope(model, y)
     x = y[:n, :]
     scale = model.tolerance[1] * ca.DM(dae.sizes[:n]) + model.tolerance[0] * ca.fabs(x)
     size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
@@ -174,13 +175,23 @@ def fresh(model: Common) -> ca.Function:
     return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
 
 
-def _at_rest(model: Common, y: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Unknowns with stuck speeds set to zero, and the slope there: its right limit, where a table bends at this very instant."""
-    dae, n, t = model.dae, model.dae.x.numel(), model.time[0]
-    rest = ca.Function(PREFIX + "rest", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(at_rest(dae))])
-    y = ca.vertcat(rest.call([t, y[:n, :], y[n:, :], dae.m, dae.p])[0], y[n:, :])
+def rest(model: Common) -> ca.Function:
+    """At an event, before modes are found: what has been stuck is at rest, but for what a long step leaves. (time, y, m, p) -> y."""
+    return _function(PREFIX + "rest", [model.time, model.y, model.dae.m, model.dae.p], [_at_rest(model, model.y)])
+
+
+def _at_rest(model: Common, y: ca.SX) -> ca.SX:
+    """Unknowns with stuck speeds set to zero."""
+    dae, n = model.dae, model.dae.x.numel()
+    found = ca.Function(PREFIX + "at_rest", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(at_rest(dae))])
+    return ca.vertcat(found.call([model.time[0], y[:n, :], y[n:, :], dae.m, dae.p])[0], y[n:, :])
+
+
+def _right_slope(model: Common, y: ca.SX) -> ca.SX:
+    """The right limit of the slope, where a table bends at this very instant."""
+    n, t = model.dae.x.numel(), model.time[0]
     soon = NOW * ca.fmax(1, ca.fabs(t))
-    return y, model.rates(t + soon, ca.vertcat(y[:n, :] + soon * model.rates(t, y)[:n, :], y[n:, :]))
+    return model.rates(t + soon, ca.vertcat(y[:n, :] + soon * model.rates(t, y)[:n, :], y[n:, :]))
 
 
 def corner(model: Common) -> ca.Function:
@@ -190,14 +201,14 @@ def corner(model: Common) -> ca.Function:
     """
     dae = model.dae
     n, t = dae.x.numel(), model.time[0]
-    y, far = model.y, ca.SX(0)
+    y, far = _at_rest(model, model.y), ca.SX(0)
     if dae.z.numel():
         y = _corrected(model, t, _corrected(model, t, y, n), n)
         last = _corrected(model, t, y, n)
         far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= _SETTLED * (1 + ca.fabs(last))))
     flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
     determined = ca.fabs(flags[3]) < np.inf
-    y, slope = _at_rest(model, y)
+    slope = _right_slope(model, y)
     unsettled = flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined)
     found = ca.vertcat(unsettled, ca.sum1(slope))
     return _function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found])

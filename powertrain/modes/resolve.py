@@ -16,8 +16,9 @@ from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
+from powertrain.modes.lemke import lemke
 from powertrain.modes.resting import resting
-from powertrain.modes.tolerances import REST_SPEED, ZONE
+from powertrain.modes.tolerances import INTEGRATED, REST_SPEED, ZONE
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Evaluated, Memory, view
 
@@ -92,8 +93,30 @@ class ModeResolver:
         happened = self._newton(side)
         if self._problem is None:
             return self._complementary(side) if happened is None else happened
-        shared = bool(happened) and self._flags[4] > 0.0
-        return self._from_rest(side, shared) if shared or happened is None else happened
+        if happened is None:
+            return self._from_rest(side, False)
+        return self._shared(side) if happened and self._flags[4] > 0.0 else happened
+
+    def _shared(self, side: int) -> bool:
+        """Consistent modes where laws at a limit have come to rest: those from rest, unless one of these would leave its limit at once."""
+        m, modes = self.memory.m, self.memory.m.copy()
+        found = self._from_rest(side, True)
+        if found and (m != modes).any():
+            if not self._lasts(side):
+                m[:] = modes
+                self._solvable(side)
+            self._apply_rules(side)
+        return found
+
+    def _lasts(self, side: int) -> bool:
+        """Whether the laws that others hold at a limit stay there; one with a peak is stuck first."""
+        assert self._problem is not None
+        m, modes = self.memory.m, self.memory.m.copy()
+        held = resting(self.dae, self._problem, self._point(side))
+        m[[self.dae.frictions[k].rests for k, _ in held]] = 1.0
+        self._apply_rules(side)
+        m[:] = modes
+        return not self._flags[0] or any(peak > 1.0 for _, peak in held)
 
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
         """Semismooth Newton: all laws by their rules from the same torques.
@@ -292,8 +315,7 @@ class ModeResolver:
             self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
         else:
             closing = [k for k in range(len(self.dae.contacts)) if memory.closing[k]]
-            self._values.impact(side, closing)
-            self.extra += [(self.dae.contacts[k].name, "impact") for k in closing]
+            self.extra += [(name, "impact") for name in self._values.impact(side, closing)]
         memory.jumped[0] = 1.0
         return True
 
@@ -329,22 +351,40 @@ class _Events:
                 target = self.memory.m if reset.discrete else self.memory.y[side]
                 target[reset.index] = values[k]
 
-    def impact(self, side: int, closing: Sequence[int]) -> None:
-        """Impulses on the closing contacts and on closed ones that would move inwards; slow rebounds stay closed."""
+    def impact(self, side: int, closing: Sequence[int]) -> list[str]:
+        """Moreau's impact law for the closing contacts and all closed ones: impulses I lead from the speeds v to v'.
+
+            v' = v + G I,   0 <= I,   0 <= v' + e min(v, 0),   I' (v' + e min(v, 0)) = 0.
+
+        Returns the contacts that were struck; slow rebounds stay closed (e = 0). J. J. Moreau, Unilateral contact and dry friction in
+        finite freedom dynamics, CISM 302, Springer 1988, section 12.
+        """
         contacts: Sequence[Contact] = self.dae.contacts
         m = self.memory.m
         speed, restitution, on_x, on_a = self._impact(*self.memory.instant(side))
-        speed, restitution = speed.ravel(), restitution.ravel()
-        closed = [k for k, c in enumerate(contacts) if m[c.index] and speed[k] < 0.0 and k not in closing]
-        struck = [*closing, *closed]
-        rebound = np.where(-restitution[struck] * speed[struck] < REST_SPEED, 0.0, restitution[struck])
-        effect = on_a[np.ix_(struck, struck)]
-        impulse = np.linalg.lstsq(effect, -(1.0 + rebound) * speed[struck], rcond=None)[0]
-        after, nothing = speed[struck] + effect @ impulse, ZONE + _ROUNDING * np.abs(speed[struck])
-        self._refuse_unstoppable([contacts[k] for k, v in zip(struck, after < -nothing, strict=True) if v])
-        self.memory.y[side][: self.dae.x.numel()] += on_x[:, struck] @ impulse
-        for k, e, away in zip(struck, rebound, after > nothing, strict=True):
-            m[contacts[k].index] = 1.0 if e == 0.0 and not away else 0.0  # others may throw it back
+        touching = [*closing, *(k for k, c in enumerate(contacts) if m[c.index] and k not in closing)]
+        speed, restitution = speed.ravel()[touching], restitution.ravel()[touching]
+        inwards = np.minimum(speed, 0.0)
+        rebound = np.where(-restitution * inwards < REST_SPEED, 0.0, restitution)
+        effect = on_a[np.ix_(touching, touching)]
+        impulse = self._impulses(effect, speed + rebound * inwards, [contacts[k] for k in touching])
+        self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
+        after, nothing = speed + effect @ impulse, ZONE + _ROUNDING * np.abs(speed).max()
+        for k, away in zip(touching, after > nothing, strict=True):
+            m[contacts[k].index] = 0.0 if away else 1.0
+        felt = np.diag(effect) * impulse > INTEGRATED
+        return [contacts[k].name for k, some in zip(touching, felt, strict=True) if some]
+
+    def _impulses(self, effect: Array, goal: Array, contacts: Sequence[Contact]) -> Array:
+        """The impulses I >= 0 that lead no goal + effect I below zero, nor above it where they act."""
+        size = np.sqrt(np.diag(effect))
+        size[size == 0.0] = 1.0
+        largest = np.abs(goal / size).max()
+        found = lemke(effect / np.outer(size, size), goal / size / largest)
+        if found.z is None:
+            self._refuse_unstoppable([contacts[k] for k in found.ray])
+        assert found.z is not None
+        return np.asarray(found.z * largest / size, np.float64)
 
     def _refuse_unstoppable(self, contacts: Sequence[Contact]) -> None:
         if contacts:

@@ -49,7 +49,8 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found; a law at rest may
     count as sliding while its acceleration is above ``-slack`` (0 except for modes from the complementarity problem or a single trial, and
     for laws that rest at a limit already).
-    A closed contact opens where its force would pull, and where a reset has moved one of its sides away.
+    A closed contact opens where its force would pull, and where a reset has moved one of its sides away; it is struck where a reset throws
+    its sides at each other.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
     instants = zip(timed(dae)[1], ca.vertsplit(timed(dae)[0]), strict=True)
@@ -73,8 +74,9 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
         taken_away = ca.logic_and(jumped > 0, contact.gap > INTEGRATED)
         pressed = ca.logic_and(contact.force + EPS > 0, ca.logic_not(taken_away))
         held[contact.index] = ca.if_else(old > 0.5, pressed, rest)
-        hits = ca.logic_and(contact.gap + EPS <= 0, approaching(contact))
-        closing.append(ca.logic_and(ca.logic_and(old < 0.5, hits), ca.logic_not(rest)))
+        hits = ca.logic_and(ca.logic_and(contact.gap + EPS <= 0, approaching(contact)), ca.logic_not(rest))
+        thrown = ca.logic_and(ca.logic_and(jumped > 0, contact.speed < -INTEGRATED), ca.logic_not(taken_away))
+        closing.append(ca.if_else(old > 0.5, thrown, hits))
     edges = []
     relations = [r.index for r in dae.relations]
     found = [column([values[i] for i in relations]) for values in (ca.vertsplit(dae.m), held)]

@@ -286,13 +286,31 @@ static int marked(pt_model *a, int asked)
     return all;
 }
 
+/* Consistent modes where laws at a limit have come to rest: those from rest, unless one of these would leave its limit at once. */
+static int shared(pt_model *a)
+{
+    double modes[PT_M], others[PT_M];
+    memcpy(modes, a->m, sizeof modes);
+    int found = from_rest(a);
+    if (found != 1 || same(modes, a->m)) return found;
+    memcpy(others, a->m, sizeof others);
+    int stuck_first = !marked(a, 1);
+    apply_rules(a, 0);
+    int lasts = stuck_first || a->flags[0] == 0;
+    memcpy(a->m, lasts ? others : modes, sizeof modes);
+    if (!lasts) solvable(a);
+    apply_rules(a, 0);
+    return found;
+}
+
 static int resolve(pt_model *a)
 {
     a->reset = 0;
     memset(a->which, 0, sizeof a->which);
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a, 0);
-        if (found == PT_MODES || (found == 1 && a->flags[4] > 0)) found = from_rest(a);
+        if (found == PT_MODES) found = from_rest(a);
+        else if (found == 1 && a->flags[4] > 0) found = shared(a);
         if (found < 0) return found;
         if (found && marked(a, a->flags[4] > 0)) return PT_OK;
     }
@@ -310,6 +328,15 @@ static int refresh(pt_model *a, double *h)
     a->side = 1 - a->side;
     *h = a->first[0];
     return isfinite(a->first[1]) ? PT_OK : PT_RATES;
+}
+
+/* What has been stuck is at rest, but for what a long step leaves. */
+static void hold(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
+    double *wanted[] = {a->y[1 - a->side]};
+    CALL(a, pt_rest, given, wanted);
+    a->side = 1 - a->side;
 }
 
 static int restart(pt_model *a)
@@ -586,6 +613,7 @@ static int event(pt_model *a, int found)
     if (known) fire(a);
     else if (!found && !jumps && turns(a)) return PT_OK;
     memcpy(a->left, a->y[a->side], sizeof a->left);
+    hold(a);
     int status = resolve(a);
     if (status) return status;
     int changed = !same(before, a->m);
