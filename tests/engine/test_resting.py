@@ -11,6 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 import powertrain as pt
+from powertrain.components import blocks
+from powertrain.components import rotational as rot
 from powertrain.modes.resting import _follow
 
 
@@ -161,3 +163,48 @@ def test_a_law_that_slides_past_what_others_hold_does_not_rest() -> None:
     assert set(run["belt.mode"]) <= {-1.0, 2.0}  # free until it is pressed
     assert run["belt.tau"].min() == pytest.approx(-1.5, abs=0.01)
     np.testing.assert_allclose(run["v"], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e6])
+def test_breakaway_of_two_brakes_does_not_depend_on_the_unit(scale: float) -> None:
+    """The weak one is at its limit for a third of the time, at rest, until its peak and the limit of the other are met."""
+    brakes = tuple(Brake(ratio=1.0, limit=scale * limit, peak=peak) for limit, peak in ((3.0, 1.3), (8.0, 1.0)))
+    result = pt.simulate(Brakes(brakes=brakes), 1.0, inputs={"f": ([0.0, 1.0], [0.0, 12.0 * scale])})
+    assert [(event.name, event.new) for event in result.events] == [("brakes[0].mode", 1.0), ("brakes[1].mode", 1.0)]
+    assert result.events.times == pytest.approx(11.9 / 12.0, abs=1e-6)
+
+
+class Parallel(pt.Component):
+    """Two inertias between which two clutches hold side by side and a third through a gear; the second one has a brake."""
+
+    t1: rot.Torque = rot.Torque()
+    t2: rot.Torque = rot.Torque()
+    a: rot.Inertia = rot.Inertia(J=1.571)
+    b: rot.Inertia = rot.Inertia(J=3.962)
+    c1: rot.Clutch = rot.Clutch(fn_max=3.29, mue_pos=((0, 1),))
+    c2: rot.Clutch = rot.Clutch(fn_max=2.07, mue_pos=((0, 1),))
+    c3: rot.Clutch = rot.Clutch(fn_max=4.05, mue_pos=((0, 1),))
+    gear: rot.IdealGear = rot.IdealGear(ratio=0.5)
+    brake: rot.Brake = rot.Brake(fn_max=1.21, mue_pos=((0, 1),))
+    press: blocks.Constant = blocks.Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.t1.tau.value == 8.84 * ca.sin(2.0 * np.pi * 0.83 * pt.time + 0.64)
+        yield self.t2.tau.value == 6.64 * ca.sin(2.0 * np.pi * 1.46 * pt.time + 4.15)
+        laws = (self.c1, self.c2, self.c3, self.brake)
+        yield pt.connect(self.press.y, *(law.f_normalized for law in laws))
+        yield pt.connect(self.t1.flange, self.a.flange_a)
+        yield pt.connect(self.a.flange_b, self.c1.flange_a, self.c2.flange_a, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.c3.flange_a)
+        yield pt.connect(self.c1.flange_b, self.c2.flange_b, self.c3.flange_b, self.b.flange_a, self.t2.flange)
+        yield pt.connect(self.b.flange_b, self.brake.flange_a)
+
+
+def test_clutches_side_by_side_stay_stuck_where_the_whole_breaks_away() -> None:
+    """It breaks away where the torques exceed what the third clutch and the brake hold; the others share what is left."""
+    result = pt.simulate(Parallel(), 0.18)
+    assert sorted((e.name, e.new) for e in result.events) == [("brake.mode", 1.0), ("c3.mode", -1.0)]
+    t = result.events.times[0]
+    torque = 8.84 * np.sin(2.0 * np.pi * 0.83 * t + 0.64) + 6.64 * np.sin(2.0 * np.pi * 1.46 * t + 4.15)
+    assert torque == pytest.approx(4.05 + 1.21, abs=1e-6)
+    assert result["c1.tau"][-1] == pytest.approx(result["c2.tau"][-1])
