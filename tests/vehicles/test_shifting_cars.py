@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -120,3 +121,15 @@ def test_the_whole_wltc(name: str) -> None:
     assert run.time_outside == 0
     assert run.audit.closure < 1e-6
     assert set(run.result["schedule.gear"].astype(int)) == set(range(1, run.plant.model.gearbox.gear_count + 1))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gearset", [Automatic.eight_speed, Automatic.ten_speed])
+def test_elements_that_hold_keep_holding_at_an_upshift(gearset: Callable[[], Automatic]) -> None:
+    """Speeds that long steps leave to what is stuck are no slip: at no instant does an element slide with its whole torque."""
+    start = DriveCycle("start", ((0.0, 0.0), (1.0, 0.0), (15.0, 20.0)))
+    run = drive_cycle(AutomaticCar.with_gearset(gearset()), start)
+    assert not run.message
+    force = run.result["body.front.f"][run.result.time > 3.0]
+    assert len(shifts(run.result)) >= 2
+    assert np.abs(force).max() < 6000.0
