@@ -18,7 +18,6 @@ from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
-from powertrain.modes.tolerances import condition_tolerance
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Hel
             g,
             _event_time(g, _lasting(resolver)),
             s.continuous,
-            condition_tolerance(resolver.meeting(opened), resolver.largest),
+            resolver.condition_known(opened),
         )
         for s, g, opened in zip(entries, values, resolver.open_conditions(entries), strict=True)
     )

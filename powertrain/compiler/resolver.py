@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -15,7 +15,7 @@ from powertrain.compiler.torques import COMPLIANCE, LawTorque, cancels, complian
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
-from powertrain.modes.tolerances import alone_tolerance, rounding_tolerance, torque_tolerance
+from powertrain.modes.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
 
 
 class Resolver:
@@ -40,6 +40,7 @@ class Resolver:
         self.torque, self._yielding = column(found.tau), column(found.first)
         self.assigned = self.close([self._opened])[0]
         self._implicit_laws = found.residuals
+        self._largest: dict[frozenset[int], Symbol] = {}
         self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
         self.z_places = [*map(str, solved.places), *(str(torques[i].place) for i in found.implicit)]
 
@@ -129,19 +130,40 @@ class Resolver:
         parts = [ca.fabs(slopes.nz[k] * self.tau[j]) for k, j in enumerate(places)]
         return self.close([sum(parts, Symbol(0))])[0]
 
+    def largest(self, places: Iterable[int]) -> Symbol:
+        """The size of the largest torque or force of the laws that meet those at ``places``, directly or through others."""
+        groups = frozenset(self._groups[k] for k in places)
+        if groups not in self._largest:
+            size = Symbol(0)
+            for k, torque in enumerate(ca.vertsplit(self.torque) if groups else []):
+                size = ca.fmax(size, ca.fabs(torque)) if self._groups[k] in groups else size
+            self._largest[groups] = size
+        return self._largest[groups]
+
+    def _follows(self, opened: list[Symbol]) -> list[int]:
+        """The laws whose torques opened expressions follow."""
+        found = ca.which_depends(column(opened), column(self.tau), 1, False) if opened and self.tau else []
+        return [k for k, one in enumerate(found) if one]
+
     @cached_property
-    def largest(self) -> Symbol:
-        """The size of the largest torque or force of all laws."""
-        size = Symbol(0)
-        for torque in ca.vertsplit(self.torque) if self.tau else []:
-            size = ca.fmax(size, ca.fabs(torque))
-        return size
+    def _groups(self) -> list[int]:
+        """Of every law the first of those that it meets: torques of one group take no part in the motions and limits of another."""
+        groups, through = list(range(len(self.laws))), self._follows(self._residuals)
+        for k, law in enumerate(self.laws):
+            limits = [law.law.lower, law.law.upper] if isinstance(law.law, FrictionLaw) else []
+            meeting = {groups[j] for j in (k, *through, *self._follows([law.rate, *limits]))}
+            groups = [min(meeting) if group in meeting else group for group in groups]
+        return groups
 
     def known(self, k: int) -> Symbol:
         """How well the torque of a law is known: to round-off, unless others take part in its motion."""
         if not self.shares(k):
-            return alone_tolerance(self.largest)
-        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest)
+            return alone_tolerance(self.largest([k]))
+        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest([k]))
+
+    def condition_known(self, opened: Symbol) -> Symbol:
+        """How well an opened condition is known."""
+        return condition_tolerance(self.meeting(opened), self.largest(self._follows([opened])))
 
     def rounding(self, k: int) -> Symbol:
         """How well the torque of a law is known for the digits that angles and positions have."""

@@ -19,11 +19,11 @@ LIMIT = 1e-9
 LEAST_TORQUE = 1e-9
 """Torques and forces (N.m, N) below this are nothing."""
 RESOLVED = 1e-8
-"""How well all torques of a model are known together, relative to the largest: round-off through stiff couplings."""
+"""How well torques that meet are known together, relative to the largest of them: round-off through stiff couplings."""
 SHARED = 1e-7
 """How well a torque is known that laws on one motion share by their compliance, relative to those that meet there: round-off over eps."""
 ALONE = 1e-10
-"""How well a torque is known that no other law's torque meets, relative to the largest: where Newton's and Lemke's methods end."""
+"""How well a torque is known that no other meets in its own motion, relative to the largest that it meets through others."""
 
 NOW = 1e-12
 """Instants (s) within this, relative to one and to the time, are the same."""
@@ -47,7 +47,7 @@ def rounding_tolerance(terms: ca.SX) -> ca.SX:
 
 
 def torque_tolerance(meeting: ca.SX, largest: ca.SX) -> ca.SX:
-    """How well the torque of a law is known: ``meeting`` are those that meet in it, ``largest`` is that of the model."""
+    """How well the torque of a law is known: ``meeting`` are those that meet in it, ``largest`` is that of all it meets."""
     return LEAST_TORQUE + SHARED * meeting + RESOLVED * largest
 
 

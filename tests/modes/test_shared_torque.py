@@ -10,7 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components import rotational as rot
-from powertrain.components.blocks import Ramp
+from powertrain.components.blocks import Constant, Ramp
 
 Matrix = np.ndarray[Any, Any]
 
@@ -174,3 +174,25 @@ def test_operating_points_share_as_simulations_do() -> None:
     assert (found.status == 0).all()
     np.testing.assert_allclose(found["one.tau"], [5.0, -2.0, 0.0], rtol=1e-6, atol=1e-12)
     np.testing.assert_allclose(found["other.tau"], [10.0, -4.0, 0.0], rtol=1e-6, atol=1e-12)
+
+
+class Apart(pt.Component):
+    """A small brake under a torque that rises; beside it, and not connected, a brake that holds a large one."""
+
+    small: Held
+    large: rot.ConstantTorque
+    wheel: rot.Inertia = rot.Inertia(J=1e3)
+    stop: rot.Brake = rot.Brake(fn_max=1e7, mue_pos=((0.0, 1.0),))
+    press: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.press.y, self.small.press, self.stop.f_normalized)
+        yield pt.connect(self.large.flange, self.wheel.flange_a)
+        yield pt.connect(self.wheel.flange_b, self.stop.flange_a)
+
+
+@pytest.mark.parametrize("torque", [1.0, 1e6])
+def test_what_is_not_connected_says_nothing_of_how_well_a_torque_is_known(torque: float) -> None:
+    small = held(np.array([1e-3]), np.array([1.0]), (0,), 2e-3)
+    result = pt.simulate(Apart(small=small, large=rot.ConstantTorque(tau_constant=torque)), 1.0)
+    assert result.events.times == pytest.approx(0.5, abs=2e-6)
