@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Collection
 from typing import TypeVar
 
 import numpy as np
@@ -10,10 +12,13 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.dimensions import exact
+from powertrain.language.units import factors
 
 N = TypeVar("N", float, NDArray[np.float64])
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s+|(?=[^\d\s.]))(\S.*?)\s*$")
 """A number and a unit; a unit that begins with a digit, such as 1/s, needs the space."""
+_ROTATIONS = {"Hz", "rpm"}
+_ANGLES = {"rad", "deg", *_ROTATIONS}
 ZERO_CELSIUS = 273.15
 
 
@@ -51,8 +56,35 @@ def _plain(unit: str) -> str:
 
 
 def converted(value: N, given: str, unit: str) -> N:
-    """A value in the unit ``given`` as one in ``unit``. Errors: ModelError for unknown units and for units that measure something else."""
-    (size, powers), (wanted, others) = exact(_plain(given)), exact(_plain(unit))
+    """A value in the unit ``given`` as one in ``unit``; 1/min of an angular speed are rotations, as rpm.
+
+    Errors: ModelError for unknown units, for units that measure something else, and for 1/s of an angular speed, which may mean rad/s
+    or Hz.
+    """
+    plain, asked = _plain(given), _plain(unit)
+    (size, powers), (wanted, others) = exact(plain), exact(asked)
     if powers != others:
         raise ModelError(f"{given} cannot be converted to {unit}: it is a different quantity")
-    return value * (size / wanted)
+    turns = _turns(plain, asked)
+    if turns is None:
+        bare = unit if _power(plain, _ANGLES) else given
+        raise ModelError(f"{bare} may count radians or rotations; write rad/s or Hz")
+    return value * (size / wanted * (2 * math.pi) ** turns)
+
+
+def _turns(given: str, unit: str) -> int | None:
+    """The power of rotations (2 pi rad) that a unit without an angle stands for where the other has one; None where that is ambiguous.
+
+    1/min counts rotations, also within N.m.min for N.m.s/rad. Hz and rpm count what a rate without an angle counts. N.m is N.m/rad.
+    """
+    lacking = _power(unit, _ANGLES) - _power(given, _ANGLES)
+    if lacking == 0 or lacking in (_power(unit, {"min"}), -_power(given, {"min"})):
+        return lacking
+    if {base for base, _ in exact(unit)[1]} != {"s"}:
+        return 0
+    return lacking if _power(unit, _ROTATIONS) or _power(given, _ROTATIONS) else None
+
+
+def _power(unit: str, names: Collection[str]) -> int:
+    """The sum of the powers of some names in a unit."""
+    return sum(power for name, power in factors(unit) if name in names)

@@ -47,6 +47,17 @@ from powertrain.language.quantities import converted, quantity
         ("0.2 lbf/(mi/h)", "N.s/m", 0.2 * 4.4482216152605 / 0.44704),
         ("0.018 lbf/(mph)2", "N.s2/m2", 0.018 * 4.4482216152605 / 0.44704**2),
         ("3 N/(m/s)", "N.s/m", 3.0),
+        ("800 1/min", "rad/s", 800 * math.pi / 30),
+        ("10500 min-1", "rad/s", 10500 * math.pi / 30),
+        ("10500 min^-1", "rad/s", 10500 * math.pi / 30),
+        ("13.3 Hz", "rad/s", 13.3 * 2 * math.pi),
+        ("13.3 1/s", "Hz", 13.3),
+        ("0.1 N.m.min", "N.m.s/rad", 0.1 * 30 / math.pi),
+        ("0.1 N.m.s", "N.m.s/rad", 0.1),
+        ("60 1/min", "1/s", 1.0),
+        ("2 Hz", "1/s", 2.0),
+        ("60 rpm", "1/s", 1.0),
+        ("3 1/min", "1/min", 3.0),
         ("23 ft2", "m2", 23 * 0.3048**2),
         ("2 hp/t", "W/kg", 2 * 0.7456998715822702),
     ],
@@ -114,3 +125,13 @@ def test_results_come_in_other_units() -> None:
     with pytest.raises(pt.ModelError, match=r"rad/s cannot be converted to km"):
         result.converted("rotor.w", "km")
     assert converted(3.6, "kg/h", "g/s") == pytest.approx(1.0)
+    assert result.converted("rotor.w", "1/min") == pytest.approx(100 * 30 / math.pi)
+    with pytest.raises(pt.ModelError, match=r"^1/s may count radians or rotations; write rad/s or Hz$"):
+        result.converted("rotor.w", "1/s")
+
+
+def test_a_rate_without_an_angle_is_no_angular_speed() -> None:
+    with pytest.raises(
+        pt.ParameterError, match=r"w_idle = '83 1/s': 1/s may count radians or rotations; write rad/s or Hz$"
+    ):
+        WillansEngine(w_idle="83 1/s")  # type: ignore[arg-type]
