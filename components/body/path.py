@@ -98,7 +98,7 @@ class RoadProfile(Component):
     """The slope of a road along its length: grade = profile(s).
 
     ``profile`` is a map of one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights.
-    Errors: ParameterError for a map of other arguments.
+    Errors: ParameterError for a map of other arguments or of another unit.
     """
 
     profile: Map = Map.constant(0.0, x="s", x_unit="m", name="grade")
@@ -110,6 +110,11 @@ class RoadProfile(Component):
         if len(self.profile.axes) != 1:
             names = ", ".join(axis.name for axis in self.profile.axes)
             raise ParameterError(f"{self._path}.profile takes one argument, the path s; this map takes {names}")
+        if self.profile.unit != "1":
+            raise ParameterError(
+                f"{self._path}.profile gives {self.profile.name} [{self.profile.unit}]; it must give the slope tan(alpha) [1]; "
+                "RoadProfile.from_heights takes heights"
+            )
         yield self.grade.value == self.profile(self.s.value)
 
     @classmethod

@@ -23,7 +23,8 @@ class WillansEngine(Engine):
     [rad/s] to torque [N.m].
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are invented, for a
-    gasoline engine of 1.6 l. Errors: ParameterError for a curve with other axes.
+    gasoline engine of 1.6 l. Errors: ParameterError for a curve with other axes, or of
+    another unit.
     """
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
@@ -48,9 +49,8 @@ class WillansEngine(Engine):
 
     def equations(self) -> Equations:
         """What holds for every engine, with these laws."""
-        if self.curve is not None and [a.unit for a in self.curve.axes] != ["rad/s"]:
-            said = ", ".join(f"{a.name} [{a.unit}]" for a in self.curve.axes)
-            raise ParameterError(f"{self._path}.curve is over {said}; it must be over one speed in rad/s")
+        if self.curve is not None:
+            _checked_curve(self.curve, f"{self._path}.curve")
         yield from self._run()
 
     def _motoring(self, w: Symbol) -> Symbol:
@@ -71,3 +71,11 @@ class WillansEngine(Engine):
 
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         return firing * w / self.e + self.P_heat * limited(firing / self.tau_heat)
+
+
+def _checked_curve(curve: Map, where: str) -> None:
+    said = ", ".join(f"{a.name} [{a.unit}]" for a in curve.axes)
+    if [a.unit for a in curve.axes] != ["rad/s"]:
+        raise ParameterError(f"{where} is over {said}; it must be over one speed in rad/s")
+    if curve.unit != "N.m":
+        raise ParameterError(f"{where} gives {curve.name} [{curve.unit}] over {said}; it must give a torque [N.m]")

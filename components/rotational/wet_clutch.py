@@ -50,7 +50,7 @@ class WetClutch(CompliantWithRelativeStates, Lossy):
     ``ThermalConductor`` or a ``Convection`` to the oil. ``mue``: a map over w_rel [rad/s], T [K] or both. A map that rises with speed damps
     judder, one that falls excites it. ``PlateDrag`` in parallel is the drag of the open clutch.
 
-    Errors: ParameterError for other axes, and for values below zero.
+    Errors: ParameterError for other axes, another unit, and values below zero.
     """
 
     mue: Map = PAPER_LINING
@@ -72,6 +72,10 @@ class WetClutch(CompliantWithRelativeStates, Lossy):
             if AXES.get(axis.name) != axis.unit:
                 known = ", ".join(f"{name} [{unit}]" for name, unit in AXES.items())
                 raise ParameterError(f"{self._path}.mue depends on {axis.name} [{axis.unit}]; it may depend on {known}")
+        if self.mue.unit != "1":
+            raise ParameterError(
+                f"{self._path}.mue gives {self.mue.name} [{self.mue.unit}]; it must give a coefficient of friction [1]"
+            )
         if (least := float(self.mue.values.min())) < 0:
             raise ParameterError(f"{self._path}.mue falls to {least:g}; a coefficient of friction must not be negative")
         values = {"w_rel": ca.fabs(self.w_rel), "T": self.heat_port.T}

@@ -10,7 +10,14 @@ from pathlib import Path
 
 from powertrain import ParameterError
 
-_UNITS = {"LENGTH": "meter", "FORCE": "newton", "MASS": "kg", "TIME": "second"}
+_UNITS = {
+    "LENGTH": ("meter", "metre", "m"),
+    "FORCE": ("newton", "n"),
+    "MASS": ("kg", "kilogram"),
+    "TIME": ("second", "sec", "s"),
+}
+_MARK = "\ufeff".encode().decode("latin-1")
+"""The mark with which some editors begin a file in UTF-8."""
 
 
 def read_tir(path: str | Path) -> dict[str, str]:
@@ -37,7 +44,7 @@ def read_tir(path: str | Path) -> dict[str, str]:
     '4850'
     """
     try:
-        text = Path(path).read_text(encoding="latin-1")
+        text = Path(path).read_text(encoding="latin-1").removeprefix(_MARK)
     except (OSError, TypeError) as error:
         raise ParameterError(f"{path} cannot be read: {error}") from None
     parser = ConfigParser(
@@ -49,9 +56,9 @@ def read_tir(path: str | Path) -> dict[str, str]:
         raise ParameterError(f"{path} is not a tyre property file: {error}") from None
     entries = [entry for section in parser.values() for entry in section.items()]
     found = {name.upper(): value.strip().strip("'\"").strip() for name, value in entries if value}
-    for name, unit in _UNITS.items():
-        if found.get(name, unit).lower() != unit:
-            raise ParameterError(f"{path}: {name} = {found[name]}; only files in {unit} are read")
+    for name, spellings in _UNITS.items():
+        if found.get(name, spellings[0]).lower() not in spellings:
+            raise ParameterError(f"{path}: {name} = {found[name]}; only files in {spellings[0]} are read")
     return found
 
 
@@ -70,7 +77,12 @@ def parameters(path: str | Path, given: Mapping[str, object]) -> dict[str, float
         except ValueError:
             raise ParameterError(f"{path}: {name} = {text} is not a number") from None
 
-    load, free, scale = number("FNOMIN") * number("LFZO", 1.0), number("UNLOADED_RADIUS"), number("LKX", 1.0)
+    def positive(name: str, default: float | None = None) -> float:
+        if not (value := number(name, default)) > 0:
+            raise ParameterError(f"{path}: {name} = {value:g} must be positive")
+        return value
+
+    load, free, scale = positive("FNOMIN") * positive("LFZO", 1.0), positive("UNLOADED_RADIUS"), number("LKX", 1.0)
     found = {
         "Fz0": load,
         "pCx1": number("PCX1") * number("LCX", 1.0),
@@ -84,7 +96,7 @@ def parameters(path: str | Path, given: Mapping[str, object]) -> dict[str, float
     if "LONGITUDINAL_STIFFNESS" in entries:
         found["c"] = number("LONGITUDINAL_STIFFNESS")
     elif number("PTX1", 0.0) > 0.0:
-        relaxation = number("PTX1") * number("LSGKP", 1.0) * free * number("LFZO", 1.0)
+        relaxation = number("PTX1") * positive("LSGKP", 1.0) * free * number("LFZO", 1.0)
         found["c"] = found["pKx1"] * load / relaxation
     if "QSY1" in entries:
         found["Cr"] = abs(number("QSY1") * number("LMY", 1.0))
@@ -92,5 +104,5 @@ def parameters(path: str | Path, given: Mapping[str, object]) -> dict[str, float
         if "BREFF" not in entries:
             raise ParameterError(f"{path} has no BREFF, DREFF and FREFF for the rolling radius under load; give radius")
         share = number("DREFF") * math.atan(number("BREFF")) + number("FREFF")
-        found["radius"] = free - load / number("VERTICAL_STIFFNESS") * share
+        found["radius"] = free - load / positive("VERTICAL_STIFFNESS") * share
     return {name: value for name, value in found.items() if name not in given}

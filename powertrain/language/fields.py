@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal, Protocol, Self, TypeVar, overload
 
 import numpy as np
 
-from powertrain.errors import ParameterError
+from powertrain.errors import ModelError, ParameterError
 from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
@@ -40,7 +40,10 @@ class Quantity:
     name: str
 
     def __init__(self, unit: str, doc: str) -> None:
-        self.unit, self.doc = checked_unit(unit), doc
+        try:
+            self.unit, self.doc = checked_unit(unit), doc
+        except ModelError as error:
+            raise ModelError(f"{doc}: {error}") from None
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
-from powertrain.errors import ModelError
+from powertrain.errors import ModelError, suggestion
 
 BASE = frozenset(
     "1 m s kg g A K mol cd rad deg N Pa J W V C F H Ohm Hz degC bar l h min rpm kW kJ MJ kWh km mm cm t MPa GPa".split()
 )
 _SECONDS = re.compile(r"s(\d*)$")
-_FACTOR = re.compile(r"([A-Za-z]+|1)(-?\d+)?$")
+_FACTOR = re.compile(r"(?:(?P<name>[A-Za-z]+|1|%)|\((?P<inner>.+)\))(?P<power>-?\d+)?")
 
 
 def with_unit(value: str, unit: str) -> str:
@@ -37,25 +37,68 @@ def checked_unit(unit: str) -> str:
     """``unit`` itself where it is a product or quotient of known units, else ModelError."""
     if not isinstance(unit, str):
         raise ModelError(f"{unit!r} is not a unit; write it as a string (kg.m2, N.m/rad, rad/s, 1)")
-    for part in unit.replace("(", "").replace(")", "").replace("/", ".").split("."):
-        match = _FACTOR.match(part)
-        if match is None or match.group(1) not in BASE:
-            whole = "" if part == unit else f" in {unit!r}"
-            raise ModelError(f"unknown unit {part!r}{whole} (units are written as kg.m2, N.m/rad, rad/s, 1)")
+    for name, _ in factors(unit):
+        if name not in BASE:
+            raise unknown(name, unit, BASE)
     return unit
+
+
+def factors(unit: str) -> list[tuple[str, int]]:
+    """The names in a product or quotient, with their powers. Errors: ModelError for a text that is neither.
+
+    >>> factors("N.m/rad"), factors("N/(km/h)2")
+    ([('N', 1), ('m', 1), ('rad', -1)], [('N', 1), ('km', -2), ('h', 2)])
+    """
+    parts = _outside_brackets(unit, "/")
+    if len(parts) > 2:
+        first, second, *more = parts
+        raise ModelError(
+            f"the unit {unit!r} has two slashes, of which the second may mean either: "
+            f"write {'/'.join([f'{first}/({second}', *more])}) or {'.'.join([f'{first}/({second}', *more])})"
+        )
+    found = []
+    for text, sign in zip(parts, (1, -1), strict=False):
+        for part in _outside_brackets(text, "."):
+            match = _FACTOR.fullmatch(part)
+            if match is None:
+                raise unknown(part, unit)
+            power = sign * int(match["power"] or 1)
+            inner = [(match["name"], 1)] if match["name"] else factors(match["inner"])
+            found += [(name, exponent * power) for name, exponent in inner]
+    return found
+
+
+def _outside_brackets(text: str, mark: str) -> list[str]:
+    """The parts of a text between the marks that are not in brackets."""
+    parts, depth = [""], 0
+    for letter in text:
+        depth += (letter == "(") - (letter == ")")
+        if letter == mark and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+def unknown(part: str, unit: str, known: Collection[str] = ()) -> ModelError:
+    """The error for a part of a unit, with the known units that are like it."""
+    whole = "" if part == unit else f" in {unit!r}"
+    near = suggestion(part, known)
+    return ModelError(f"unknown unit {part!r}{whole} (units are written as kg.m2, N.m/rad, rad/s, N/(km/h), 1){near}")
 
 
 def rate_unit(unit: str, order: int = 1) -> str:
     """The unit of a derivative by time.
 
-    >>> rate_unit("rad"), rate_unit("rad", 2), rate_unit("m/s"), rate_unit("N.m/rad")
-    ('rad/s', 'rad/s2', 'm/s2', 'N.m/(rad.s)')
+    >>> rate_unit("rad"), rate_unit("rad", 2), rate_unit("m/s"), rate_unit("N.m/rad"), rate_unit("N/(m/s)")
+    ('rad/s', 'rad/s2', 'm/s2', 'N.m/(rad.s)', 'N/((m/s).s)')
     """
     if order == 0:
         return unit
-    above, _, below = unit.partition("/")
+    above, below = (*_outside_brackets(unit, "/"), "")[:2]
     seconds = _SECONDS.match(below)
     if not below or seconds:
         power = order + (int(seconds[1] or 1) if seconds else 0)
         return f"{above}/s{power if power > 1 else ''}"
-    return f"{above}/({below.strip('()')}.s{order if order > 1 else ''})"
+    inner = below if "/" in below else below.strip("()")
+    return f"{above}/({inner}.s{order if order > 1 else ''})"

@@ -30,6 +30,10 @@ KINDS: dict[str, Kind] = {
 }
 """What the list calls transmissions."""
 COAST_DOWN = "coast_A_N", "coast_B_N_per_mps", "coast_C_N_per_mps2"
+TEXTS = "vehicle", "test_vehicle", "transmission", "drive", "test", "procedure", "fuel"
+POSITIVE = "gears", "displacement_l", "rated_power_kW", "test_mass_kg", "axle_ratio", "n_over_v_top_gear_rpm_per_kmh"
+RESULTS = "fuel_economy_mpg", "bag2_mpg", "bag3_mpg", "bag4_mpg"
+"""Columns: results are positive, too, or empty."""
 CITY, HIGHWAY = ("Charge Depleting UDDS",), ("HWFE", "Charge Depleting Highway")
 """Procedures; the FTP has several."""
 
@@ -69,23 +73,37 @@ class TestCar:
 
     @classmethod
     def from_csv(cls, path: str | Path) -> tuple[Self, ...]:
-        """The cars of a file with the columns of the shipped one, a row a test. Errors: ParameterError, which names the row."""
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            return cls.from_rows(csv.DictReader(file), str(path))
+        """The cars of a file with the columns of the shipped one, a row a test.
+
+        Errors: ParameterError for a file that cannot be read or lacks a column, and for values that do not fit, which names the row.
+        """
+        try:
+            with Path(path).open(encoding="utf-8-sig", newline="") as file:
+                return cls.from_rows(csv.DictReader(file), str(path))
+        except OSError as error:
+            raise ParameterError(f"{path} cannot be read: {error.strerror}") from None
+        except UnicodeDecodeError as error:
+            raise ParameterError(f"{path}: byte {error.start} is not text in UTF-8") from None
 
     @classmethod
     def from_rows(cls, rows: csv.DictReader[str], where: str) -> tuple[Self, ...]:
         """Cars of rows of tests; those of one test vehicle are one car, with the mean of its road loads and results."""
+        known = rows.fieldnames or ()
+        if missing := [name for name in (*TEXTS, *POSITIVE, *COAST_DOWN, *RESULTS) if name not in known]:
+            raise ParameterError(f"{where} lacks columns, which commas separate: {', '.join(missing)}")
         groups: dict[str, list[dict[str, str]]] = {}
         for row in rows:
+            _check(row, f"{where}, line {rows.line_num}")
             groups.setdefault(f"{row['vehicle']} {row['test_vehicle']}", []).append(row)
+        if not groups:
+            raise ParameterError(f"{where} has no rows")
         return tuple(cls._of(group, f"{where}, {key}") for key, group in groups.items())
 
     @classmethod
     def _of(cls, rows: list[dict[str, str]], where: str) -> Self:
         electric = any(row["fuel"] == "Electricity" for row in rows)
-        city = [row for row in rows if row["procedure"] in CITY or (row["test"] == "FTP" and row["fuel_economy_mpg"])]
-        city = [row for row in city if row["procedure"] != "Cold CO"]
+        city = [row for row in rows if row["procedure"] in CITY or row["test"] == "FTP"]
+        city = [row for row in city if row["procedure"] != "Cold CO" and row["fuel_economy_mpg"]]
         road = [row for row in rows if row["procedure"] in HIGHWAY and row["fuel_economy_mpg"]]
         row, hybrid = (city or rows)[0], any(row["bag4_mpg"] for row in city)
         kind: Kind | None = "electric" if electric else "power split" if hybrid else KINDS.get(row["transmission"])
@@ -113,6 +131,22 @@ class TestCar:
             udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
             hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
         )
+
+
+def _check(row: Mapping[str, str | None], where: str) -> None:
+    """ParameterError for a value that is no number, or is not positive."""
+    for name in (*POSITIVE, *COAST_DOWN, *RESULTS):
+        text = row[name]
+        if (text == "" and name in RESULTS) or (name == "displacement_l" and row["fuel"] == "Electricity"):
+            continue
+        try:
+            number = float(text or "")
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise ParameterError(f"{where}: {name} = {text or ''!r} is not a number")
+        if number <= 0 and name not in COAST_DOWN:
+            raise ParameterError(f"{where}: {name} = {number:g} must be positive")
 
 
 def _warm(row: Mapping[str, str]) -> float:

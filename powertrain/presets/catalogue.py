@@ -92,6 +92,11 @@ def find(name: str, among: Iterable[Entry], what: str) -> Entry:
     raise pt.ParameterError(f"unknown {what} {name!r}{near}{few}")
 
 
+def is_named(kind: type[pt.Component], name: str) -> bool:
+    """Whether a name is that of the class, as ``find`` compares them."""
+    return _plain(name) == _plain(kind.__name__)
+
+
 def _plain(name: str) -> str:
     return name.lower().replace("-", "").replace("_", "")
 

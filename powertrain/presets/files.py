@@ -20,8 +20,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import powertrain as pt
+from powertrain.errors import PowertrainError
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
+from powertrain.presets.catalogue import is_named
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
 from powertrain.presets.settings import Adjustable, checked, component_named, part, place, places
 
@@ -30,9 +32,11 @@ CLASS = "class"
 
 
 def read(path: str | Path) -> dict[str, Any]:
-    """The tables of a file. Errors: ParameterError where it is not TOML, with the line."""
+    """The tables of a file. Errors: ParameterError where it cannot be read, and where it is not TOML, with the line."""
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise pt.ParameterError(f"{path} cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise pt.ParameterError(f"{path} is not a TOML file: {error}") from None
 
@@ -43,7 +47,7 @@ def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tup
     Errors: ParameterError for a file of another model, for names the model does not have, and for values that do not fit.
     """
     name = str(tables.get(CLASS, type(model).__name__)).partition("(")[0].partition(".")[0]
-    if name.lower() != type(model).__name__.lower():
+    if not is_named(type(model), name):
         raise pt.ParameterError(f"the parameter file is for {name}, not for {type(model).__name__}")
     paths: list[str] = []
     return _applied(model, tables, "", paths, folder or Path()), paths
@@ -69,11 +73,26 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
         elif found.is_part:
             model = pt.replace(model, {path: part(str(value), found)})
         elif takes_data(found):
-            model = pt.replace(model, {path: decoded(value, found, folder)})
+            model = pt.replace(model, {path: _data(value, found, folder)})
         else:
             values[path] = checked(found, value)
             paths.append(path)
     return pt.replace(model, values) if values else model
+
+
+def _data(value: Any, found: Adjustable, folder: Path) -> Any:
+    """A map, cycle or record for a place, which the errors name."""
+    if not isinstance(value, (str, list, dict)):
+        raise pt.ParameterError(f"{found.path} = {value!r} is neither a name nor a table of numbers")
+    try:
+        return decoded(value, found, folder)
+    except PowertrainError as error:
+        raise _at(found.path, error) from None
+
+
+def _at(path: str, error: PowertrainError) -> pt.ParameterError:
+    """An error with the place in the file, where it does not begin with that itself."""
+    return pt.ParameterError(str(error) if str(error).startswith(path) else f"{path}: {error}")
 
 
 def _check_no_row(model: pt.Component, path: str) -> None:
@@ -107,17 +126,20 @@ def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) ->
 def _made(found: Adjustable, table: dict[str, Any], folder: Path) -> pt.Component:
     """A part of a table: of the class that the table names, else the one that is there, with the table's values."""
     name = str(table.get(CLASS, type(found.value).__name__))
-    if name == type(found.value).__name__:
+    if is_named(type(found.value), name):
         start: pt.Component = found.value
     else:
         start = _fresh(component_named(name, found.kind, found.path), table, found.path, folder)
-    return _applied(start, table, "", [], folder)
+    try:
+        return _applied(start, table, "", [], folder)
+    except PowertrainError as error:
+        raise _at(found.path, error) from None
 
 
 def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path) -> M:
     """The slot filled anew where another class is asked for; values that the class cannot do without come from the table."""
     name = str(table[CLASS])
-    if name == type(found.value).__name__:
+    if is_named(type(found.value), name):
         return model
     if "(" in name:
         return pt.replace(model, {found.path: part(name, found)})
@@ -139,14 +161,17 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
         if isinstance(spec, pt.Parameter):
             given[name] = value
         elif takes_data(here):
-            given[name] = decoded(value, here, folder)
-        elif isinstance(value, dict) and CLASS in value and type(spec).__name__ != value[CLASS]:
+            given[name] = _data(value, here, folder)
+        elif isinstance(value, dict) and CLASS in value and not is_named(type(spec), str(value[CLASS])):
             given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
         elif isinstance(value, (bool, int, float, str, list)) and not (
             isinstance(value, list) and any(isinstance(i, dict) for i in value)
         ):
             given[name] = plain(value)
-    return cls(**given)
+    try:
+        return cls(**given)
+    except PowertrainError as error:
+        raise _at(path, error) from None
 
 
 def written(model: pt.Component, free: Collection[str] | None = None) -> str:

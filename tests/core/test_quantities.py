@@ -7,7 +7,7 @@ import math
 import pytest
 
 import powertrain as pt
-from powertrain.components.body import VehicleBody
+from powertrain.components.body import CoastDownBody, VehicleBody
 from powertrain.components.engines import WillansEngine
 from powertrain.components.rotational import Inertia
 from powertrain.language.quantities import converted, quantity
@@ -39,6 +39,25 @@ from powertrain.language.quantities import converted, quantity
         ("0.2 lbf/mph", "N.s/m", 0.2 * 4.4482216152605 / 0.44704),
         ("0.018 lbf/mph**2", "N.s2/m2", 0.018 * 4.4482216152605 / 0.44704**2),
         ("0.018 lbf/mph^2", "N.s2/m2", 0.018 * 4.4482216152605 / 0.44704**2),
+        ("0.5 N/(km/h)", "N.s/m", 1.8),
+        ("0.5 N.h/km", "N.s/m", 1.8),
+        ("0.1 N/(km/h)2", "N.s2/m2", 1.296),
+        ("0.1 N/(km/h)^2", "N.s2/m2", 1.296),
+        ("0.1 N/(km/h)²", "N.s2/m2", 1.296),
+        ("0.2 lbf/(mi/h)", "N.s/m", 0.2 * 4.4482216152605 / 0.44704),
+        ("0.018 lbf/(mph)2", "N.s2/m2", 0.018 * 4.4482216152605 / 0.44704**2),
+        ("3 N/(m/s)", "N.s/m", 3.0),
+        ("800 1/min", "rad/s", 800 * math.pi / 30),
+        ("10500 min-1", "rad/s", 10500 * math.pi / 30),
+        ("10500 min^-1", "rad/s", 10500 * math.pi / 30),
+        ("13.3 Hz", "rad/s", 13.3 * 2 * math.pi),
+        ("13.3 1/s", "Hz", 13.3),
+        ("0.1 N.m.min", "N.m.s/rad", 0.1 * 30 / math.pi),
+        ("0.1 N.m.s", "N.m.s/rad", 0.1),
+        ("60 1/min", "1/s", 1.0),
+        ("2 Hz", "1/s", 2.0),
+        ("60 rpm", "1/s", 1.0),
+        ("3 1/min", "1/min", 3.0),
         ("23 ft2", "m2", 23 * 0.3048**2),
         ("2 hp/t", "W/kg", 2 * 0.7456998715822702),
     ],
@@ -64,10 +83,32 @@ def test_parameters_take_units() -> None:
         VehicleBody(Cd="0.3")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"'1 lb/foo': unknown unit 'foo'"):
         VehicleBody(m="1 lb/foo")  # type: ignore[arg-type]
-    with pytest.raises(pt.ParameterError, match=r"'1 lb/ft/s': unknown unit 'ft/s' in 'lb/ft/s'"):
+    with pytest.raises(pt.ParameterError, match=r"'1 lb/ft/s': .* has two slashes.* write lb/\(ft/s\) or lb/\(ft.s\)$"):
         VehicleBody(m="1 lb/ft/s")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"is outside its range"):
         VehicleBody(m="-1 kg")  # type: ignore[arg-type]
+
+
+def test_what_is_no_unit_is_named() -> None:
+    with pytest.raises(pt.ParameterError, match=r"CoastDownBody.F_1 = '1 N/km/h': .* write N/\(km/h\) or N/\(km.h\)$"):
+        CoastDownBody(m=1500, F_1="1 N/km/h")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"CoastDownBody.F_1 = '1 N/\(km/h': unknown unit '\(km/h'"):
+        CoastDownBody(m=1500, F_1="1 N/(km/h")  # type: ignore[arg-type]
+    with pytest.raises(pt.ModelError, match=r"Drag: unknown unit 'stone' in 'N/\(stone/s\)'"):
+        pt.parameter("N/(stone/s)", "Drag")
+
+
+class Braked(pt.Component):
+    d: pt.Parameter = pt.parameter("N/(m/s)", "Force over speed", default=2.0)
+    f: pt.Variable = pt.variable("N/(m/s)", "The same, falling", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.f) == -self.d / pt.Map.curve([0, 1], [1, 1], x="d", x_unit="N.s/m", outside="clip")(self.f)
+
+
+def test_components_may_declare_quotients_in_brackets() -> None:
+    assert float(Braked(d="1 N/(km/h)").d) == pytest.approx(3.6)  # type: ignore[arg-type]
+    pt.compile(Braked())
 
 
 class Turning(pt.Component):
@@ -84,3 +125,13 @@ def test_results_come_in_other_units() -> None:
     with pytest.raises(pt.ModelError, match=r"rad/s cannot be converted to km"):
         result.converted("rotor.w", "km")
     assert converted(3.6, "kg/h", "g/s") == pytest.approx(1.0)
+    assert result.converted("rotor.w", "1/min") == pytest.approx(100 * 30 / math.pi)
+    with pytest.raises(pt.ModelError, match=r"^1/s may count radians or rotations; write rad/s or Hz$"):
+        result.converted("rotor.w", "1/s")
+
+
+def test_a_rate_without_an_angle_is_no_angular_speed() -> None:
+    with pytest.raises(
+        pt.ParameterError, match=r"w_idle = '83 1/s': 1/s may count radians or rotations; write rad/s or Hz$"
+    ):
+        WillansEngine(w_idle="83 1/s")  # type: ignore[arg-type]

@@ -55,6 +55,26 @@ def test_other_cars_are_read_in_the_same_columns(tmp_path: Path) -> None:
         TestCar.from_csv(path)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("test_mass_kg", "mass", r"mine.csv lacks columns, which commas separate: test_mass_kg$"),
+        (",", ";", r"mine.csv lacks columns, which commas separate: vehicle, "),
+        ("1077.3", "heavy", r"mine.csv, line 2: test_mass_kg = 'heavy' is not a number"),
+        ("1077.3", "-5", r"mine.csv, line 2: test_mass_kg = -5 must be positive"),
+        ("MITSUBISHI", "#", r"mine.csv has no rows"),
+    ],
+)
+def test_lists_that_do_not_fit(tmp_path: Path, old: str, new: str, said: str) -> None:
+    source = Path(str(files("powertrain.measured"))) / "data" / "epa_2022_test_cars.csv"
+    lines = source.read_text(encoding="utf-8").splitlines()[: 1 if new == "#" else 2]
+    (tmp_path / "mine.csv").write_text("\n".join(lines).replace(old, new), encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=said):
+        TestCar.from_csv(tmp_path / "mine.csv")
+    with pytest.raises(pt.ParameterError, match=r"absent.csv cannot be read: No such file"):
+        TestCar.from_csv(tmp_path / "absent.csv")
+
+
 @pytest.mark.parametrize("car", [car for car in CARS.values() if car.gears > 1], ids=lambda car: car.name)
 def test_gears_have_the_spread_and_end_at_the_top_ratio(car: TestCar) -> None:
     gears = np.array(ratios(car))

@@ -89,6 +89,9 @@ def test_parts_with_bound_parameters_and_rows_with_records(part: dict[str, Any])
     assert applied(SplitPathCar(), tomllib.loads(written(car, ())))[0] == car
 
 
+SLOPE = '{{ name = "g", unit = "{}", axes = [{{ name = "s", unit = "m", points = {} }}], values = [0, 0.1] }}\n'
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -98,6 +101,13 @@ def test_parts_with_bound_parameters_and_rows_with_records(part: dict[str, Any])
         ('class = "ManualCar"\n[engine]\ncurve = { name = "x" }\n', r"engine.curve = .* is not a map: it lacks 'axes'"),
         ('class = "ManualCar"\n[[engine]]\nJ = 1\n', "engine is not a tuple of components"),
         ('class = "ManualCarr"\n', "unknown vehicle 'ManualCarr'"),
+        ('class = "ManualCar"\n[cycle]\ncycle = 3\n', r"cycle.cycle = 3 is neither a name nor a table of numbers"),
+        ('class = "ManualCar"\n[[gearbox.gears]]\nratio = "3.5"\n', r"^gearbox.gears\[0\]: ratio = '3.5' is a text"),
+        (
+            'class = "ManualCar"\n[road]\nprofile = ' + SLOPE.format("1", "[9, 0]"),
+            "^road.profile: axis s: the points must",
+        ),
+        ('class = "ManualCar"\n[road]\nprofile = ' + SLOPE.format("%", "[0, 9]"), "^road.profile: unknown unit '%'"),
     ],
 )
 def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:
@@ -105,6 +115,14 @@ def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:
     path.write_text(text, encoding="utf-8")
     with pytest.raises(pt.ParameterError, match=said):
         load(path)
+
+
+def test_a_file_may_begin_with_a_byte_order_mark_and_spell_the_class_otherwise(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('class = "manual-car"\n[engine]\nclass = "willans_engine"\nJ = 0.2\n', encoding="utf-8-sig")
+    assert load(path) == pt.replace(ManualCar(), {"engine.J": 0.2})
+    with pytest.raises(pt.ParameterError, match=r"absent.toml cannot be read: No such file"):
+        load(tmp_path / "absent.toml")
 
 
 def test_unknown_name() -> None:

@@ -158,6 +158,11 @@ def test_roads_that_are_none() -> None:
     crooked = pt.Map((pt.Axis("s", "m", [0, 1]), pt.Axis("t", "s", [0, 1])), np.zeros((2, 2)), "1")
     with pytest.raises(pt.ParameterError, match=r"road.profile takes one argument, the path s; this map takes s, t"):
         pt.compile(Hill(road=RoadProfile(profile=crooked)))
+    heights = pt.Map.curve([0, 1000], [0, 5], x="s", x_unit="m", unit="m", name="height")
+    with pytest.raises(
+        pt.ParameterError, match=r"road.profile gives height \[m\]; .* tan\(alpha\) \[1\]; .*from_heights"
+    ):
+        pt.compile(Hill(road=RoadProfile(profile=heights)))
     with pytest.raises(pt.ParameterError, match=r"cannot rise by 30 m from s = 20 m to 40 m, over 20 m of its length"):
         RoadProfile.from_heights([0, 20, 40], [0, 0, 30])
     with pytest.raises(pt.ParameterError, match="places that increase"):

@@ -209,8 +209,9 @@ def test_efficiency_maps(kind: str) -> None:
             r"cannot depend on pressure \[Pa\], only on w_rel",
         ),
         (pt.Map.curve([0, 1], [0.9, 0.9], x="T", x_unit="degC"), r"cannot depend on T \[degC\]"),
+        (pt.Map.curve([0, 1], [0.9, 0.9], x="T", x_unit="K", unit="W"), r"map \[W\] is not an efficiency \[1\]"),
     ],
-    ids=["above 1", "zero", "jump", "axis", "unit"],
+    ids=["above 1", "zero", "jump", "axis", "unit", "unit of values"],
 )
 def test_impossible_maps_are_refused(table: pt.Map, message: str) -> None:
     with pytest.raises(pt.ParameterError, match=r"parts\[0\].map_ab: .*" + message):

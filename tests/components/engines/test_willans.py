@@ -198,6 +198,11 @@ def test_curve_takes_the_place_of_the_data_sheet() -> None:
     wrong = pt.Map.curve([0, 6000], [100, 160], x="speed", x_unit="rpm", unit="N.m")
     with pytest.raises(pt.ParameterError, match=r"curve is over speed \[rpm\]; it must be over one speed in rad/s"):
         pt.compile(pt.replace(ENGINE, curve=wrong))
+    power = pt.Map.curve([0, 700], [40, 60], x="w", x_unit="rad/s", unit="kW", name="P")
+    with pytest.raises(
+        pt.ParameterError, match=r"curve gives P \[kW\] over w \[rad/s\]; it must give a torque \[N.m\]"
+    ):
+        pt.compile(pt.replace(ENGINE, curve=power))
 
 
 def test_numbers_and_arrays() -> None:

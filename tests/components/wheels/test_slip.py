@@ -227,9 +227,17 @@ def test_older_tyre_files_have_a_relaxation_length(tmp_path: Path) -> None:
         MagicFormulaWheel.from_tir(tmp_path / "tyre.tir")
 
 
+def test_tyre_files_of_other_writers(tmp_path: Path) -> None:
+    """A byte order mark, and units spelt otherwise."""
+    (tmp_path / "tyre.tir").write_text(TIR)
+    (tmp_path / "other.tir").write_text(TIR.replace("'meter'", "'m'\nTIME = 'sec'"), encoding="utf-8-sig")
+    assert MagicFormulaWheel.from_tir(tmp_path / "other.tir") == MagicFormulaWheel.from_tir(tmp_path / "tyre.tir")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
+        ("VERTICAL_STIFFNESS = 2.2", "VERTICAL_STIFFNESS = 0.0", "VERTICAL_STIFFNESS = 0 must be positive"),
         ("'meter'", "'inch'", "LENGTH = inch; only files in meter are read"),
         ("PKX1 = 22", "", "has no PKX1, which a Magic Formula file of version 5.2 or later has"),
         ("PDX1 = 1.2", "PDX1 = soft", "PDX1 = soft is not a number"),
