@@ -45,7 +45,9 @@ def held_values(
     recorder = flat.recorder
     flags = [recorder.hold(f"{place.path}.{law.name}") for place, law in others if isinstance(law, WhenLaw)]
     rests = {
-        key(t.mode): t.rests for k, t in enumerate(torques) if isinstance(t.law, FrictionLaw) and resolver.shares(k)
+        key(t.mode): t.rests
+        for k, t in enumerate(torques)
+        if isinstance(t.law, FrictionLaw) and resolver.held_by_others(k)
     }
     symbols = [*(t.mode for t in torques), *(s.mode for s in recorder.switches), *flags]
     symbols += [*(d.symbol for d in flat.discretes), *(s for e in recorder.schedules for s in e.held), *rests.values()]

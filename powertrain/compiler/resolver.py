@@ -11,7 +11,18 @@ import casadi as ca
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
-from powertrain.compiler.torques import COMPLIANCE, LawTorque, cancels, compliance, mobility, shares, solve_torques
+from powertrain.compiler.torques import (
+    COMPLIANCE,
+    LawTorque,
+    Motion,
+    cancels,
+    compliance,
+    held_by_others,
+    mobility,
+    set_apart,
+    shares,
+    solve_torques,
+)
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
@@ -35,7 +46,8 @@ class Resolver:
         self.names, self._opened = column(solved.names), column(assigned)
         self.roots, self.tau, self._given = _torque_symbols(torques)
         self._opened = self._in_torques([self._opened])[0]
-        self.laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
+        laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
+        self.laws = set_apart(laws, self.tau, Motion(x, column(self._open_rates()), column(solved.implicit)))
         found = solve_torques(self.laws, self.tau)
         self.torque, self._yielding = column(found.tau), column(found.first)
         self.assigned = self.close([self._opened])[0]
@@ -107,14 +119,18 @@ class Resolver:
         recorder = self.reduced.flat.recorder
         return column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
 
+    def _open_rates(self) -> list[Symbol]:
+        """The rates of the states for given torques."""
+        derivative = self.reduced.flat.recorder.derivative
+        return self.opened([derivative(s) for s in ca.vertsplit(self.x)]) if self.x.numel() else []
+
     def closed_laws(self) -> list[LawTorque]:
         """The laws in terms of (t, x, z, m, p)."""
         return [_mapped(law, self.close) for law in self.laws]
 
     def acts(self, k: int) -> bool:
         """Whether anything that moves follows the torque of this law, be it through a sensor."""
-        derivative = self.reduced.flat.recorder.derivative
-        rates = self.opened([*(derivative(s) for s in ca.vertsplit(self.x)), *self._residuals])
+        rates = [*self._open_rates(), *self.opened([*self._residuals])]
         rates += [law.rate for i, law in enumerate(self.laws) if i != k]
         slopes = [e for rate in rates for e in ca.vertsplit(ca.densify(ca.jacobian(rate, self.tau[k])))]
         return any(not e.is_zero() and not cancels(e) for e in slopes)
@@ -180,6 +196,10 @@ class Resolver:
     def shares(self, k: int) -> bool:
         """Whether the torques of other laws take part in the motion of this one."""
         return shares(self.laws[k], self.tau[k], column(self.tau))
+
+    def held_by_others(self, k: int) -> bool:
+        """Whether other laws may hold the motion of this one."""
+        return held_by_others(self.laws[k], self.tau[k], column(self.tau))
 
     def reach(self, k: int) -> Symbol:
         """How much the torque of a law changes its own rate; 1 where it does not."""

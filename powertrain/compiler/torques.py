@@ -2,12 +2,15 @@
 
 With the motion solved for given torques tau, the rates of the laws' speeds are affine, v = a - G tau, with G symmetric and positive
 semidefinite. A sliding law gives its torque; a stuck one makes its rate zero. Where stuck laws hold the same motion G is singular, and
-only the sum of their torques follows from v = 0. So each stuck law has a compliance that is tiny against the inertia it acts on,
+only the sum of their torques follows from v = 0. So each stuck law that others may hold has a compliance, tiny against the inertia it
+acts on,
 
     v_i - eps G_ii (tau_i - q_i) = 0,
 
 first with q = 0, then with q = the torques found (a proximal point step). Laws that hold the same motion then share its torque as equally
-stiff springs would, and what a stuck law creeps by is eps^2 of what its torque accelerates: round-off.
+stiff springs would, and what a stuck law creeps by is eps^2 of what its torque accelerates: round-off. Where the other laws leave little of
+its mobility the creep is larger, (eps G_ii/G_left)^2. With a light part between a clutch and a brake in series G_left is its share of the
+inertia; but these hold no common motion, and laws that others cannot hold have no compliance (``set_apart``).
 
 R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14 (1976) 877.
 """
@@ -46,7 +49,7 @@ _ROUND_OFF = 1e-13
 class LawTorque:
     """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset.
 
-    ``rests`` is 1 where a friction law is at a limit of its torque, and others hold it at rest.
+    ``rests`` is 1 where a friction law is at a limit of its torque, and others hold it at rest. ``apart`` is a law that others cannot hold.
     """
 
     place: Place
@@ -57,6 +60,7 @@ class LawTorque:
     algebraic: bool = False
     speed: Symbol = field(default_factory=Symbol)
     rate: Symbol = field(default_factory=Symbol)
+    apart: bool = False
 
 
 def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tuple[Place, Law]]]:
@@ -164,6 +168,50 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 
 
 @dataclass(frozen=True)
+class Motion:
+    """The states, their rates for given torques of the laws, and the unknowns that no expression gives."""
+
+    x: Symbol
+    rates: Symbol
+    implicit: Symbol
+
+
+def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) -> list[LawTorque]:
+    """The laws with those marked that others cannot hold, whatever the parameters: their rows of G depend on no others.
+
+    Such a law moves a state that no other law moves, those found before it left aside. Laws that are independent for most parameters
+    only are not among them (clutches behind two gears, whose ratios may be equal), so that slopes that may become zero do not count.
+    """
+    if not laws or not motion.x.numel():
+        return list(laws)
+    own = [_constantly_moved(t, torque, motion) for t, torque in zip(laws, tau, strict=True)]
+    moved = [_moved(t, motion) for t in laws]
+    left = set(range(len(laws)))
+    while found := {i for i in left if own[i].difference(*(moved[k] for k in left - {i}))}:
+        left -= found
+    return [replace(t, apart=i not in left) for i, t in enumerate(laws)]
+
+
+def _moved(t: LawTorque, motion: Motion) -> set[int]:
+    """The states on which the speed of a law depends; behind an implicit unknown it may be any of them."""
+    if _contains(t.speed, motion.implicit):
+        return set(range(motion.x.numel()))
+    return set(ca.jacobian_sparsity(t.speed, motion.x).get_col())
+
+
+def _constantly_moved(t: LawTorque, own: Symbol, motion: Motion) -> set[int]:
+    """The states that the torque of a law moves, and on which its speed depends with a number."""
+    if t.algebraic or _contains(t.speed, motion.implicit):
+        return set()
+    slopes, driven = ca.jacobian(t.speed, motion.x), set(ca.jacobian_sparsity(motion.rates, own).row())
+    return {j for j in driven if slopes[j].is_constant() and not slopes[j].is_zero()}
+
+
+def _contains(expression: Symbol, symbols: Symbol) -> bool:
+    return bool(symbols.numel()) and any(ca.which_depends(expression, symbols, 1, False))
+
+
+@dataclass(frozen=True)
 class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
@@ -231,7 +279,7 @@ def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     lower, upper = t.law.lower, t.law.upper
     if _prescribed(t, own):
         upper = ca.if_else(ca.fabs(t.mode) < 1, lower + (1 + t.mode) / 2 * (upper - lower), upper)
-    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and shares(t, own, tau) else 1
+    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, own, tau) else 1
     return own - holds * ca.if_else(t.mode == -1, lower, upper)
 
 
@@ -243,18 +291,23 @@ def breaks_away(law: FrictionLaw) -> bool:
 def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """How much a law yields, relative to eps: as much as its torque changes its own rate.
 
-    A law that moves on its own shares its torque with none, and yields only where its motion is given by others.
+    A law that others cannot hold shares its torque with none, and yields only where its motion is given by others.
     """
     slope = ca.jacobian(t.rate, own)
     if slope.is_zero():
         return Symbol(0)
-    return _or_terms(slope, ca.fabs(slope) if shares(t, own, tau) else Symbol(0))
+    return _or_terms(slope, ca.fabs(slope) if held_by_others(t, own, tau) else Symbol(0))
 
 
 def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
     others = [s for s in ca.vertsplit(tau) if key(s) != key(own)]
     return any(ca.which_depends(t.rate, column(others), 1, False))
+
+
+def held_by_others(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
+    """Whether other laws may hold the motion of this one, so that its torque does not follow from its own rest."""
+    return not t.apart and shares(t, own, tau)
 
 
 def mobility(slope: Symbol) -> Symbol:

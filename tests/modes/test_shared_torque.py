@@ -196,3 +196,61 @@ def test_what_is_not_connected_says_nothing_of_how_well_a_torque_is_known(torque
     small = held(np.array([1e-3]), np.array([1.0]), (0,), 2e-3)
     result = pt.simulate(Apart(small=small, large=rot.ConstantTorque(tau_constant=torque)), 1.0)
     assert result.events.times == pytest.approx(0.5, abs=2e-6)
+
+
+class Series(pt.Component):
+    """A torque on a heavy shaft that a clutch ties to a light one, which a brake holds."""
+
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=1.0)
+    heavy: rot.Inertia = rot.Inertia(J=1.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=3.0, mue_pos=((0.0, 1.0),))
+    light: rot.Inertia = rot.Inertia(J=1e-6)
+    brake: rot.Brake = brake(3.0)
+    pressure: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.heavy.flange_a)
+        yield pt.connect(self.heavy.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.light.flange_a)
+        yield pt.connect(self.light.flange_b, self.brake.flange_a)
+        yield pt.connect(self.pressure.y, self.clutch.f_normalized, self.brake.f_normalized)
+
+
+@pytest.mark.parametrize("light", [1e-3, 1e-6, 1e-8])
+def test_laws_in_series_do_not_creep_however_light_the_part_between(light: float) -> None:
+    """They share no motion. What is left is the round-off of accelerations that torques cause on the light part."""
+    result = pt.simulate(Series(), 10.0, parameters={"light.J": light})
+    rounding = 10 * np.finfo(float).eps / light
+    np.testing.assert_allclose(result["heavy.w"], 0.0, atol=10.0 * rounding)
+    np.testing.assert_allclose(result["clutch.tau"], -1.0, rtol=rounding)
+    np.testing.assert_allclose(result["brake.tau"], 1.0, rtol=rounding)
+
+
+class TwoGears(pt.Component):
+    """A torque on a shaft that two clutches tie to another one, each behind a gear."""
+
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=1.0)
+    front: rot.Inertia = rot.Inertia(J=1.0)
+    gears: tuple[rot.IdealGear, ...] = (rot.IdealGear(ratio=2.0), rot.IdealGear(ratio=2.0))
+    clutches: tuple[rot.Clutch, ...] = (
+        rot.Clutch(fn_max=3.0, mue_pos=((0.0, 1.0),)),
+        rot.Clutch(fn_max=3.0, mue_pos=((0.0, 1.0),)),
+    )
+    back: rot.Inertia = rot.Inertia(J=0.5)
+    pressure: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.front.flange_a)
+        for gear, clutch in zip(self.gears, self.clutches, strict=True):
+            yield pt.connect(self.front.flange_b, gear.flange_a)
+            yield pt.connect(gear.flange_b, clutch.flange_a)
+            yield pt.connect(clutch.flange_b, self.back.flange_a)
+            yield pt.connect(self.pressure.y, clutch.f_normalized)
+
+
+def test_gears_of_one_ratio_share_though_others_do_not() -> None:
+    """With ratios of their own the clutches would hold two motions; with one ratio they hold one, and take half of the torque each."""
+    result = pt.simulate(TwoGears(), 1.0)
+    acceleration = 1.0 / (2.0 + 0.5 / 2.0)  # of the second shaft
+    for i in range(2):
+        np.testing.assert_allclose(result[f"clutches[{i}].tau"], -0.5 * 0.5 * acceleration, atol=1e-7)
