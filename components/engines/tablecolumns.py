@@ -33,6 +33,7 @@ UNITS = {
     },
     "throttle": {"1": 1.0, "": 1.0, "%": 0.01},
 }
+UNITS |= {"full load": UNITS["torque"], "motored": UNITS["torque"]}
 """Units by what they measure, without dots, hyphens and brackets, in rad/s, N.m, Pa, W, g/s, g/kWh and 1."""
 SHOWN = {
     "speed": "rpm, 1/min, rad/s",
@@ -42,6 +43,8 @@ SHOWN = {
     "flow": "kg/s, g/s, kg/h, g/h, lb/h",
     "specific": "g/kWh, kg/J, lb/hp-hr",
     "throttle": "1, %",
+    "full load": "N.m, lbf.ft",
+    "motored": "N.m, lbf.ft",
 }
 WORDS = {
     "speed": "speed spd rpm n w omega drehzahl",
@@ -51,8 +54,11 @@ WORDS = {
     "flow": "fuel mdot kraftstoff",
     "specific": "bsfc sfc be fuel consumption verbrauch",
     "throttle": "throttle u alpha pedal opening",
+    "full load": "full wot max maximum volllast",
+    "motored": "motored motoring drag friction closed min minimum schleppmoment",
 }
 """Words in the names of such columns."""
+CALL = "to read_fuel_map or read_torque_map"
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _MARKS = re.compile(r"[\s.()*·⋅^_-]")
 
@@ -73,18 +79,26 @@ def column(sheet: TextTable, role: str, kinds: Sequence[str], asked: str | None)
     if asked is not None:
         return _asked(sheet, role, kinds, Heading.of(asked))
     for kind in kinds:
-        units = [unit_of(heading) for heading in sheet.headings]
-        found = [
-            Column(i, kind, UNITS[kind][unit])
-            for i, (heading, unit) in enumerate(zip(sheet.headings, units, strict=True))
-            if unit in UNITS[kind] and words(heading.name) & set(WORDS[kind].split())
-        ]
+        found = candidates(sheet, kind)
         if len(found) > 1:
             several = " and ".join(repr(str(sheet.headings[c.place])) for c in found)
-            raise ParameterError(f"{sheet.path}: {several} may both give the {role}; pass {role}='name'")
+            raise ParameterError(
+                f"{sheet.path}: {several} may both give the {role}; pass {role.replace(' ', '_')}='name' {CALL}"
+            )
         if found:
             return found[0]
     raise _nothing(sheet, role, kinds)
+
+
+def candidates(sheet: TextTable, kind: str) -> list[Column]:
+    """The columns whose unit and name are of a kind."""
+    units = [unit_of(heading) for heading in sheet.headings]
+    known = set(WORDS[kind].split())
+    return [
+        Column(i, kind, UNITS[kind][unit])
+        for i, (heading, unit) in enumerate(zip(sheet.headings, units, strict=True))
+        if unit in UNITS[kind] and words(heading.name) & known
+    ]
 
 
 def _asked(sheet: TextTable, role: str, kinds: Sequence[str], asked: Heading) -> Column:
@@ -106,7 +120,7 @@ def _nothing(sheet: TextTable, role: str, kinds: Sequence[str]) -> ParameterErro
     units = ", or ".join(f"a {kind} in {SHOWN[kind]}" if kind != role else SHOWN[kind] for kind in kinds)
     return ParameterError(
         f"{sheet.path}: no column is known to give the {role} ({units}); {_listed(sheet)}; write name and unit as 'name [unit]' into "
-        f"the heading, or pass {role}='name [unit]'"
+        f"the heading, or pass {role.replace(' ', '_')}='name [unit]' {CALL}"
     )
 
 

@@ -11,12 +11,14 @@ import numpy as np
 
 from powertrain import Axis, Map, ParameterError, TextTable
 from powertrain.components.engines.tablechecks import check_fuel, check_torque
-from powertrain.components.engines.tablecolumns import Column, column
+from powertrain.components.engines.tablecolumns import Column, candidates, column
 from powertrain.components.engines.tablepoints import Points
 from powertrain.components.engines.widetables import Asked, Roles, long_table
 
 FUEL_ROLES = {"speed": ("speed",), "load": ("torque", "bmep", "power"), "fuel": ("flow", "specific")}
 TORQUE_ROLES = {"speed": ("speed",), "throttle": ("throttle",), "torque": ("torque",)}
+THROTTLES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Throttles of a table between two curves, as many as smooth interpolation needs."""
 LARGEST = 0.1
 """The largest displacement [m3] that is believed: more is likely to be in litres."""
 Outside = Literal["error", "clip"]
@@ -72,7 +74,7 @@ def read_fuel_map(
         With the file, for columns that are not found or not unique, points that do not fill the grid, a negative flow, and a specific
         consumption where there is no power.
     """
-    sheet, columns = _columns(path, FUEL_ROLES, {"speed": speed, "load": load, "fuel": fuel})
+    sheet, columns = _columns(TextTable.read(path), FUEL_ROLES, {"speed": speed, "load": load, "fuel": fuel})
     points = _over_torque(Points.of(sheet, columns), columns[1].kind, displacement, strokes)
     kind, advice = columns[2].kind, "; fill=True of read_fuel_map continues each speed in straight lines"
     if fill:
@@ -87,18 +89,23 @@ def read_torque_map(
     speed: str | None = None,
     throttle: str | None = None,
     torque: str | None = None,
+    full_load: str | None = None,
+    motored: str | None = None,
     outside: Outside = "clip",
     method: Method = "linear",
 ) -> Map:
-    """The torque map of an engine from a table over speed and throttle in a text file.
+    """The torque map of an engine from a table over speed and throttle, or of two curves over speed, in a text file.
+
+    torque = motored + throttle (full load - motored) where there are two curves, the motored torque not above zero
 
     The columns are found as in ``read_fuel_map``. A wide table has the speeds in its first column and the throttles in its first line.
+    The curves are read where no column gives a throttle and one a torque at full load.
 
     Parameters
     ----------
     path : path
         The file, see ``pt.TextTable``.
-    speed, throttle, torque : str, optional
+    speed, throttle, torque, full_load, motored : str, optional
         Names of columns that are not found by themselves, with their unit where the file gives none: ``"alpha [%]"``.
     outside : {"clip", "error"}
         Beyond the speeds of the table its edge holds and the steps are counted, or the simulation ends.
@@ -116,13 +123,29 @@ def read_torque_map(
         With the file, for columns that are not found or not unique, points that do not fill the grid, throttles that do not range from 0
         to 1, and an engine that drives with closed throttle.
     """
-    sheet, columns = _columns(path, TORQUE_ROLES, {"speed": speed, "throttle": throttle, "torque": torque})
+    sheet = TextTable.read(path)
+    if throttle is None and (full_load or (candidates(sheet, "full load") and not candidates(sheet, "throttle"))):
+        return _table(_between(sheet, speed, full_load, motored), "torque", "N.m", outside, method)
+    sheet, columns = _columns(sheet, TORQUE_ROLES, {"speed": speed, "throttle": throttle, "torque": torque})
     points = replace(Points.of(sheet, columns), x_name="throttle", x_unit="")
     return _table(points, sheet.headings[columns[2].place].name, "N.m", outside, method)
 
 
-def _columns(path: str | Path, roles: Roles, asked: Asked) -> tuple[TextTable, list[Column]]:
-    sheet, asked = long_table(TextTable.read(path), roles, asked)
+def _between(sheet: TextTable, speed: str | None, full_load: str | None, motored: str | None) -> Points:
+    """Torques at throttles between the motored curve and that of full load."""
+    at = column(sheet, "speed", ["speed"], speed)
+    full = Points.of(sheet, (at, at, column(sheet, "full load", ["full load"], full_load)))
+    closed = Points.of(sheet, (at, at, column(sheet, "motored", ["motored"], motored)))
+    if full.lines != closed.lines:
+        line = min(set(full.lines) ^ set(closed.lines))
+        raise ParameterError(f"{sheet.path}:{line}: one of the torques at full load and motored is missing")
+    u = np.repeat(THROTTLES, len(full.lines))
+    w, low, high = (np.tile(values, len(THROTTLES)) for values in (full.w, closed.values, full.values))
+    return Points(sheet, full.lines * len(THROTTLES), w, u, low + u * (high - low), "throttle", "")
+
+
+def _columns(sheet: TextTable, roles: Roles, asked: Asked) -> tuple[TextTable, list[Column]]:
+    sheet, asked = long_table(sheet, roles, asked)
     return sheet, [column(sheet, role, kinds, asked[role]) for role, kinds in roles.items()]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from powertrain import Heading, ParameterError, TextTable
-from powertrain.components.engines.tablecolumns import UNITS, unit_of
+from powertrain.components.engines.tablecolumns import CALL, UNITS, unit_of
 
 Roles = Mapping[str, Sequence[str]]
 """What a table gives, the value last, and the kinds of units that each may have."""
@@ -32,7 +32,7 @@ def long_table(sheet: TextTable, roles: Roles, asked: Asked) -> tuple[TextTable,
     if missing:
         raise ParameterError(
             f"{sheet.path}: a wide table with {speed}s in its first column, {load}s in its first line and the {value} inside: "
-            f"pass {', '.join(missing)}"
+            f"pass {', '.join(missing)} {CALL}"
         )
     axes = [role for role in corner if role != value] or [speed]
     first, across = (speed, load) if axes[0] == speed else (load, speed)

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext, tables
 from powertrain.language.arguments import one_of, text
-from powertrain.language.arguments import path as argument_path
 from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.laws import within
 from powertrain.language.quantities import converted
@@ -215,7 +214,7 @@ class Map:
         day are converted: Nm to N.m, % to 1, kPa to Pa. ``outside`` is one rule for all axes or a rule for each name.
         Errors: ParameterError naming the file, and the line or the column.
         """
-        return _read(cls, Path(argument_path("path", path)), outside, method)
+        return _read(cls, TextTable.read(path), outside, method)
 
     @overload
     def __call__(self, *arguments: float) -> float: ...
@@ -376,9 +375,8 @@ def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     return numbers
 
 
-def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], method: Method) -> Map:
-    sheet = TextTable.read(path)
-    heads = sheet.headings
+def _read(cls: type[Map], sheet: TextTable, outside: Outside | Mapping[str, Outside], method: Method) -> Map:
+    path, heads = sheet.path, sheet.headings
     for i, head in enumerate(heads, 1):
         if not head.unit or not head.name:
             said = f"{path}: column {i}: {str(head)!r}"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import path as argument_path
 
 _UNIT = re.compile(r"(.*)\[([^\[\]]*)\]$"), re.compile(r"(.*?)\((.*)\)$")
 """A heading with its unit: ``speed [rpm]``, ``BSFC (g/(kW.h))``."""
@@ -63,7 +64,7 @@ class TextTable:
             For files that cannot be read, are not in UTF-8, have no rows, rows of another length than the headings, or numbers with decimal
             commas as well as decimal points.
         """
-        file = Path(path)
+        file = Path(argument_path("path", path))
         lines = [(i, line) for i, line in _lines(file) if line.strip() and not line.lstrip().startswith("#")]
         if len(lines) < 2:
             raise ParameterError(f"{file}: a header such as 'speed [rad/s], loss [W]' and rows of numbers are needed")

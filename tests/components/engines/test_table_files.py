@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -242,3 +243,25 @@ def test_torque_in_every_layout(tmp_path: Path, text: str) -> None:
     if "pedal" not in text:
         found = MappedEngine.from_csv(path, tmp_path / "fuel.csv", displacement=V)
         assert float(found.fuel_flow(2600 * RPM, 85.0)) == pytest.approx(flow(2600, 85) / 1e3, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["linear", "smooth"])
+def test_torque_between_full_load_and_motored(tmp_path: Path, method: Literal["linear", "smooth"]) -> None:
+    path = tmp_path / "full_load.csv"
+    text = "".join(f"{n},{pull(n, 100)},{pull(n, 0)}\n" for n in SPEEDS)
+    path.write_text("engine speed [1/min],full load torque [Nm],motoring torque [Nm]\n" + text)
+    table = read_torque_map(path, method=method)
+    assert table(2000 * RPM, 0.3) == pytest.approx(pull(2000, 30), rel=1e-9)
+    path.write_text("n [rpm],a [Nm],b [Nm]\n" + text)
+    assert read_torque_map(path, full_load="a", motored="b", method=method) == table
+    path.write_text("RPM,WOT (Nm),friction (Nm)\n900,80,10\n1500,90,12\n")
+    with pytest.raises(pt.ParameterError, match=r"full_load.csv: the torque table gives 12 N.m with closed throttle"):
+        read_torque_map(path)
+    path.write_text("RPM,WOT (Nm)\n900,80\n")
+    with pytest.raises(
+        pt.ParameterError, match=r"full_load.csv: no column .* the motored \(N.m, .* pass motored='name"
+    ):
+        read_torque_map(path)
+    path.write_text("RPM,WOT (Nm),drag torque (Nm)\n900,80,\n1500,90,-12\n")
+    with pytest.raises(pt.ParameterError, match=r"full_load.csv:2: one of the torques at full load and motored"):
+        read_torque_map(path)
