@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
+from unicodedata import normalize
 
 from powertrain import Heading, ParameterError, TextTable
 
@@ -60,7 +61,7 @@ WORDS = {
 """Words in the names of such columns."""
 CALL = "to read_fuel_map or read_torque_map"
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
-_MARKS = re.compile(r"[\s.()*·⋅^_-]")
+_MARKS = re.compile(r"[\s.()*·⋅^_−-]")
 
 
 class Column(NamedTuple):
@@ -131,7 +132,8 @@ def _listed(sheet: TextTable) -> str:
 def unit_of(heading: Heading) -> str | None:
     """The unit of a heading as in ``UNITS``: in brackets, or the end of its name, as in ``speed_rpm`` and ``RPM``; None without one."""
     if heading.unit:
-        return _MARKS.sub("", heading.unit.lower()) if heading.unit != "-" else "1"
+        plain = normalize("NFKC", heading.unit)  # min⁻¹ is min−1
+        return _MARKS.sub("", plain.lower()) if plain != "-" else "1"
     parts = re.split(r"[\s_]+", heading.name)
     last = _MARKS.sub("", parts[-1].lower())
     is_unit = any(last in units for units in UNITS.values()) and last not in ("", "1")

@@ -157,7 +157,7 @@ def _over_torque(points: Points, kind: str, displacement: float | None, strokes:
     if kind == "bmep":
         if displacement is None:
             raise ParameterError(f"{path}: the load is a mean effective pressure; pass displacement=... in m3")
-        if not 0 < displacement < LARGEST:
+        if not isinstance(displacement, float | int) or not 0 < displacement < LARGEST:
             raise ParameterError(
                 f"displacement = {displacement!r} m3 must be between 0 and {LARGEST} m3; 1 l is 1e-3 m3"
             )

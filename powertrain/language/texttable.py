@@ -27,6 +27,8 @@ class Heading(NamedTuple):
     @classmethod
     def of(cls, text: str) -> Heading:
         """The heading that a text such as ``speed [rpm]`` or ``speed (rpm)`` says."""
+        if not isinstance(text, str):
+            raise ParameterError(f"{text!r} is not a column heading; write it as a string, such as 'speed [rpm]'")
         found = next((match for form in _UNIT if (match := form.match(text.strip()))), None)
         return cls(found[1].strip(), found[2].strip()) if found else cls(text.strip())
 
@@ -73,6 +75,11 @@ class TextTable:
         if delimiter != ",":
             rows = _with_points(file, rows)
         rows = [Row(line, cells[: _width(rows)]) for line, cells in rows]
+        if all(_NUMBER.fullmatch(cell) for cell in rows[0].cells):
+            raise ParameterError(
+                f"{file}:{rows[0].line}: the first line must hold headings, such as 'speed [rpm]'; in a wide table leave its first cell "
+                "empty, or name the axes there"
+            )
         headings = tuple(Heading.of(cell) for cell in rows[0].cells)
         if longer := [row for row in rows if len(row.cells) > len(headings)]:
             found = f"{len(longer[0].cells)} cells, but there are {len(headings)} headings"

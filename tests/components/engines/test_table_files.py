@@ -83,7 +83,7 @@ TEXTS: dict[str, tuple[str, dict[str, object]]] = {
         {},
     ),
     "unit row": (
-        "N\tMd\tT_oil\tNOx\tBSFC\n[1/min]\t[Nm]\t[degC]\t[g/kWh]\t[g/kWh]\n"
+        "N\tMd\tT_oil\tNOx\tBSFC\n[min⁻¹]\t[Nm]\t[degC]\t[g/kWh]\t[g/kWh]\n"
         + rows(n, tau, lambda n, t: 90, lambda n, t: 3.1, specific, separator="\t"),
         {},
     ),
@@ -199,6 +199,9 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {}, "the load is a mean effective pressure; pass displacement=... in m3"),
         ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": 1.5}, "displacement = 1.5 m3 must be between 0 and 0.1 m3; 1 l"),
         ("speed [rpm],power [kW],fuel [g/s]\n0,0,0\n", {}, "fuel.csv:2: the load is a power, which says no torque at 0 rpm"),
+        ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": "1.5 l"}, "displacement = '1.5 l' m3 must be between"),
+        (LONG + "0,0,0\n", {"speed": 3}, "3 is not a column heading; write it as a string"),
+        ("1000,10,0.1\n1000,20,0.2\n", {"speed": "[rpm]"}, "fuel.csv:1: the first line must hold headings"),
         (LONG + "0,0,0\n", {"strokes": 3}, "strokes = 3: choose 2 or 4"),
         (LONG + "0,0,many\n", {}, r"fuel.csv:2: fuel \[g/s\]: 'many' is not a number"),
         (LONG + ",0,1\n", {}, r"fuel.csv:2: speed \[rpm\]: the cell is empty"),
