@@ -20,6 +20,7 @@ from powertrain.language.laws import connect, der, friction, reinit, schedule, s
 from powertrain.language.map import Axis, Map
 from powertrain.language.replacing import replace
 from powertrain.language.symbols import Symbol, time
+from powertrain.language.texttable import Heading, TextTable
 
 if TYPE_CHECKING:
     from powertrain.analysis.audit import EnergyAudit, energy_audit
@@ -72,6 +73,7 @@ __all__ = [
     "Fit",
     "Floquet",
     "Gradient",
+    "Heading",
     "InitializationError",
     "Input",
     "Map",
@@ -96,6 +98,7 @@ __all__ = [
     "Surrogate",
     "Sweep",
     "Symbol",
+    "TextTable",
     "Variable",
     "__version__",
     "at",

@@ -23,6 +23,7 @@ ORDER = [
     "errors",
     "language: units symbols htmltext tables",
     "language: arguments",
+    "language: texttable",
     "language: dimensions",
     "language: quantities",
     "language: recorder",

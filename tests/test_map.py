@@ -204,10 +204,13 @@ def test_reads_a_table(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("a [m], b [N]\n", "a header .* and rows of numbers are needed"),
-        ("a, b [N]\n0, 1\n", "t.csv:1: 'a' is not a column heading"),
-        ("b [N]\n1\n", "t.csv:1: a column for every axis and one for the value"),
+        ("a, b [N]\n0, 1\n", "t.csv: column 1: 'a' is not a column heading"),
+        ("b [N]\n1\n", "t.csv: a column for every axis and one for the value"),
         ("a [m], b [N]\n0, one\n", "t.csv:2: .* is not a row of numbers"),
-        ("a [m], b [N]\n0, 1, 2\n", "t.csv:2: 2 finite numbers are needed"),
+        ("a [m], b [N]\n0, 1, 2\n", "t.csv:2: 3 cells, but there are 2 headings; columns are separated by ','"),
+        ("a [m], b [N]\n0\n", "t.csv:2: 2 finite numbers are needed"),
+        ("a [m], b [furlong]\n0, 1\n", "t.csv: column 'b': unknown unit 'furlong'"),
+        ("a [m]; b [N]\n0,5; 1.5\n", "t.csv: '0,5' in line 2 has a comma, '1.5' in line 2 a point"),
         ("a [m], b [N]\n0, 1\n0, 2\n", "t.csv:3: this grid point already has a value"),
         ("a [m], b [m], c [N]\n0,0,1\n1,1,2\n", "no row for a = 0 m, b = 1 m"),
     ],
@@ -215,6 +218,21 @@ def test_reads_a_table(tmp_path: Path) -> None:
 def test_refuses_a_table(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         Map.from_csv(write(tmp_path / "t.csv", text))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "load [%]; torque [Nm]; p [kPa]\n0; 0; 150\n0; 12,5; 250\n50; 12,5; 450\n50; 0; 350\n",
+        "\ufeffload\ttorque\tp\t\n%\tkNm\tbar\n0\t0\t1.5\t\n0\t.0125\t2.5\n50\t0\t3.5\n50\t.0125\t4.5\n",
+    ],
+    ids=["semicolons", "tabs"],
+)
+def test_units_and_separators_of_every_day(tmp_path: Path, text: str) -> None:
+    table = Map.from_csv(write(tmp_path / "p.csv", text))
+    assert [(a.name, a.unit) for a in table.axes] == [("load", "1"), ("torque", "N.m")]
+    size = {"Pa": 1.0, "bar": 1e5}[table.unit]
+    assert table(0.25, 6.25) * size == pytest.approx(3e5, rel=1e-12)
 
 
 def test_refuses_a_missing_file(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from powertrain.components.engines.operation import (
 )
 from powertrain.components.engines.piston import Crankshaft, PistonEngine
 from powertrain.components.engines.starter import Starter
+from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_map
 from powertrain.components.engines.willans import WillansEngine
 
 __all__ = [
@@ -35,6 +36,8 @@ __all__ = [
     "WillansEngine",
     "best_fuel_line",
     "operating_line",
+    "read_fuel_map",
+    "read_torque_map",
     "sparse_fuel_line",
     "throttle_table",
 ]

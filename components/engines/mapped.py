@@ -15,16 +15,13 @@ from numpy.typing import NDArray
 
 from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter
 from powertrain.components.engines.interfaces import Engine
+from powertrain.components.engines.tablechecks import RATES, SPECIFIC, check_fuel, check_torque
+from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_map
 from powertrain.components.limited import limited
 
-SPEEDS = {"rad/s": 1.0, "rpm": math.pi / 30}
-RATES = {"kg/s": 1.0, "g/s": 1e-3}
-SPECIFIC = {"kg/J": 1.0, "g/kWh": 1 / 3.6e9}
 THROTTLES, PARTS = 401, 41
 """Throttles at which a torque is looked at, and points of the table from torque back to throttle."""
 Array = NDArray[np.float64]
-ROUND = 1e-9
-"""How far a table's edges may be from where they have to be."""
 
 
 class MappedEngine(Engine):
@@ -51,16 +48,22 @@ class MappedEngine(Engine):
         torque: str | Path,
         fuel: str | Path,
         *,
+        displacement: float | None = None,
         outside: Literal["error", "clip"] = "clip",
         method: Literal["linear", "smooth"] = "linear",
         **parameters: Any,
     ) -> Self:
-        """An engine from tables such as ``speed [rpm], throttle [1], torque [N.m]`` and ``speed [rpm], torque [N.m], fuel [g/kWh]``.
+        """An engine from tables such as ``speed [rpm], throttle [%], torque [Nm]`` and ``speed [rpm], torque [Nm], BSFC [g/kWh]``.
+
+        The columns are found by their names and units, in any order; see ``read_torque_map`` and ``read_fuel_map``, which also read tables
+        whose columns have to be named or that fill no grid: ``MappedEngine(torque_map=..., fuel_map=...)`` takes what they return.
 
         Parameters
         ----------
         torque, fuel : path
-            The files. Speeds are in rpm or rad/s.
+            The files.
+        displacement : float, optional
+            Displacement of a four-stroke engine [m3], for loads that are given as mean effective pressures.
         outside : {"clip", "error"}
             Beyond the speeds and torques of a table its edge holds and the steps are counted, or the simulation ends.
         method : {"linear", "smooth"}
@@ -71,16 +74,11 @@ class MappedEngine(Engine):
         Raises
         ------
         ParameterError
-            With the file, for columns and what ``pt.Map.from_csv`` refuses.
+            With the file, for what these functions refuse.
         """
-        tables = []
-        for path, check in (torque, _torque_table), (fuel, _fuel_table):
-            tables.append(_in_rad_s(Map.from_csv(path, outside=outside, method=method)))
-            try:
-                check(tables[-1])
-            except ParameterError as error:
-                raise ParameterError(f"{path}: {error}") from None
-        return cls(torque_map=tables[0], fuel_map=tables[1], **parameters)
+        torque_map = read_torque_map(torque, outside=outside, method=method)
+        fuel_map = read_fuel_map(fuel, displacement=displacement, outside=outside, method=method)
+        return cls(torque_map=torque_map, fuel_map=fuel_map, **parameters)
 
     @classmethod
     def gasoline(cls, **parameters: Any) -> Self:
@@ -102,8 +100,8 @@ class MappedEngine(Engine):
     def equations(self) -> Equations:
         """What holds for every engine, with these laws."""
         try:
-            _torque_table(self.torque_map)
-            _fuel_table(self.fuel_map)
+            check_torque(self.torque_map)
+            check_fuel(self.fuel_map)
         except ParameterError as error:
             raise ParameterError(f"{self._path or type(self).__name__}: {error}") from None
         yield from self._run()
@@ -181,50 +179,3 @@ def _rates(table: Map, lowest: float) -> Map:
     lower = values[:, :1] + slope[:, None] * (below - tau[0])
     axes = table.axes[0], Axis("torque", "N.m", np.concatenate([below, tau]), table.axes[1].outside)
     return Map(axes, np.hstack([lower, values]), "kg/s", table.name, table.method)
-
-
-def _in_rad_s(table: Map) -> Map:
-    """The same table over a first axis in rad/s."""
-    axis = table.axes[0]
-    factor = SPEEDS.get(axis.unit, 1.0)
-    unit = "rad/s" if axis.unit in SPEEDS else axis.unit
-    first = Axis(axis.name, unit, np.array(axis.points) * factor, axis.outside)
-    return Map((first, *table.axes[1:]), table.values, table.unit, table.name, table.method)
-
-
-def _check(table: Map, what: str, axes: tuple[str, ...], units: Mapping[str, float]) -> None:
-    if tuple(a.unit for a in table.axes) != axes or table.unit not in units:
-        said = ", ".join(f"{a.name} [{a.unit}]" for a in table.axes)
-        raise ParameterError(
-            f"the {what} table gives {table.name} [{table.unit}] over {said}; it must give {what} "
-            f"[{'] or ['.join(units)}] over {' and '.join(f'[{unit}]' for unit in axes)}"
-        )
-    if min(len(a.points) for a in table.axes) < 2:
-        raise ParameterError(f"the {what} table needs at least two points on every axis")
-
-
-def _torque_table(table: Map) -> None:
-    _check(table, "torque", ("rad/s", "1"), {"N.m": 1.0})
-    throttle = table.axes[1]
-    if abs(throttle.low) > ROUND or abs(throttle.high - 1) > ROUND:
-        raise ParameterError(
-            f"the torque table has throttles from {throttle.low:g} to {throttle.high:g}; they must range from 0 (motored) to 1 (full load)"
-        )
-    closed = table.values[:, 0]
-    if closed.max() > 0:
-        w = table.axes[0].points[int(closed.argmax())]
-        raise ParameterError(
-            f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine must not drive"
-        )
-
-
-def _fuel_table(table: Map) -> None:
-    _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
-    if table.values.min() < 0:
-        raise ParameterError(
-            f"the fuel table has {table.values.min():g} {table.unit}; the fuel flow must not be negative"
-        )
-    if table.unit in SPECIFIC and table.axes[1].low <= 0:
-        raise ParameterError(
-            f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"
-        )

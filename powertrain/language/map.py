@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 import zlib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -20,17 +20,20 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext, tables
 from powertrain.language.arguments import one_of, text
-from powertrain.language.arguments import path as argument_path
 from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.laws import within
+from powertrain.language.quantities import converted
 from powertrain.language.recorder import recorder, recording
 from powertrain.language.symbols import Symbol
+from powertrain.language.texttable import Heading, Row, TextTable
 from powertrain.language.units import checked_unit, told_apart, with_unit
 
 Outside: TypeAlias = Literal["error", "clip", "linear"]
 Method: TypeAlias = Literal["linear", "smooth"]
 FEW = 32
 """Up to this many points a piecewise linear curve is written out as an expression."""
+PLAIN = ("1", "N.m", "Pa", "W", "kg", "N", "m", "m/s", "kg/s", "kg/J", "m3", "s", "V", "Ohm", "A.s")
+"""What columns in units of every day are converted to."""
 
 
 @dataclass(frozen=True, init=False)
@@ -206,11 +209,12 @@ class Map:
         """Read a table with one row per grid point.
 
         The header names a column for every axis and, last, the value, each with its unit:
-        ``speed [rad/s], torque [N.m], loss [W]``. The rows may be in any order but must fill the grid. Lines that
-        begin with # are skipped. ``outside`` is one rule for all axes or a rule for each name.
-        Errors: ParameterError naming the file and the line.
+        ``speed [rad/s], torque [N.m], loss [W]``. The rows may be in any order but must fill the grid. Columns are
+        separated by commas, or by semicolons or tabs, then also with decimal commas; see ``TextTable``. Units of every
+        day are converted: Nm to N.m, % to 1, kPa to Pa. ``outside`` is one rule for all axes or a rule for each name.
+        Errors: ParameterError naming the file, and the line or the column.
         """
-        return _read(cls, Path(argument_path("path", path)), outside, method)
+        return _read(cls, TextTable.read(path), outside, method)
 
     @overload
     def __call__(self, *arguments: float) -> float: ...
@@ -371,37 +375,41 @@ def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     return numbers
 
 
-def _read(cls: type[Map], path: Path, outside: Outside | Mapping[str, Outside], method: Method) -> Map:
-    try:
-        lines = list(enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1))
-    except OSError as error:
-        raise ParameterError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError as error:
-        raise ParameterError(
-            f"{path}: byte {error.start} is not text in UTF-8; save the file in that encoding"
-        ) from None
-    kept = [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]
-    used = [(i, next(csv.reader([line], skipinitialspace=True))) for i, line in kept]
-    if len(used) < 2:
-        raise ParameterError(f"{path}: a header such as 'speed [rad/s], loss [W]' and rows of numbers are needed")
-    heads = [_head(path, used[0][0], text) for text in used[0][1]]
+def _read(cls: type[Map], sheet: TextTable, outside: Outside | Mapping[str, Outside], method: Method) -> Map:
+    path, heads = sheet.path, sheet.headings
+    for i, head in enumerate(heads, 1):
+        if not head.unit or not head.name:
+            said = f"{path}: column {i}: {str(head)!r}"
+            raise ParameterError(f"{said} is not a column heading such as 'speed [rad/s]'")
     if len(heads) < 2:
-        raise ParameterError(f"{path}:{used[0][0]}: a column for every axis and one for the value are needed")
-    table = np.array([_row(path, i, cells, len(heads)) for i, cells in used[1:]])
+        raise ParameterError(f"{path}: a column for every axis and one for the value are needed")
+    table = np.array([_row(sheet, row) for row in sheet.rows])
+    units = [_plain(path, head) for head in heads]
+    table *= [size for size, _ in units]
     grids = [np.unique(column) for column in table.T[:-1]]
     places = np.column_stack([g.searchsorted(column) for g, column in zip(grids, table.T, strict=False)])
-    _check_grid(path, [i for i, _ in used[1:]], places.tolist(), heads, grids)
+    heads = tuple(Heading(head.name, unit) for head, (_, unit) in zip(heads, units, strict=True))
+    _check_grid(path, [row.line for row in sheet.rows], places.tolist(), heads, grids)
     values = np.empty([g.size for g in grids])
     values[tuple(places.T)] = table[:, -1]
-    names = [h[0] for h in heads[:-1]]
+    names = [h.name for h in heads[:-1]]
     for name in outside if isinstance(outside, Mapping) else ():
         if name not in names:
             raise ParameterError(f"{path}: outside: the table has no axis {name}{suggestion(str(name), names)}")
-    rules: Mapping[str, Outside] = (
-        outside if isinstance(outside, Mapping) else dict.fromkeys((h[0] for h in heads[:-1]), outside)
-    )
-    axes = tuple(Axis(*h, g, rules.get(h[0], "error")) for h, g in zip(heads, grids, strict=False))
-    return cls(axes, values, heads[-1][1], heads[-1][0], method)
+    rules: Mapping[str, Outside] = outside if isinstance(outside, Mapping) else dict.fromkeys(names, outside)
+    axes = tuple(Axis(*h, g, rules.get(h.name, "error")) for h, g in zip(heads, grids, strict=False))
+    return cls(axes, values, heads[-1].unit, heads[-1].name, method)
+
+
+def _plain(path: Path, head: Heading) -> tuple[float, str]:
+    """The unit of a column in Modelica's notation, and the size of the column's unit in it: Nm is 1 N.m, kPa is 1000 Pa."""
+    try:
+        return 1.0, checked_unit(head.unit)
+    except ModelError as error:
+        for unit in PLAIN:
+            with suppress(ModelError):
+                return converted(1.0, head.unit, unit), unit
+        raise ParameterError(f"{path}: column {head.name!r}: {error}") from None
 
 
 def _check_grid(
@@ -423,18 +431,13 @@ def _check_grid(
             raise ParameterError(f"{path}: no row for {said}: the rows must fill the grid")
 
 
-def _head(path: Path, line: int, text: str) -> tuple[str, str]:
-    name, bracket, unit = text.strip().partition("[")
-    if not bracket or not unit.endswith("]") or not name.strip():
-        raise ParameterError(f"{path}:{line}: {text.strip()!r} is not a column heading such as 'speed [rad/s]'")
-    return name.strip(), unit[:-1].strip()
-
-
-def _row(path: Path, line: int, cells: Sequence[str], width: int) -> list[float]:
+def _row(sheet: TextTable, row: Row) -> list[float]:
     try:
-        row = [float(cell) for cell in cells]
+        numbers = [float(cell) for cell in row.cells]
     except ValueError:
-        raise ParameterError(f"{path}:{line}: {', '.join(cells)!r} is not a row of numbers") from None
-    if len(row) != width or not all(map(math.isfinite, row)):
-        raise ParameterError(f"{path}:{line}: {width} finite numbers are needed, got {', '.join(cells)!r}")
-    return row
+        raise ParameterError(f"{sheet.path}:{row.line}: {', '.join(row.cells)!r} is not a row of numbers") from None
+    width = len(sheet.headings)
+    if len(numbers) != width or not all(map(math.isfinite, numbers)):
+        said = ", ".join(row.cells)
+        raise ParameterError(f"{sheet.path}:{row.line}: {width} finite numbers are needed, got {said!r}")
+    return numbers

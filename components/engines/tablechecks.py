@@ -1,0 +1,52 @@
+"""What the tables of a ``MappedEngine`` must be: their axes, units and edges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from powertrain import Map, ParameterError
+
+RATES = {"kg/s": 1.0, "g/s": 1e-3}
+SPECIFIC = {"kg/J": 1.0, "g/kWh": 1 / 3.6e9}
+ROUND = 1e-9
+"""How far a table's edges may be from where they have to be."""
+
+
+def check_torque(table: Map) -> None:
+    """Torque over speed and throttle from 0 to 1, not above zero with closed throttle. Errors: ParameterError."""
+    _check(table, "torque", ("rad/s", "1"), {"N.m": 1.0})
+    throttle = table.axes[1]
+    if abs(throttle.low) > ROUND or abs(throttle.high - 1) > ROUND:
+        raise ParameterError(
+            f"the torque table has throttles from {throttle.low:g} to {throttle.high:g}; they must range from 0 (motored) to 1 (full load)"
+        )
+    closed = table.values[:, 0]
+    if closed.max() > 0:
+        w = table.axes[0].points[int(closed.argmax())]
+        raise ParameterError(
+            f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine must not drive"
+        )
+
+
+def check_fuel(table: Map) -> None:
+    """Fuel over speed and torque, not negative; a specific consumption only where there is power. Errors: ParameterError."""
+    _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
+    if table.values.min() < 0:
+        raise ParameterError(
+            f"the fuel table has {table.values.min():g} {table.unit}; the fuel flow must not be negative"
+        )
+    if table.unit in SPECIFIC and table.axes[1].low <= 0:
+        raise ParameterError(
+            f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"
+        )
+
+
+def _check(table: Map, what: str, axes: tuple[str, ...], units: Mapping[str, float]) -> None:
+    if tuple(a.unit for a in table.axes) != axes or table.unit not in units:
+        said = ", ".join(f"{a.name} [{a.unit}]" for a in table.axes)
+        raise ParameterError(
+            f"the {what} table gives {table.name} [{table.unit}] over {said}; it must give {what} "
+            f"[{'] or ['.join(units)}] over {' and '.join(f'[{unit}]' for unit in axes)}"
+        )
+    if min(len(a.points) for a in table.axes) < 2:
+        raise ParameterError(f"the {what} table needs at least two points on every axis")
