@@ -30,6 +30,7 @@ class Rubbing(pt.Component):
     size: pt.Variable = pt.variable("1", "With a kink")
     pole: pt.Variable = pt.variable("1", "With a pole whose sign changes")
     even: pt.Variable = pt.variable("1", "With a pole upwards from both sides")
+    struck: pt.Variable = pt.variable("1", "With a pole at one of the torques that are tried")
 
     def equations(self) -> pt.Equations:
         yield pt.connect(self.w, self.motor.w_ref)
@@ -37,6 +38,7 @@ class Rubbing(pt.Component):
         yield pt.connect(self.bearing.flange_b, self.pull.flange)
         yield pt.connect(self.load, self.pull.tau)
         yield self.tau == self.bearing.tau - self.load.value
+        yield self.struck == 1 / (self.tau - 1)
         for name, formula in FORMULAS.items():
             yield getattr(self, name) == formula(self.tau)
 
@@ -70,6 +72,12 @@ def test_ranges_are_those_of_all_torques(load: float) -> None:
             low, high = -np.inf if name == "pole" else low, np.inf
         np.testing.assert_allclose(ends, [low, high], rtol=1e-6, atol=1e-8, err_msg=name)
         assert found[f"{name}_low"].values[1, 0] == found[f"{name}_high"].values[1, 0] == found[name].values[1, 0]
+
+
+def test_a_pole_that_is_struck_has_no_bounds() -> None:
+    """There the value is infinite; next to it, the largest number there is. NumPy does not complain about either."""
+    found = pt.steady(Rubbing(), {"w": 0.0, "load": 0.0}, outputs=["struck"])
+    assert (found["struck_low"].item(), found["struck_high"].item()) == (-np.inf, np.inf)
 
 
 class Two(pt.Component):

@@ -24,7 +24,7 @@ Progress = Callable[[float, Array, Array], None]
 _STIFF = 3.25
 _STIFF_STEPS = 15
 _FINEST = 1e-5
-"""Share of the simulated span below which steps are not halved to resolve indicators."""
+"""Share of the simulated span, or of the longest step, below which steps are not halved to resolve indicators."""
 _CALM = 1e-4
 """The least error norm that the step size control remembers."""
 _HALVINGS = 8
@@ -128,7 +128,7 @@ class Run:
         steps, auto = self.chosen
         t, h, side, target, largest = self.t, min(self.h, self.longest), self.side, self.target, self.longest
         rows, rejected, counting, watch = self.recorder.rows, False, len(outside), self.watch
-        wanted, halved, finest = 0.0, 0, _FINEST * (self.stop - self.start)
+        wanted, halved, finest = 0.0, 0, _FINEST * min(self.stop - self.start, largest)
         while True:
             last = t + 1.01 * h >= target
             if last:

@@ -15,7 +15,9 @@ from powertrain.modes.indicators import Indicator
 from powertrain.numerics.buffers import Array, Evaluated
 
 PART = 1 / 8
-"""Part of a period that a step may take: a parabola through a sine's samples at quarters of it is right to 1e-5 of its amplitude."""
+"""Part of a period that a step may take: a parabola through a sine's samples at quarters of it is right to 5e-5 of its amplitude.
+
+Where such a parabola ends nearer to zero, steps are halved (``survey``)."""
 
 
 class Waves:
@@ -39,7 +41,7 @@ class Waves:
         now, then = (self._speeds(at, m, p) for at in (t, stop))
         for law, count in self._laws:
             for _ in range(count):
-                fastest = ca.fmax(fastest, ca.if_else(_follows(law, m), ca.fmax(now[k], then[k]), 0.0))
+                fastest = ca.fmax(fastest, ca.if_else(_follows(law, t, m), ca.fmax(now[k], then[k]), 0.0))
                 k += 1
         longest = ca.if_else(fastest > 0, 2 * np.pi * PART / fastest, np.inf)
         return ca.Function("powertrain_longest", [t, stop, m, p], [longest])
@@ -56,12 +58,17 @@ class Waves:
         return Evaluated(self.function)
 
 
-def _follows(law: object, m: ca.SX) -> ca.SX:
-    """Whether a law's condition is one of time alone: where it moves, what it moves is integrated."""
+def _follows(law: object, t: ca.SX, m: ca.SX) -> ca.SX:
+    """Whether a law's condition is one of time alone: where it moves, what it moves is integrated.
+
+    A gap that depends on time is not: what a signal moves towards a stop need not move anything else before it is there.
+    """
     if isinstance(law, Friction):
         mode = m[law.index]  # stuck or free
         return ca.SX(1) if law.algebraic or law.prescribed else ca.logic_or(mode == 0, mode == 2)
-    return m[law.index] > 0.5 if isinstance(law, Contact) else ca.SX(1)
+    if isinstance(law, Contact):
+        return ca.SX(1) if ca.depends_on(law.gap, t) else m[law.index] > 0.5
+    return ca.SX(1)
 
 
 class _Speeds:

@@ -10,6 +10,16 @@ ROUGH = 0.4
 """Above this share of its size, the third difference of an indicator says that its samples do not resolve it."""
 _NOISE = 1e-6
 """Indicators below this size (rad/s, N.m, ...) are not asked to be smooth."""
+_BLUNT, _SKEW = 0.0012, 0.065
+"""How much too high the minimum of a parabola may be between its samples: shares of its second difference and of the third one.
+
+3/4 of the fourth difference over 24, that of a sine's samples at 1/32 of its period; and 2/3^1.5 of the third difference over 6.
+"""
+_BEYOND = 0.5
+"""How far behind the last sample a minimum counts, in distances between samples.
+
+A next step that is five times as long finds a minimum so near its start too early, by up to 0.1 of its own distances: before it begins.
+"""
 
 
 def least(values: ca.SX) -> ca.SX:
@@ -23,24 +33,29 @@ def least(values: ca.SX) -> ca.SX:
 def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
     """Whether parabolas through an indicator's samples dip below zero inside the step, and the largest relative third difference.
 
-    ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step. Error control alone does not see what stuck laws carry: their
-    states stand still while the torques change.
+    They also do where they are no further above zero than they may be wrong. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the
+    step. Error control alone does not see what stuck laws carry: their states stand still while the torques change.
     """
     dips, rough = ca.SX(0.0), ca.SX(0.0)
     for i in range(samples[0].numel()):
         a, b, c, d = (sample[i] for sample in samples)
         bend, next_bend = a - 2 * b + c, b - 2 * c + d
-        both = ca.logic_or(_dips(b, (c - a) / 2, bend, 2.0), _dips(c, (d - b) / 2, next_bend, 1.0))
-        dips = ca.logic_or(dips, both)
+        unsure = _SKEW * ca.fabs(next_bend - bend)
+        first = _dips(b, (c - a) / 2, bend, unsure, (-2.0, 1.0))
+        second = _dips(c, (d - b) / 2, next_bend, unsure, (-1.0, 1.0 + _BEYOND))
+        dips = ca.logic_or(dips, ca.logic_or(first, second))
         size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
         rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + _NOISE))
     return dips, rough
 
 
-def _dips(value: ca.SX, slope: ca.SX, bend: ca.SX, before: float) -> ca.SX:
-    """Whether the parabola value + slope q + bend q^2/2 has a minimum below zero for -before <= q <= 1.
+def _dips(value: ca.SX, slope: ca.SX, bend: ca.SX, unsure: ca.SX, between: tuple[float, float]) -> ca.SX:
+    """Whether the minimum of the parabola value + slope q + bend q^2/2 is ``between`` two places and below zero, as far as it is known.
 
     The minimum is value - slope^2/(2 bend), at q = -slope/bend. ``inside`` implies bend > 0, or slope = bend = 0, where there is none.
+    Before its samples, where an indicator may just have left zero, the parabola is taken at its word.
     """
-    inside = ca.logic_and(slope <= before * bend, -slope <= bend)
-    return ca.logic_and(inside, 2 * bend * value < slope**2)
+    low, high = between
+    inside = ca.logic_and(slope <= -low * bend, -slope <= high * bend)
+    error = ca.if_else(slope <= bend, unsure + _BLUNT * bend, 0)
+    return ca.logic_and(inside, 2 * bend * (value - error) < slope**2)

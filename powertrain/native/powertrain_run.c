@@ -507,7 +507,7 @@ static int located(pt_model *a, double t, double h)
 /* Step until an indicator falls below zero (1) or until the target (0); or PT_FULL as 2, or an error. */
 static int smooth(pt_model *a)
 {
-    double h = fmin(a->h, a->longest), wanted = 0, finest = FINEST * (a->stop - a->start);
+    double h = fmin(a->h, a->longest), wanted = 0, finest = FINEST * fmin(a->stop - a->start, a->longest);
     int rejected = 0, halved = 0;
     for (;;) {
         double t = a->t;

@@ -82,6 +82,7 @@ class StuckLine:
             found = np.where(holds, self.solver.values(self.grid[:, points], here)[0], found)
         return found
 
+    @np.errstate(over="ignore", invalid="ignore")  # at a pole values are infinite, or the largest numbers there are
     def extremes(self) -> tuple[Rows, Rows]:
         """Least and greatest values, infinite where there is a pole on the way."""
         parts = np.linspace(0.0, 1.0, SAMPLES)

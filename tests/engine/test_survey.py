@@ -27,6 +27,19 @@ def test_a_parabola_that_dips_below_zero_is_seen(at: float, least: float) -> Non
     assert rough < 1e-6
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.2])
+def test_a_sine_that_grazes_is_seen_in_this_step_or_in_the_next(scale: float) -> None:
+    """Its trough is below zero by a millionth of the amplitude, where a parabola through samples may still be above; or well above zero."""
+
+    def seen(trough: float, depth: float, length: float) -> bool:
+        return surveyed(1 - depth - np.cos(2 * np.pi / 8 * (PLACES * length - trough)))[0]
+
+    for trough in scale * np.linspace(0.3, 1.2, 91):
+        now, then = [seen(trough, depth, scale) for depth in (1e-6, -1e-3)]
+        assert not then
+        assert now or seen(trough - scale, 1e-6, min(5 * scale, 1.0))
+
+
 @pytest.mark.parametrize("samples", [[0.02, 0.01, 0.01, 0.1], [0.1, 0.01, 0.01, 0.02]])
 def test_either_parabola_may_dip_between_the_inner_samples(samples: list[float]) -> None:
     """0.01 - 0.045^2/0.18 by the steep one, 0.009 by the other."""
@@ -34,8 +47,8 @@ def test_either_parabola_may_dip_between_the_inner_samples(samples: list[float])
     assert not surveyed(np.array([0.02, 0.01, 0.01, 0.02]))[0]
 
 
-@pytest.mark.parametrize("at", [-0.1, 1.1])
-def test_a_minimum_outside_the_step_is_none(at: float) -> None:
+@pytest.mark.parametrize("at", [-0.1, 1.2])
+def test_a_minimum_well_outside_the_step_is_none(at: float) -> None:
     assert not surveyed(20.0 * (PLACES - at) ** 2 - 0.01)[0]
 
 

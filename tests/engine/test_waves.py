@@ -9,6 +9,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components import rotational as rot
+from powertrain.components import translational as tr
 from powertrain.components.blocks import Sine
 
 
@@ -38,6 +39,24 @@ class Bearing(pt.Component):
     def equations(self) -> pt.Equations:
         yield pt.connect(self.shake.y, self.moved.phi_ref)
         yield pt.connect(self.moved.flange, self.bearing.flange_a)
+
+
+class Stop(pt.Component):
+    """A rod whose position is a sine of 0.2 m, before a rigid stop."""
+
+    depth: pt.Parameter = pt.parameter("m", "How far the sine would go beyond the stop")
+    shake: Sine
+    moved: tr.Position = tr.Position(exact=True)
+    rod: tr.Mass = tr.Mass(m=1.0)
+    push: tr.Force = tr.Force()
+    force: pt.Variable = pt.variable("N", "Force of the stop")
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.shake.y, self.moved.s_ref)
+        yield pt.connect(self.moved.flange, self.rod.flange_a)
+        yield pt.connect(self.rod.flange_b, self.push.flange)
+        yield self.push.f.value == -self.force
+        yield pt.unilateral(0.2 - self.depth - self.rod.s, self.force)
 
 
 def events(plant: pt.Plant[Shaken], case: dict[str, float], **options: Any) -> list[tuple[str, float, float, float]]:
@@ -86,9 +105,9 @@ def test_a_sine_of_seven_hertz_breaks_a_brake_loose_at_every_half_period() -> No
     assert len(events(plant, {})) >= 14
 
 
-@pytest.mark.parametrize("over", [1e-3, -1e-3, 1e-4, -1e-4])
+@pytest.mark.parametrize("over", [s * 10.0**k for k in (-3, -4, -5, -6, -7) for s in (1, -1)])
 def test_a_sine_that_just_reaches_the_limit(over: float) -> None:
-    """It exceeds the limit by a thousandth of it for 2 acos(1/1.001)/(2 pi f), 14 ms at 1 Hz, or never."""
+    """It exceeds the limit by a thousandth of it for 2 acos(1/1.001)/(2 pi f), 14 ms at 1 Hz, or never; by a ten-millionth for 0.14 ms."""
     plant = pt.compile(Shaken(push=Sine(f=1, amplitude=1 + over), press=Sine(f=1e-6, amplitude=0, offset=1)))
     loose = [event for event in events(plant, {}) if event[2] != 0]
     assert len(loose) == (4 if over > 0 else 0)
@@ -96,7 +115,37 @@ def test_a_sine_that_just_reaches_the_limit(over: float) -> None:
         assert event[3] == pytest.approx((np.arcsin(1 / (1 + over)) / np.pi + k) / 2, abs=1e-6)
 
 
+def test_a_long_run_loses_nothing() -> None:
+    """A thousand times the limit is exceeded by a millionth, on either side in turn, as in a short run."""
+    plant = pt.compile(Shaken(push=Sine(f=7.2, amplitude=1 + 1e-6), press=Sine(f=1e-6, amplitude=0, offset=1)))
+    assert sum(event.new != 0 for event in plant.simulate(500 / 7.2).events) == 1000
+
+
+def test_steps_are_short_only_where_the_limit_is_near() -> None:
+    """Eight steps in each period; more where only a close look shows that it is not reached."""
+    plant = pt.compile(Shaken(push=Sine(f=1, amplitude=1), press=Sine(f=1e-6, amplitude=0, offset=1)))
+    steps = [
+        plant.simulate(10.0, parameters={"push.amplitude": a}).statistics["steps"] for a in (0.9, 1 - 1e-3, 1 - 1e-6)
+    ]
+    assert steps[0] == steps[1] < 100
+    assert steps[0] < steps[2] < 3 * steps[0]
+
+
 def test_a_bearing_on_a_shaken_shaft() -> None:
     plant = pt.compile(Bearing(shake=Sine(f=9.0, amplitude=0.1)))
     turns = [e.time for e in plant.simulate(2.0).events]
     assert turns == pytest.approx([(2 * k + 1) / 36 for k in range(36)], abs=1e-8)
+
+
+@pytest.mark.parametrize("f", [0.37, 1.0, 3.1])
+@pytest.mark.parametrize("depth", [1e-7, 1e-5, 3e-4])
+def test_a_shaken_rod_hits_a_stop_for_an_instant(depth: float, f: float) -> None:
+    """Nothing is integrated until then that would limit the steps; nothing stops it, so the run ends there."""
+    plant = pt.compile(Stop(depth=depth, shake=Sine(f=f, amplitude=0.2)))
+    with pytest.raises(pt.SimulationError, match="a motion that no force can stop") as refused:
+        plant.simulate(2.0)
+    assert refused.value.result.time[-1] == pytest.approx(np.arcsin(1 - depth / 0.2) / (2 * np.pi * f), abs=1e-5)
+
+
+def test_a_shaken_rod_that_stays_away_from_its_stop() -> None:
+    assert len(pt.simulate(Stop(depth=-1e-8, shake=Sine(f=1, amplitude=0.2)), 2.0).events) == 0
