@@ -107,6 +107,33 @@ def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:
         load(path)
 
 
+CYCLE = '[cycle]\ncycle = { name = "hill", table = [[0, 0], [9, 5]], grade = [0, 0.1] }\n'
+CURVE = '[engine]\ncurve = { name = "c", unit = "N.m", values = [1, 2], axes = [{ name = "w", unit = "rad/s", points = [0, 9]'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            CYCLE,
+            "cycle.cycle = .* unknown key 'grade'; did you mean grades.*known keys are name, table, source, grades",
+        ),
+        (
+            '[engine]\ncurve = { csv = "full.csv", outsid = "clip" }\n',
+            "engine.curve = .* unknown key 'outsid'; did you mean",
+        ),
+        (f'{CURVE} }}], methode = "smooth" }}\n', "engine.curve = .* unknown key 'methode'; did you mean method"),
+        (f'{CURVE}, outsid = "clip" }}] }}\n', "engine.curve = .* unknown key 'outsid'; did you mean outside"),
+    ],
+)
+def test_misspelt_keys_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "full.csv").write_text("w [rad/s],torque [N.m]\n80,110\n400,150\n", encoding="utf-8")
+    path = tmp_path / "misspelt.toml"
+    path.write_text(f'class = "ManualCar"\n{text}', encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=said):
+        load(path)
+
+
 def test_unknown_name() -> None:
     with pytest.raises(pt.ParameterError, match="there is no vehicle 'toyota-rav4'"):
         load("toyota-rav4")
