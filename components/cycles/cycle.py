@@ -37,7 +37,7 @@ GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
 
 @dataclass(frozen=True)
 class DriveCycle:
-    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase and speeds are not negative.
+    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase; neither is negative.
 
     ``named`` returns a legislated cycle, ``from_csv`` reads a file, ``from_distance`` takes speeds over distance. ``grades`` (optional)
     are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road.
@@ -69,6 +69,11 @@ class DriveCycle:
         for row, (t, v) in enumerate(self.table, 1):
             if not (math.isfinite(t) and math.isfinite(v)):
                 raise ParameterError(f"drive cycle {self.name}: row {row} is ({t:g} s, {v:g} m/s); both must be finite")
+            if t < 0:
+                raise ParameterError(
+                    f"drive cycle {self.name}: row {row} is at {t:g} s; times must not be negative, because controls count from 0 s: "
+                    f"add {-t:g} s to all of them"
+                )
             if t <= before:
                 raise ParameterError(
                     f"drive cycle {self.name}: row {row} is at {t:g} s, after {before:g} s; times must increase"

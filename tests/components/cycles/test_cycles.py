@@ -92,6 +92,7 @@ def test_files(tmp_path: Path) -> None:
         "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a row of time_s,speed_m_s",
         "time_s,speed_m_s\n0,0\n1,1\n1,2\n": "row 3 is at 1 s, after 1 s",
         "time_s,speed_m_s\n0,0\n1,-1\n": "row 2 has -1 m/s",
+        "time_s,speed_m_s\n-20,0\n1,1\n": "row 1 is at -20 s; times must not be negative.*: add 20 s",
         "time_s,speed_m_s\n0,0\n1,nan\n": "both must be finite",
         "time_s,speed_m_s\n0,0\n": "1 rows are too few",
     }.items():
