@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -132,6 +133,22 @@ def test_misspelt_keys_are_refused(tmp_path: Path, text: str, said: str) -> None
     path.write_text(f'class = "ManualCar"\n{text}', encoding="utf-8")
     with pytest.raises(pt.ParameterError, match=said):
         load(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "engine = \"MappedEngine.from_csv('t.csv', fuel='f.csv')\"",
+        "[engine]\nclass = \"MappedEngine.from_csv('t.csv', 'f.csv')\"",
+    ],
+)
+def test_files_named_in_a_variant_lie_beside_the_parameter_file(tmp_path: Path, text: str) -> None:
+    data = files("powertrain.components").joinpath("engines", "data")
+    for name, source in {"t.csv": "gasoline_1600_torque.csv", "f.csv": "gasoline_1600_fuel.csv"}.items():
+        (tmp_path / name).write_text(data.joinpath(source).read_text(encoding="utf-8"), encoding="utf-8")
+    path = tmp_path / "mine.toml"
+    path.write_text(f'class = "ManualCar"\n{text}\n', encoding="utf-8")
+    assert load(path).engine.full_load(200.0) == pytest.approx(MappedEngine.gasoline().full_load(200.0))
 
 
 def test_unknown_name() -> None:
