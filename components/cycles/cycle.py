@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -33,14 +33,16 @@ PHASES = {"ftp-transient": ("udds", 0.0, 505.0), "ftp-stabilized": ("udds", 505.
 SPEED_UNITS = {"speed_km_h": KM_H, "speed_m_s": 1.0}
 GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
 """Units of the columns of a file."""
+CHANGE = 1.0
+"""Distance [m] over which the slope of a road changes behind a halt, where the cycle has another grade there at its end."""
 
 
 @dataclass(frozen=True)
 class DriveCycle:
-    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase and speeds are not negative.
+    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase; neither is negative.
 
     ``named`` returns a legislated cycle, ``from_csv`` reads a file, ``from_distance`` takes speeds over distance. ``grades`` (optional)
-    are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road.
+    are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road. Errors: ParameterError for rows of another kind.
 
     >>> wltc = DriveCycle.named("wltc")
     >>> round(wltc.duration), round(wltc.distance / 1e3, 2), round(wltc.top_speed * 3.6, 1)
@@ -69,6 +71,11 @@ class DriveCycle:
         for row, (t, v) in enumerate(self.table, 1):
             if not (math.isfinite(t) and math.isfinite(v)):
                 raise ParameterError(f"drive cycle {self.name}: row {row} is ({t:g} s, {v:g} m/s); both must be finite")
+            if t < 0:
+                raise ParameterError(
+                    f"drive cycle {self.name}: row {row} is at {t:g} s; times must not be negative, because controls count from 0 s: "
+                    f"add {-t:g} s to all of them"
+                )
             if t <= before:
                 raise ParameterError(
                     f"drive cycle {self.name}: row {row} is at {t:g} s, after {before:g} s; times must increase"
@@ -130,13 +137,18 @@ class DriveCycle:
         columns = dict(zip(header, zip(*rows, strict=True), strict=False))
         at, speed = _column(header, ("time_s", "distance_m"), path), _column(header, tuple(SPEED_UNITS), path)
         known = {at, speed, *GRADE_UNITS, *(["stop_s"] if at == "distance_m" else [])}
-        if other := [name for name in header if name not in known]:
-            raise ParameterError(f"{path}: unknown column {other[0]!r}; allowed columns are {', '.join(sorted(known))}")
+        _check_columns(header, known, path)
         speeds = [v * SPEED_UNITS[speed] for v in columns.get(speed, ())]
         grades = [g * GRADE_UNITS[name] for name in GRADE_UNITS for g in columns.get(name, ())]
         if at == "time_s":
             return cls(path.stem, tuple(zip(columns.get(at, ()), speeds, strict=True)), str(path), tuple(grades))
-        stops = [t for t, v in zip(columns.get("stop_s", ()), speeds, strict=False) if v == 0]
+        waits = columns.get("stop_s", ())
+        for row, (t, v) in enumerate(zip(waits, speeds, strict=False), 1):
+            if t != 0 and v != 0:
+                raise ParameterError(
+                    f"{path}: row {row} has a stop_s of {t:g} s at {v:g} m/s; a vehicle waits at 0 m/s"
+                )
+        stops = [t for t, v in zip(waits, speeds, strict=False) if v == 0]
         return cls.from_distance(path.stem, columns.get(at, ()), speeds, stops, str(path), grades)
 
     @classmethod
@@ -169,7 +181,8 @@ class DriveCycle:
         Raises
         ------
         ParameterError
-            If two neighbouring speeds are zero, since no time passes any distance then.
+            If two neighbouring speeds are zero, since no time passes any distance then; for a negative stop, and numbers of stops or
+            grades that do not belong to the rows.
         """
         s, v = np.asarray(distances, float), np.asarray(speeds, float)
         if s.shape != v.shape or s.ndim != 1:
@@ -178,6 +191,13 @@ class DriveCycle:
         if stops and len(stops) != len(halts):
             raise ParameterError(
                 f"drive cycle {name}: {len(stops)} stops are given, but the speed is zero at {len(halts)} rows"
+            )
+        for t in stops:
+            if not (math.isfinite(t) and t >= 0):
+                raise ParameterError(f"drive cycle {name}: a stop of {t:g} s; the time must be finite and not negative")
+        if grades and len(grades) != len(s):
+            raise ParameterError(
+                f"drive cycle {name}: {len(grades)} grades for {len(s)} distances; each distance needs one"
             )
         for i in range(len(s) - 1):
             if not s[i + 1] > s[i] or v[i] + v[i + 1] <= 0:
@@ -223,22 +243,50 @@ class DriveCycle:
         return max(row[1] for row in self.table)
 
     def slope(self) -> Map:
-        """The slope tan(alpha) of the road over the distance [m], linear between rows; level where the cycle has no grades."""
+        """The slope tan(alpha) of the road over the distance [m], linear between rows; level where the cycle has no grades.
+
+        Where the grades change while the vehicle stands, the road has the first of them up to that place, and the last one from 1 m
+        behind it on.
+        """
         v, steps = self.speeds, np.diff(self.times)
         places = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * steps)])
-        moved = np.append(np.diff(places) > 0, True)
-        if not self.grades or moved.sum() < 2:
+        moved = np.diff(places) > 0
+        if not self.grades or not moved.any():
             return Map.constant(self.grades[0] if self.grades else 0.0, x="s", x_unit="m", name="grade")
-        grades = np.array(self.grades)
-        return Map.curve(places[moved], grades[moved], x="s", x_unit="m", name="grade", outside="clip")
+        grades, first, last = np.array(self.grades), np.append(True, moved), np.append(moved, True)
+        points = _road(places[first], grades[first], grades[last])
+        return Map.curve(points[:, 0], points[:, 1], x="s", x_unit="m", name="grade", outside="clip")
 
     def part(self, start: float, stop: float) -> DriveCycle:
-        """What lies between two times [s], which start at zero again."""
+        """What lies between two times [s], which start at zero again. Errors: ParameterError for times beyond the cycle."""
+        first, last = self.table[0][0], self.table[-1][0]
+        if not first <= start < stop <= last:
+            raise ParameterError(
+                f"drive cycle {self.name} has no part from {start:g} s to {stop:g} s; it goes from {first:g} s to {last:g} s"
+            )
         times = [start, *(t for t, _ in self.table if start < t < stop), stop]
         speeds = np.interp(times, self.times, self.speeds).tolist()
         grades = np.interp(times, self.times, self.grades).tolist() if self.grades else ()
         rows = tuple((t - start, v) for t, v in zip(times, speeds, strict=True))
         return DriveCycle(f"{self.name} {start:g}-{stop:g} s", rows, self.source, tuple(grades))
+
+
+def _road(places: NDArray[np.float64], before: NDArray[np.float64], behind: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (place, grade) of a road with a grade before and one behind each place; nothing is before the first or behind the last."""
+    before, behind = np.append(behind[0], before[1:]), behind[:-1]
+    changes = np.flatnonzero(before[:-1] != behind)
+    steps = np.diff(places)[changes]
+    lengths = np.minimum(CHANGE, steps / 2)
+    grades = behind[changes] + lengths / steps * (before[changes + 1] - behind[changes])
+    points = np.vstack([np.column_stack([places, before]), np.column_stack([places[changes] + lengths, grades])])
+    return points[np.argsort(points[:, 0])]
+
+
+def _check_columns(header: Sequence[str], known: Collection[str], path: Path) -> None:
+    if other := [name for name in header if name not in known]:
+        raise ParameterError(f"{path}: unknown column {other[0]!r}; allowed columns are {', '.join(sorted(known))}")
+    if twice := [name for name in header if header.count(name) > 1]:
+        raise ParameterError(f"{path}: the header has the column {twice[0]!r} {header.count(twice[0])} times")
 
 
 def _column(header: Sequence[str], names: Sequence[str], path: Path) -> str:

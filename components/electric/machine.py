@@ -54,9 +54,10 @@ class ElectricMachine(Lossy):
     Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full, field weakening begins at a lower speed:
     power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] replaces the formula: over |w| [rad/s] and
     |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
-    it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean. The loss is drawn from the bus, also at
-    rest and without torque. The torque follows without delay. The default values are invented, for a machine of 50 kW. Errors:
-    ParameterError for a loss map with other axes or a negative loss.
+    it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean, and beyond the torque
+    where one of them ends, it rises as the other does. The loss is drawn from the bus, also at rest and without torque. The torque follows
+    without delay. The default values are invented, for a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a
+    negative loss.
     """
 
     shaft: Flange = port(Flange)
@@ -106,11 +107,9 @@ class ElectricMachine(Lossy):
             copper = self.copper * (1 + self.alpha * (T - HeatPort.reference))
             return self.P_0 + copper * tau**2 + self.iron * ca.fabs(w) + self.windage * w**2
         if self.loss_map.axes[1].low < 0:
-            drives = ca.if_else(w >= 0, tau, -tau)
-            share = (1 + limited(ca.fabs(w) / TURNING)) / 2
-            torques = drives, self.loss_map.axes[1].clipped(-drives)
-            one, other = (ca.fmax(self.loss_map(ca.fabs(w), torque), 0) for torque in torques)
-            return share * one + (1 - share) * other
+            drives, turns = ca.if_else(w >= 0, tau, -tau), limited(ca.fabs(w) / TURNING)
+            turning = ca.fmax(self.loss_map(ca.fabs(w), drives), 0)
+            return turns * turning + (1 - turns) * _loss_at_rest(self.loss_map, ca.fabs(w), ca.fabs(tau))
         return ca.fmax(self.loss_map(ca.fabs(w), ca.fabs(tau)), 0)
 
     def energy(self) -> Symbol:
@@ -155,6 +154,15 @@ class ElectricMachine(Lossy):
             limits=(("limit", w * RPM, limit), ("limit, backward", w * RPM, -limit)),
             x_scale=RPM,
         )
+
+
+def _loss_at_rest(table: Map, w: Symbol, tau: Symbol) -> Symbol:
+    """The mean of driving and generating; beyond the torque where one of them ends, it rises as the other does."""
+    axis = table.axes[1]
+    longer = 1 if axis.high >= -axis.low else -1
+    both = ca.fmin(tau, min(axis.high, -axis.low))
+    half = (table(w, longer * both) - table(w, -longer * both)) / 2
+    return ca.fmax(table(w, longer * tau) - half, 0)
 
 
 def _checked_loss(table: Map, path: str) -> None:

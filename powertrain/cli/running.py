@@ -124,13 +124,16 @@ def command(
     from powertrain.presets import files
     from powertrain.presets.settings import free_or_error
     from powertrain.trials import drive_cycle
+    from powertrain.trials.backward import check_backward
     from powertrain.trials.cycle import so_far
     from powertrain.trials.driveline import check_map
 
     model, paths = configured(vehicle, params, texts)
     model, driven = on_cycle(model, cycle, span)
-    if chart is not None or backward:
-        with of_the_command_line():
+    with of_the_command_line():
+        if backward:
+            check_backward(model)
+        if chart is not None:
             check_map(model)
     plant = pt.compile(model)
     with of_the_command_line():

@@ -15,13 +15,14 @@ import dataclasses
 import json
 import math
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
 from powertrain.components.transmissions import GearScheme, Network
+from powertrain.errors import suggestion
 from powertrain.presets.settings import Adjustable
 
 NONE = "none"
@@ -30,6 +31,11 @@ NONE = "none"
 
 RECORDS = (GearScheme, Network)
 """Records whose fields are plain values and records; in a file they are tables."""
+CYCLE_KEYS = ("name", "table", "source", "grades")
+MAP_KEYS = ("name", "unit", "method", "axes", "values")
+AXIS_KEYS = ("name", "unit", "points", "outside")
+CSV_KEYS = ("csv", "outside", "method")
+"""What the tables of cycles and maps may say."""
 
 
 def takes_data(found: Adjustable) -> bool:
@@ -69,9 +75,11 @@ def _map(value: Any, folder: Path) -> pt.Map:
     if isinstance(value, str):
         return pt.Map.from_csv(folder / value)
     if "csv" in value:
-        return pt.Map.from_csv(
-            folder / value["csv"], **{name: value[name] for name in ("outside", "method") if name in value}
-        )
+        _check_keys(value, CSV_KEYS)
+        return pt.Map.from_csv(folder / value["csv"], **{name: value[name] for name in value if name != "csv"})
+    _check_keys(value, MAP_KEYS)
+    for axis in value["axes"]:
+        _check_keys(axis, AXIS_KEYS)
     axes = [pt.Axis(**axis) for axis in value["axes"]]
     return pt.Map(axes, value["values"], value["unit"], value.get("name", "map"), value.get("method", "linear"))
 
@@ -79,13 +87,23 @@ def _map(value: Any, folder: Path) -> pt.Map:
 def _cycle(value: Any, folder: Path) -> DriveCycle:
     if isinstance(value, str):
         return DriveCycle.from_csv(folder / value) if value.endswith(".csv") else DriveCycle.named(value)
+    _check_keys(value, CYCLE_KEYS)
     rows = tuple((float(t), float(v)) for t, v in value["table"])
     return DriveCycle(value["name"], rows, value.get("source", ""), tuple(value.get("grades", ())))
+
+
+def _check_keys(table: Any, known: Iterable[str]) -> None:
+    """ValueError for a key that would have no effect."""
+    known = tuple(known)
+    if unknown := [key for key in dict(table) if key not in known]:
+        near = suggestion(unknown[0], known)
+        raise ValueError(f"it has an unknown key {unknown[0]!r}{near}; known keys are {', '.join(known)}")
 
 
 def _record(kind: Any, value: Any) -> Any:
     """A record from the table of its fields."""
     hints = typing.get_type_hints(kind)
+    _check_keys(value, hints)
     return kind(**{name: _field(hints[name], content) for name, content in dict(value).items()})
 
 

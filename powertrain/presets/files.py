@@ -71,7 +71,7 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
                 model = _with_class(model, found, value, folder)
             model = _applied(model, value, f"{path}.", paths, folder)
         elif found.is_part:
-            model = pt.replace(model, {path: part(str(value), found)})
+            model = pt.replace(model, {path: part(str(value), found, folder)})
         elif takes_data(found):
             model = pt.replace(model, {path: _data(value, found, folder)})
         else:
@@ -142,7 +142,7 @@ def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path
     if is_named(type(found.value), name):
         return model
     if "(" in name:
-        return pt.replace(model, {found.path: part(name, found)})
+        return pt.replace(model, {found.path: part(name, found, folder)})
     return pt.replace(
         model, {found.path: _fresh(component_named(name, found.kind, found.path), table, found.path, folder)}
     )

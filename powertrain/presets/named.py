@@ -20,7 +20,8 @@ def load(name: str | Path) -> Any:
     """A vehicle by one of ``names()``, a variant such as ``ParallelHybrid.at("P4")``, or a parameter file (.toml) that names its class.
 
     Measured cars are built from the data of the EPA's test-car list and the numbers of their technology. What a file leaves out is as in
-    the class; names of CSV files in it are relative to it. Errors: ParameterError for an unknown name, and those of the file.
+    the class; names of files in it, also those in ``MappedEngine.from_csv(...)``, are relative to it. Errors: ParameterError for an unknown
+    name, and those of the file.
     """
     if str(name).endswith(".toml"):
         return of_file(Path(name))[0]
@@ -58,7 +59,7 @@ def of_file(path: Path) -> tuple[Any, list[str]]:
     tables = read(path)
     if CLASS not in tables:
         raise pt.ParameterError(f'{path} does not say which vehicle it is: begin it with  class = "ManualCar"')
-    return applied(model_named(str(tables[CLASS]), assembled()), tables, path.parent)
+    return applied(model_named(str(tables[CLASS]), assembled(), path.parent), tables, path.parent)
 
 
 def measured() -> dict[str, Any]:

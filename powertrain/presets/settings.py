@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ast
+import inspect
+import re
 import typing
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 import powertrain as pt
@@ -104,15 +107,18 @@ def _number(text: str) -> float | str:
         return text  # which the parameter refuses
 
 
-def part(text: str, found: Adjustable) -> pt.Component:
-    """The component that a text tells, for a slot: a name, with values in brackets where it needs some, or one of its makers."""
+def part(text: str, found: Adjustable, folder: Path | None = None) -> pt.Component:
+    """The component that a text tells, for a slot: a name, with values in brackets where it needs some, or one of its makers.
+
+    Names of files in it are relative to ``folder``, by default the working directory.
+    """
     try:
         node = ast.parse(text.strip(), mode="eval").body
     except SyntaxError:
         raise pt.ParameterError(
             f"{found.path}: {text!r} is neither the name of a component nor Name(parameter=value)"
         ) from None
-    made = _built(node, found.path, found.kind)
+    made = _built(node, found.path, found.kind, folder)
     if not isinstance(made, pt.Component):
         raise pt.ParameterError(
             f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}"
@@ -134,9 +140,10 @@ def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
     raise pt.ParameterError(f"{where} must be of class {said}, which {name} is not; choose from {names}")
 
 
-def model_named(text: str, among: Iterable[Entry]) -> pt.Component:
+def model_named(text: str, among: Iterable[Entry], folder: Path | None = None) -> pt.Component:
     """A vehicle by the name of its class, or one of its variants: ParallelHybrid, ParallelHybrid.plug_in(), ParallelHybrid.at("P4").
 
+    Names of files in it are relative to ``folder``, by default the working directory.
     Errors: ParameterError for an unknown name or variant, and for arguments that it does not take.
     """
     if "(" not in text:
@@ -150,30 +157,30 @@ def model_named(text: str, among: Iterable[Entry]) -> pt.Component:
         raise pt.ParameterError(
             f'vehicle {text!r} is not of the form Name() or Name.variant(...), such as ParallelHybrid.at("P4")'
         )
-    return _made(node, find(name, among, "vehicle").kind, "vehicle")
+    return _made(node, find(name, among, "vehicle").kind, "vehicle", folder)
 
 
-def _built(node: ast.expr, where: str, kind: Any = None) -> Any:
+def _built(node: ast.expr, where: str, kind: Any = None, folder: Path | None = None) -> Any:
     """A value from the syntax tree of Name, Name(...), Name.maker(...) and literals."""
     if isinstance(node, ast.Name) and node.id not in ("inf", "nan"):
         return component_named(node.id, kind, where)()
     if isinstance(node, ast.Call):
-        return _called(node, where, kind)
+        return _called(node, where, kind, folder)
     try:
         return ast.literal_eval(node)
     except ValueError:
         raise pt.ParameterError(f"{where}: {ast.unparse(node)!r} is not a value") from None
 
 
-def _called(node: ast.Call, where: str, kind: Any) -> pt.Component:
+def _called(node: ast.Call, where: str, kind: Any, folder: Path | None) -> pt.Component:
     target = node.func
     name = target.value if isinstance(target, ast.Attribute) else target
     if not isinstance(name, ast.Name):
         raise pt.ParameterError(f"{where}: {ast.unparse(node)!r} does not begin with the name of a component")
-    return _made(node, component_named(name.id, kind, where), where)
+    return _made(node, component_named(name.id, kind, where), where, folder)
 
 
-def _made(node: ast.Call, cls: type[pt.Component], where: str) -> pt.Component:
+def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | None) -> pt.Component:
     """A component of a class, Name(...), or of one of its variants, Name.maker(...)."""
     target, maker = node.func, typing.cast("Any", cls)
     if isinstance(target, ast.Attribute):
@@ -182,14 +189,31 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str) -> pt.Component:
             raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
         maker = getattr(cls, target.attr)
     kinds = cls._slot_types()
-    arguments = [_built(value, where) for value in node.args]
-    named = {str(k.arg): _built(k.value, f"{where}.{k.arg}", kinds.get(str(k.arg))) for k in node.keywords}
+    arguments = [_built(value, where, None, folder) for value in node.args]
+    named = {str(k.arg): _built(k.value, f"{where}.{k.arg}", kinds.get(str(k.arg)), folder) for k in node.keywords}
+    if folder is not None and isinstance(target, ast.Attribute):
+        arguments, named = _located(maker, arguments, named, folder)
     try:
         made = maker(*arguments, **named)
     except TypeError as error:
         raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}") from None
     assert isinstance(made, pt.Component)
     return made
+
+
+def _located(
+    maker: Callable[..., Any], arguments: list[Any], named: dict[str, Any], folder: Path
+) -> tuple[list[Any], dict[str, Any]]:
+    """The arguments of a maker with the names of files relative to a folder: its signature says which take a path."""
+    parameters = inspect.signature(maker).parameters
+    files = [name for name, parameter in parameters.items() if re.search(r"\bPath\b", str(parameter.annotation))]
+
+    def at(name: str, value: Any) -> Any:
+        return folder / value if name in files and isinstance(value, str) else value
+
+    names = [*parameters, *(len(arguments) * [""])]  # too many arguments are refused by the maker
+    located = [at(name, value) for name, value in zip(names, arguments, strict=False)]
+    return located, {name: at(name, value) for name, value in named.items()}
 
 
 def _read(text: str, found: Adjustable) -> Any:

@@ -17,7 +17,7 @@ from powertrain.language.component import children
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
-from powertrain.trials.operating import operating_map
+from powertrain.trials.operating import check_stores, operating_map, remembered
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,8 +57,9 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     engine is neglected.
     A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear. The gears are those that the schedule chooses for
     the speeds of the cycle and the pedal positions for the forces; shifts take no time and no fuel.
-    Errors: ParameterError for a map with points without an operating point, and for a vehicle without a map (see ``on_rolling_road``).
+    Errors: ParameterError for a map with points without an operating point, and those of ``check_backward``.
     """
+    check_backward(vehicle)
     if isinstance(cycle, str):
         cycle = DriveCycle.named(cycle)
     v, force = demand(vehicle, cycle)
@@ -82,6 +83,21 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     return BackwardRun(cycle, rate, force, np.maximum(force - most, 0), gears)
 
 
+def check_backward(vehicle: pt.Component) -> None:
+    """Errors: ParameterError for a vehicle without an engine, and one whose operating points depend on what came before."""
+    name = type(vehicle).__name__
+    if not anatomy(vehicle).engines:
+        raise pt.ParameterError(
+            f"backward: {name} has no engine, so that it burns no fuel; drive_cycle says what it takes from its battery"
+        )
+    check_stores(vehicle)
+    part, left = remembered(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle)
+    if left:
+        raise pt.ParameterError(
+            f"backward: the operating points of {name} depend on the history of {part}: {', '.join(left)}. Simulate it with drive_cycle"
+        )
+
+
 class _Pulled(pt.Component):
     """A body that is pulled over a level road at a given speed."""
 
@@ -103,9 +119,17 @@ def _pull(vehicle: Any, v: Array, a: Array) -> Array:
     """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
     mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))
+    return mass * a + _resistance(body, v)
+
+
+def _resistance(body: Body, v: Array) -> Array:
+    """What a body takes to be pulled at v; nothing at rest, where its friction holds it and could take any force up to its limit."""
     speeds, rows = np.unique(v, return_inverse=True)
-    pulled = pt.steady(_Pulled(body=body), {"pull.v_fixed": speeds}, outputs=["pull.flange.f"])
-    return np.asarray(mass * a - pulled["pull.flange.f"].values[rows])
+    moves, taken = speeds > 0, np.zeros_like(speeds)
+    if moves.any():
+        pulled = pt.steady(_Pulled(body=body), {"pull.v_fixed": speeds[moves]}, outputs=["pull.flange.f"])
+        taken[moves] = -pulled["pull.flange.f"].values
+    return taken[rows]
 
 
 def _wheels(part: pt.Component) -> list[Wheel]:

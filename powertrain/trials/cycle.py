@@ -28,7 +28,7 @@ TIME_BAND = 1.0
 RATE = 10
 """Samples per second."""
 STANDS = 1.0
-"""Distance [m] up to which a vehicle stands."""
+"""Distance [m] up to which a vehicle stands, in both directions."""
 LITTLE = 1.0
 """Torque [N.m] by which a marginal efficiency is told, and from which an engine fires."""
 STALLED, LASTING = 1.0, 2.0
@@ -78,13 +78,13 @@ class CycleRun:
 
     @property
     def litres_per_100km(self) -> float:
-        """Consumption of fuel [l/100 km]; nan where the vehicle stood."""
+        """Consumption of fuel [l/100 km]; nan where the vehicle did not move forward."""
         litres = sum(self._burnt(engine) / self._of(f"{engine}.fuel_density") for engine in self.anatomy.engines) * 1e3
         return self._per_metre(litres) * 1e5
 
     @property
     def co2_per_km(self) -> float:
-        """Carbon dioxide at the tailpipe [g/km]; nan where the vehicle stood."""
+        """Carbon dioxide at the tailpipe [g/km]; nan where the vehicle did not move forward."""
         grams = sum(self._burnt(engine) * self._of(f"{engine}.co2_per_fuel") for engine in self.anatomy.engines) * 1e3
         return self._per_metre(grams) * 1e3
 
@@ -98,7 +98,7 @@ class CycleRun:
 
     @property
     def wh_per_km(self) -> float:
-        """Energy taken from the batteries' charge [W.h/km]; nan where the vehicle stood."""
+        """Energy taken from the batteries' charge [W.h/km]; nan where the vehicle did not move forward."""
         return self._per_metre(self.electricity / WH) * 1e3
 
     @property
@@ -116,18 +116,18 @@ class CycleRun:
     def mpg(self, charging: float = 1.0) -> float:
         """Miles per US gallon; what the batteries gave counts as gasoline of 33.705 kW.h a gallon, through a charger of that efficiency.
 
-        nan where the vehicle stood or took nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
+        nan where the vehicle did not move forward or took nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
         """
         gallons = self.litres_per_100km / LITRES * self.distance / 1e5
         gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
         return self.distance / METRES / gallons if gallons > 0 else math.nan
 
     def range(self, usable: float = 1.0) -> float:
-        """How far [m] the batteries' charge takes the vehicle at this consumption, of which a part is ``usable``; nan where none is taken.
+        """How far [m] the batteries' charge takes the vehicle at this consumption, of which a part is ``usable``.
 
-        The charge is all that the batteries hold at a state of charge of 1.
+        nan where none is taken or the vehicle did not move forward. The charge is all that the batteries hold at a state of charge of 1.
         """
-        if not self.electricity > 0:
+        if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
         whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
         return usable * whole / self.electricity * self.distance
@@ -250,7 +250,7 @@ class CycleRun:
         return np.asarray(torque * self.result[f"{engine}.w"])
 
     def _per_metre(self, amount: float) -> float:
-        return amount / self.distance if abs(self.distance) > STANDS else math.nan
+        return amount / self.distance if self.distance > STANDS else math.nan
 
     def _of(self, name: str) -> float:
         return float(self.parameters.get(name, self.plant.parameters[name]))
@@ -353,10 +353,10 @@ def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Compon
 
 
 def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
-    """What to say of a vehicle whose engine turned backwards or stalled for good, or which did not move though asked to; else nothing."""
+    """What to say of a vehicle whose engine turned backwards or stalled, or which did not move forward as asked; else nothing."""
     path = result[f"{parts.the('body')}.s"]
-    distance = abs(float(path[-1] - path[0]))
-    driven = f"the vehicle drove {distance:.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
+    distance = float(path[-1] - path[0])
+    driven = f"the vehicle drove {max(distance, 0.0):.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
     for engine in parts.engines:
         w = result[f"{engine}.w"]
         backwards = np.flatnonzero(w < -STALLED)
@@ -372,12 +372,16 @@ def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
                 f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Check what loads the crank (clutch, "
                 f"accessories), {engine}.tau_starter, which has to overcome that load at rest, and the idle controller"
             )
-    if distance < STANDS < ASKED * cycle.distance:
+    if distance < -STANDS or distance < STANDS < ASKED * cycle.distance:
         return (
-            f"{driven}: it does not move. {'; '.join(_most(result, path) for path in parts.prime_movers)}. Check the torque at low "
+            f"{driven}: {_moved(distance)}. {'; '.join(_most(result, path) for path in parts.prime_movers)}. Check the torque at low "
             "speed, what closes the clutch and selects the gear, and what holds the brakes"
         )
     return ""
+
+
+def _moved(distance: float) -> str:
+    return f"it rolled back by {-distance:.3g} m" if distance < -STANDS else "it does not move"
 
 
 def _most(result: pt.Result[Any], path: str) -> str:

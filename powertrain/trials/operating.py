@@ -33,12 +33,9 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     and those of an axle turn as one: what tyres and differentials lose there is not in it.
     Errors: ParameterError for a vehicle with a part that remembers what is not ``held``, such as the gear that is in.
     """
+    _refuse_memory(vehicle, held)
     parts = {name: getattr(vehicle, name) for name in vehicle._fields}
-    steady = {name: part for name, old in parts.items() if (part := _steady(old)) is not old}
-    for name, part in parts.items():
-        if name not in steady and isinstance(part, pt.Component):
-            _refuse_memory(vehicle, part, name, held)
-    vehicle = pt.replace(vehicle, steady)
+    vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
     found = anatomy(vehicle)
     body, pedals = found.the("body"), found.the("pedals")
     mass, share = (float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share"))
@@ -50,12 +47,17 @@ def mapped_model(vehicle: pt.Component, held: Container[str] = ()) -> pt.Compone
 
     Errors: ParameterError for a vehicle that stores energy in anything but batteries, and as ``on_rolling_road``.
     """
+    check_stores(vehicle)
+    return on_rolling_road(vehicle, held)
+
+
+def check_stores(vehicle: pt.Component) -> None:
+    """Errors: ParameterError for a vehicle that stores energy in anything but batteries."""
     parts = anatomy(vehicle)
     for store in set(parts.stores) - set(parts.batteries):
         raise pt.ParameterError(
             f"{parts.vehicle} has no map of operating points: {store} takes and gives power only while its speed changes"
         )
-    return on_rolling_road(vehicle, held)
 
 
 def _steady(part: Any) -> Any:
@@ -71,17 +73,33 @@ def _steady(part: Any) -> Any:
     return AlwaysOn() if isinstance(part, EngineSwitch) else part
 
 
-def _refuse_memory(vehicle: pt.Component, part: pt.Component, path: str, held: Container[str]) -> None:
-    """When something last happened makes no difference to an operating point; what else a part remembers does."""
-    own = {name: kind for name, kind in part._fields.items() if isinstance(kind, pt.Discrete) and kind.unit != "s"}
-    left = [f"{path}.{name}" for name in own if f"{path}.{name}" not in held]
+def _refuse_memory(vehicle: pt.Component, held: Container[str]) -> None:
+    part, left = remembered(vehicle, held)
     if left:
         raise pt.ParameterError(
-            f"{type(vehicle).__name__} has no map of operating points over speed and accelerator alone: {path} ({type(part).__name__}) "
+            f"{type(vehicle).__name__} has no map of operating points over speed and accelerator alone: {part} "
             f"depends on its history. Say what {', '.join(left)} should be: held={{{left[0]!r}: 1}}, or powertrain map --held {left[0]}=1"
         )
-    for name, inner in children(part):
-        _refuse_memory(vehicle, inner, f"{path}.{name}", held)
+
+
+def remembered(vehicle: pt.Component, held: Container[str] = ()) -> tuple[str, list[str]]:
+    """A part that remembers what is not ``held``, and the paths of that; none on most vehicles.
+
+    When something last happened makes no difference to an operating point; what else a part remembers does.
+    """
+    parts = [(name, getattr(vehicle, name)) for name in vehicle._fields]
+    parts = [(name, part) for name, part in parts if isinstance(part, pt.Component) and _steady(part) is part]
+    while parts:
+        path, part = parts.pop(0)
+        own = [
+            f"{path}.{name}"
+            for name, kind in part._fields.items()
+            if isinstance(kind, pt.Discrete) and kind.unit != "s"
+        ]
+        if left := [name for name in own if name not in held]:
+            return f"{path} ({type(part).__name__})", left
+        parts = [(f"{path}.{name}", inner) for name, inner in children(part)] + parts
+    return "", []
 
 
 def operating_map(

@@ -8,11 +8,12 @@ import xarray as xr
 
 import powertrain as pt
 from powertrain.components.body import Body, DrivenAxle, RoadProfile
+from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import CoolantCircuit, WarmEngine
 from powertrain.trials import drive_cycle
 from powertrain.trials.anatomy import value_at
-from powertrain.trials.backward import backward
+from powertrain.trials.backward import backward, demand
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
 from powertrain.trials.gears import in_gear
@@ -156,11 +157,26 @@ def test_backward_asks_the_body_for_its_resistance() -> None:
     np.testing.assert_allclose(run.force, [240, mass * 0.1 + 4 * 20.5 + 0.4 * 20.5**2], rtol=1e-9)
 
 
+def test_a_body_with_friction_takes_nothing_at_rest() -> None:
+    """Its road load holds the standing car; in the rows in which it moves, that load is needed."""
+    body = MeasuredBody(m=1300, F_0=100, F_1=0, F_2=0.4)
+    stands = DriveCycle("stands", ((0.0, 0.0), (10.0, 0.0)))
+    assert demand(pt.replace(SplitPathCar(), body=body), stands)[1].tolist() == [0]
+    goes = DriveCycle("goes", ((0.0, 0.0), (10.0, 0.0), (20.0, 5.0), (30.0, 0.0), (40.0, 0.0)))
+    mass, load = 1300 + 4 / 0.3**2, 100 + 0.4 * 2.5**2
+    force = demand(pt.replace(SplitPathCar(), body=body), goes)[1]
+    assert force == pytest.approx([0, mass * 0.5 + load, -mass * 0.5 + load, 0])
+
+
 @pytest.mark.parametrize(
     ("vehicle", "said"),
     [
         (FlywheelHybrid(), "flywheel takes and gives power only while its speed changes"),
-        (PowerSplitHybrid(), r"control \(PowerSplitControl\)"),
+        (
+            PowerSplitHybrid(),
+            r"history of control \(PowerSplitControl\): control.running. Simulate it with drive_cycle",
+        ),
+        (ElectricCar(), "ElectricCar has no engine, so that it burns no fuel"),
     ],
     ids=lambda v: type(v).__name__ if isinstance(v, pt.Component) else "",
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,17 @@ def test_a_car_that_does_not_move_is_told_and_its_starter_is_no_efficiency() -> 
     run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 30))
     assert "of wltc 0-30 s: it does not move. engine delivers at most " in run.message
     assert np.isnan(run.efficiency) or run.efficiency < 0.4
+
+
+@pytest.mark.slow
+def test_a_car_that_rolls_back_is_told_and_has_no_consumption() -> None:
+    """A slope of 45 % is too steep for its first gear."""
+    steep = pt.Map.constant(0.45, x="s", x_unit="m", name="grade")
+    cycle = DriveCycle("short", ((0, 0), (5, 0), (15, 10), (30, 10), (40, 0)))
+    run = drive_cycle(pt.replace(ManualCar(), {"road.profile": steep}), cycle)
+    assert run.distance < -1
+    assert re.search(r"drove 0 m of the 250 m of short: it rolled back by .* m\. engine delivers at most", run.message)
+    assert np.isnan([run.litres_per_100km, run.co2_per_km, run.mpg()]).all()
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -117,12 +118,56 @@ def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:
         load(path)
 
 
+<<<<<<< HEAD
 def test_a_file_may_begin_with_a_byte_order_mark_and_spell_the_class_otherwise(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text('class = "manual-car"\n[engine]\nclass = "willans_engine"\nJ = 0.2\n', encoding="utf-8-sig")
     assert load(path) == pt.replace(ManualCar(), {"engine.J": 0.2})
     with pytest.raises(pt.ParameterError, match=r"absent.toml cannot be read: No such file"):
         load(tmp_path / "absent.toml")
+=======
+CYCLE = '[cycle]\ncycle = { name = "hill", table = [[0, 0], [9, 5]], grade = [0, 0.1] }\n'
+CURVE = '[engine]\ncurve = { name = "c", unit = "N.m", values = [1, 2], axes = [{ name = "w", unit = "rad/s", points = [0, 9]'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            CYCLE,
+            "cycle.cycle = .* unknown key 'grade'; did you mean grades.*known keys are name, table, source, grades",
+        ),
+        (
+            '[engine]\ncurve = { csv = "full.csv", outsid = "clip" }\n',
+            "engine.curve = .* unknown key 'outsid'; did you mean",
+        ),
+        (f'{CURVE} }}], methode = "smooth" }}\n', "engine.curve = .* unknown key 'methode'; did you mean method"),
+        (f'{CURVE}, outsid = "clip" }}] }}\n', "engine.curve = .* unknown key 'outsid'; did you mean outside"),
+    ],
+)
+def test_misspelt_keys_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "full.csv").write_text("w [rad/s],torque [N.m]\n80,110\n400,150\n", encoding="utf-8")
+    path = tmp_path / "misspelt.toml"
+    path.write_text(f'class = "ManualCar"\n{text}', encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=said):
+        load(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "engine = \"MappedEngine.from_csv('t.csv', fuel='f.csv')\"",
+        "[engine]\nclass = \"MappedEngine.from_csv('t.csv', 'f.csv')\"",
+    ],
+)
+def test_files_named_in_a_variant_lie_beside_the_parameter_file(tmp_path: Path, text: str) -> None:
+    data = files("powertrain.components").joinpath("engines", "data")
+    for name, source in {"t.csv": "gasoline_1600_torque.csv", "f.csv": "gasoline_1600_fuel.csv"}.items():
+        (tmp_path / name).write_text(data.joinpath(source).read_text(encoding="utf-8"), encoding="utf-8")
+    path = tmp_path / "mine.toml"
+    path.write_text(f'class = "ManualCar"\n{text}\n', encoding="utf-8")
+    assert load(path).engine.full_load(200.0) == pytest.approx(MappedEngine.gasoline().full_load(200.0))
+>>>>>>> r16u2
 
 
 def test_unknown_name() -> None:

@@ -71,6 +71,24 @@ def test_cycle_with_grades_is_a_road_of_the_same_heights(tmp_path: Path) -> None
     assert half.grades == pytest.approx([0.025, 0.05, 0.05])
 
 
+def test_grades_that_change_at_a_halt() -> None:
+    """Up to the halt at 50 m the road rises to the first grade, a metre behind it begins the last; at both ends the driven one counts."""
+    table = (
+        (0.0, 0.0),
+        (4.0, 0.0),
+        (14.0, 10.0),
+        (24.0, 0.0),
+        (30.0, 0.0),
+        (34.0, 0.0),
+        (44.0, 10.0),
+        (50.0, 0.0),
+        (60.0, 0.0),
+    )
+    slope = DriveCycle("halt", table, "", (0.9, 0.0, 0.05, 0.1, 0.5, 0.2, 0.3, 0.4, -0.9)).slope()
+    given = {0: 0.0, 25: 0.025, 50: 0.05, 75: 0.075, 100: 0.1, 101: 0.202, 125: 0.25, 150: 0.3, 180: 0.4}
+    assert [slope(float(s)) for s in given] == pytest.approx(list(given.values()))
+
+
 def test_distance_cycle_has_constant_acceleration_between_rows() -> None:
     cycle = DriveCycle.from_distance("lap", [0, 50, 150, 200], [0, 10, 10, 0], stops=[3, 5])
     assert cycle.distance == pytest.approx(200, rel=1e-14)
@@ -79,6 +97,11 @@ def test_distance_cycle_has_constant_acceleration_between_rows() -> None:
         DriveCycle.from_distance("lap", [0, 10], [0, 0])
     with pytest.raises(pt.ParameterError, match=r"1 stops are given, but the speed is zero at 2 rows"):
         DriveCycle.from_distance("lap", [0, 50, 200], [0, 10, 0], stops=[1])
+    with pytest.raises(pt.ParameterError, match=r"a stop of -3 s; the time must be finite and not negative"):
+        DriveCycle.from_distance("lap", [0, 50, 200], [0, 10, 0], stops=[-3, 1])
+    for grades in ([0, 0.1], [0, 0.1, 0, 0]):
+        with pytest.raises(pt.ParameterError, match=rf"{len(grades)} grades for 3 distances"):
+            DriveCycle.from_distance("lap", [0, 50, 200], [5, 5, 5], grades=grades)
 
 
 def test_files(tmp_path: Path) -> None:
@@ -92,6 +115,9 @@ def test_files(tmp_path: Path) -> None:
         "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a row of time_s,speed_m_s",
         "time_s,speed_m_s\n0,0\n1,1\n1,2\n": "row 3 is at 1 s, after 1 s",
         "time_s,speed_m_s\n0,0\n1,-1\n": "row 2 has -1 m/s",
+        "time_s,speed_m_s\n-20,0\n1,1\n": "row 1 is at -20 s; times must not be negative.*: add 20 s",
+        "time_s,speed_m_s,speed_m_s\n0,0,5\n1,1,5\n": "the header has the column 'speed_m_s' 2 times",
+        "distance_m,speed_m_s,stop_s\n0,0,0\n9,5,3\n": "row 2 has a stop_s of 3 s at 5 m/s",
         "time_s,speed_m_s\n0,0\n1,nan\n": "both must be finite",
         "time_s,speed_m_s\n0,0\n": "1 rows are too few",
     }.items():
@@ -115,6 +141,14 @@ def test_part_starts_at_zero() -> None:
     assert part.duration == 8.5
     whole = DriveCycle.named("wltc")
     assert np.interp(3.0, part.times, part.speeds) == pytest.approx(np.interp(14.5, whole.times, whole.speeds))
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0, 900), (-10, 5), (5, 3), (5, 5)])
+def test_a_part_lies_within_its_cycle(start: float, stop: float) -> None:
+    with pytest.raises(
+        pt.ParameterError, match=rf"hwfet has no part from {start} s to {stop} s; it goes from 0 s to 765 s"
+    ):
+        DriveCycle.named("hwfet").part(start, stop)
 
 
 def test_signal_shows_the_cycle_and_what_comes() -> None:

@@ -109,6 +109,17 @@ def test_a_signed_map_at_standstill_is_the_mean_of_driving_and_generating() -> N
     assert held(machine, 5.0, 180.0)["lossPower"] == pytest.approx(180)
 
 
+@pytest.mark.parametrize(("low", "high"), [(-100, 300), (-300, 100), (-300, 0)])
+def test_a_signed_map_that_ends_early_on_one_side(low: float, high: float) -> None:
+    """50 W and 0.1 W/(N.m)^2 both ways: at rest 300 N.m cost 9050 W, although one side of the map ends below."""
+    tau = np.linspace(low, high, 41)
+    axes = pt.Axis("speed", "rad/s", [0, 1200], "clip"), pt.Axis("torque", "N.m", tau, "clip")
+    machine = pt.replace(MACHINE, loss_map=pt.Map(axes, np.tile(50 + 0.1 * tau**2, (2, 1)), "W", "loss"))
+    sign = 1 if high == 300 else -1
+    assert machine.losses([0, 0.5, 1, 5], sign * 300) == pytest.approx(9050)
+    assert machine.losses([0, -1e-12, 1e-12], -sign * 300) == pytest.approx(9050)
+
+
 def test_loss_maps_that_are_refused() -> None:
     good = loss_map(0)
     for wrong, said in (
