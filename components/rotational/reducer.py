@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Self
 
+import numpy as np
+
 from powertrain import Equations, ParameterError, connect, support
 from powertrain.components.friction_table import Table
 from powertrain.components.rotational.gear import LossyGear
@@ -55,6 +57,13 @@ class _Reducer(TwoFlangesAndSupport):
             )
         row = 0.0, eta, back, eta * starting, backdriving / ratio
         return cls(mesh=LossyGear(ratio=-ratio, lossTable=(row,)), windup=spring)
+
+
+def _check_whole(name: str, **numbers: int) -> None:
+    """Teeth, lobes and pins are counted."""
+    for what, number in numbers.items():
+        if isinstance(number, bool) or not isinstance(number, int | np.integer):
+            raise ParameterError(f"{name}: {what} = {number!r} must be an integer")
 
 
 class HarmonicDrive(_Reducer):
@@ -112,6 +121,7 @@ class HarmonicDrive(_Reducer):
             For a circular spline without more teeth than the flexspline, for efficiencies outside of (0, 1], and for no-load torques that
             one mesh cannot have: ``starting`` must be from back backdriving/ratio to backdriving/(ratio efficiency).
         """
+        _check_whole("HarmonicDrive", flexspline=flexspline, circular=circular)
         if not 0 < flexspline < circular:
             raise ParameterError(
                 f"a circular spline of {circular} teeth does not fit round a flexspline of {flexspline}; it needs more teeth, usually two"
@@ -170,6 +180,7 @@ class CycloidalDrive(_Reducer):
         ParameterError
             Unless there are more pins than lobes, and for efficiencies and no-load torques as ``HarmonicDrive.of``.
         """
+        _check_whole("CycloidalDrive", lobes=lobes, pins=pins)
         if not 0 < lobes < pins:
             raise ParameterError(f"a disc of {lobes} lobes does not turn in {pins} pins; it needs more pins than lobes")
         spring = StiffeningSpring(stiffness=stiffness, d=d)

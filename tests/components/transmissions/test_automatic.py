@@ -28,6 +28,7 @@ from powertrain.components.transmissions import (
     GearScheme,
     Lever,
     planetary,
+    ravigneaux,
 )
 from powertrain.trials import gear_table
 
@@ -212,6 +213,34 @@ def scheme_of(**gears: str) -> GearScheme:
 def test_schemes_that_cannot_be(gears: dict[str, str], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         scheme_of(**gears)
+
+
+@pytest.mark.parametrize(
+    ("teeth", "said"),
+    [
+        ((72, 33), "no planet fits between a sun of 72 and a ring of 33 teeth"),
+        ((60, 67), ".* the ring needs at least 8 teeth more"),
+        ((-33, 72), "a sun of -33 teeth"),
+        ((0, 33), "a sun of 0 teeth"),
+        ((33.5, 72), "a sun of 33.5 teeth: the number of teeth must be an integer"),
+    ],
+)
+def test_planetary_gears_that_cannot_be(teeth: Any, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=f"planetary gear f: {said}"):
+        planetary("f", "s", "r", "c", teeth=teeth)
+
+
+@pytest.mark.parametrize(
+    ("teeth", "said"),
+    [
+        ((36, 30, 20), "no planet fits between a sun of 36 and a ring of 20 teeth"),
+        ((36, 0, 72), "a sun of 0 teeth"),
+        ((30, 36, 72), "the large sun has 30 teeth, and the small sun 36; it needs fewer"),
+    ],
+)
+def test_ravigneaux_sets_that_cannot_be(teeth: Any, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=f"Ravigneaux set of L, S, r, c: {said}"):
+        ravigneaux("L", "S", "r", "c", teeth=teeth)
 
 
 def test_two_elements_at_once() -> None:
