@@ -27,6 +27,7 @@ from powertrain.components.transmissions import (
     DualClutchGearbox,
     GearScheme,
     Lever,
+    PowerShiftGearbox,
     planetary,
     ravigneaux,
 )
@@ -140,6 +141,31 @@ def test_table_of_a_gearset(name: str, torque: float) -> None:
         assert row["efficiency"] == pytest.approx(efficiency, rel=1e-8)
         for element, (low, high) in held.items():
             assert low - 1e-6 <= abs(row[element]) <= high + 1e-6
+
+
+def test_table_without_torque() -> None:
+    """Both ends drive the drag: there is a ratio, but no efficiency."""
+    table = gear_table(Automatic.simpson_three_speed(), torque=0.0)
+    assert table["efficiency"].isna().all()
+    assert table["ratio"].iloc[2] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("box", "options", "said"),
+    [
+        (PowerShiftGearbox(), {}, "an Automatic; PowerShiftGearbox has none"),
+        (DualClutchGearbox(), {}, "an Automatic; DualClutchGearbox has none"),
+        (Automatic.simpson_three_speed(), {"speed": 0.0}, "speed = 0 rad/s"),
+        (
+            Automatic.eight_speed(),
+            {"torque": 4000.0},
+            "no operating point at 4000 N.m in gear 1.* element .* in gear .* holds 600 N.m at the input",
+        ),
+    ],
+)
+def test_tables_that_cannot_be(box: Any, options: dict[str, float], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        gear_table(box, **options)
 
 
 @pytest.mark.parametrize("J", few([1e-4, 0.01]))
