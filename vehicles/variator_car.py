@@ -30,8 +30,8 @@ class VariatorCar(Car):
     The variator's ratio V = w_b/w_a goes from 0.4 to 2.6; its drag stands for belt, pump and bearings, and the loss of the final drive
     counts in its efficiency.
     The driver follows ``cycle``; ``start_stop`` says whether the engine runs. The numbers are made up for a compact car with an engine of
-    1.6 l. It drives straight, where a differential turns as one block whatever its kind: the two wheels of an axle are one here, and
-    ``RearDriveCar`` and ``FourWheelDriveCar`` have the slots for a differential.
+    1.6 l. ``front`` and ``rear`` take axles, see ``Car``; with a ``DrivenAxle``, which has a differential and two tyres, it also drives in
+    bends.
     """
 
     share: float = 0.85

@@ -40,6 +40,10 @@ class _Controller(Component):
     yMax: Parameter = parameter("1", "Upper limit of y")
     yMin: Parameter = parameter("1", "Lower limit of y")
 
+    def check(self) -> Equations:
+        """There is room between the limits."""
+        yield self.yMin <= self.yMax
+
 
 class LimPID(_Controller):
     """A PID controller with limited output and anti-windup, weights of the set point and a filtered derivative.

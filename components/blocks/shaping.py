@@ -25,6 +25,10 @@ class Limiter(Filter):
     uMax: Parameter = parameter("1", "Upper limit")
     uMin: Parameter = parameter("1", "Lower limit")
 
+    def check(self) -> Equations:
+        """There is room between the limits."""
+        yield self.uMin <= self.uMax
+
     def equations(self) -> Equations:
         """Three pieces."""
         u = self.u.value
@@ -42,6 +46,10 @@ class Hysteresis(Filter):
     uHigh: Parameter = parameter("1", "Value above which y is 1")
     y_start: Parameter = parameter("1", "y at the start between the two, 0 or 1", default=0.0, min=0, max=1)
     held: Discrete = discrete("1", "Last state of u: 1 above uHigh, -1 below uLow, 0 neither")
+
+    def check(self) -> Equations:
+        """There is a band."""
+        yield self.uLow <= self.uHigh
 
     def equations(self) -> Equations:
         """A memory, which an input outside of the band does not need."""
@@ -82,6 +90,10 @@ class Delay(Filter):
 
     delayTime: Parameter = parameter("s", "Delay", above=0)
     sections: tuple[AllPass, ...] = (AllPass(delayTime=1),) * 8
+
+    def check(self) -> Equations:
+        """There is a chain."""
+        yield len(self.sections) > 0  # it has sections
 
     def equations(self) -> Equations:
         """A chain."""

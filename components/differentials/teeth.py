@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from powertrain import ParameterError
 
 FEWEST = 5
@@ -115,6 +117,16 @@ def check_pair(wheel: Central, planet: int) -> None:
         )
 
 
+def check_room(sun: Sun, ring: Ring) -> None:
+    """A planet fits between them: Z_ring - Z_sun = 2 Z_planet, but for what profile shift makes up for."""
+    least = 2 * FEWEST - SHIFT
+    if ring.teeth - sun.teeth < least:
+        raise ParameterError(
+            f"no planet fits between a sun of {sun.teeth} and a ring of {ring.teeth} teeth; the ring needs at least {least} teeth more "
+            "than the sun"
+        )
+
+
 def pair_ratio(driving: int, driven: int) -> float:
     """Teeth of the driven over teeth of the driving wheel, both checked."""
     _check(driving, "driving wheel")
@@ -123,7 +135,7 @@ def pair_ratio(driving: int, driven: int) -> float:
 
 
 def _check(teeth: int, what: str) -> None:
-    if isinstance(teeth, bool) or not isinstance(teeth, int):
+    if isinstance(teeth, bool) or not isinstance(teeth, int | np.integer):
         raise ParameterError(f"a {what} of {teeth!r} teeth: the number of teeth must be an integer")
     if teeth < FEWEST:
         raise ParameterError(f"a {what} of {teeth} teeth: no wheel has fewer than {FEWEST}")

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from typing import Self
 
+import numpy as np
+
 from powertrain import Equations, ParameterError, connect, support
 from powertrain.components.friction_table import Table
 from powertrain.components.rotational.gear import LossyGear
 from powertrain.components.rotational.interfaces import TwoFlangesAndSupport
 from powertrain.components.rotational.stiffening_spring import StiffeningSpring
 from powertrain.components.thermal import HeatPort
+
+ROUNDING = 1e-9
+"""Relative deviation of torques that are equal."""
+TYPICAL = 1.2
+"""Back-driving torque over ratio times starting torque of harmonic drives, by their makers' tables."""
 
 
 class _Reducer(TwoFlangesAndSupport):
@@ -29,13 +36,34 @@ class _Reducer(TwoFlangesAndSupport):
 
     @classmethod
     def _of(
-        cls, ratio: float, efficiencies: tuple[float, float], frictions: tuple[float, float], spring: StiffeningSpring
+        cls,
+        ratio: float,
+        efficiencies: tuple[float, float],
+        frictions: tuple[float, float | None],
+        spring: StiffeningSpring,
     ) -> Self:
+        """Both frictions are torques without load: where the fast shaft drives, only ``eta`` of its torque passes the mesh."""
         eta, back = efficiencies
-        starting, backdriving = frictions
-        return cls(
-            mesh=LossyGear(ratio=-ratio, lossTable=((0.0, eta, back, starting, backdriving / ratio),)), windup=spring
-        )
+        starting, given = frictions
+        if not (0 < eta <= 1 and 0 < back <= 1):
+            raise ParameterError(f"{cls.__name__}: efficiency = {eta:g} and back = {back:g} must be in (0, 1]")
+        backdriving = ratio * starting * min(TYPICAL, 1 / back) if given is None else given
+        least, most = back * backdriving / ratio, backdriving / ratio / eta
+        if not least * (1 - ROUNDING) <= starting <= most * (1 + ROUNDING):
+            raise ParameterError(
+                f"{cls.__name__}: starting = {starting:g} N.m does not go with backdriving = {backdriving:g} N.m, ratio {ratio:g}, "
+                f"efficiency = {eta:g} and back = {back:g}: it must be from back backdriving/ratio = {least:.4g} N.m to "
+                f"backdriving/(ratio efficiency) = {most:.4g} N.m"
+            )
+        row = 0.0, eta, back, eta * starting, backdriving / ratio
+        return cls(mesh=LossyGear(ratio=-ratio, lossTable=(row,)), windup=spring)
+
+
+def _check_whole(name: str, **numbers: int) -> None:
+    """Teeth, lobes and pins are counted."""
+    for what, number in numbers.items():
+        if isinstance(number, bool) or not isinstance(number, int | np.integer):
+            raise ParameterError(f"{name}: {what} = {number!r} must be an integer")
 
 
 class HarmonicDrive(_Reducer):
@@ -54,7 +82,7 @@ class HarmonicDrive(_Reducer):
     -100.0
     """
 
-    mesh: LossyGear = LossyGear(ratio=-100.0, lossTable=((0.0, 0.80, 0.70, 0.10, 0.12),))
+    mesh: LossyGear = LossyGear(ratio=-100.0, lossTable=((0.0, 0.80, 0.70, 0.08, 0.12),))
     windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)))
 
     @classmethod
@@ -66,7 +94,7 @@ class HarmonicDrive(_Reducer):
         efficiency: float = 0.80,
         back: float = 0.70,
         starting: float = 0.10,
-        backdriving: float = 12.0,
+        backdriving: float | None = None,
         stiffness: Table = ((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)),
         d: float = 50.0,
     ) -> Self:
@@ -78,8 +106,10 @@ class HarmonicDrive(_Reducer):
             Teeth of the flexspline and of the circular spline.
         efficiency, back : float
             Efficiency where the wave generator drives, and where the flexspline does [1].
-        starting, backdriving : float
-            No-load starting torque at the wave generator, and no-load back-driving torque at the flexspline [N.m].
+        starting : float
+            No-load starting torque at the wave generator [N.m].
+        backdriving : float, optional
+            No-load back-driving torque at the flexspline [N.m]; by default 1.2 ratio starting, but at most ratio starting/back.
         stiffness : tuple of tuple of float
             Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
         d : float
@@ -88,8 +118,10 @@ class HarmonicDrive(_Reducer):
         Raises
         ------
         ParameterError
-            For a circular spline without more teeth than the flexspline.
+            For a circular spline without more teeth than the flexspline, for efficiencies outside of (0, 1], and for no-load torques that
+            one mesh cannot have: ``starting`` must be from back backdriving/ratio to backdriving/(ratio efficiency).
         """
+        _check_whole("HarmonicDrive", flexspline=flexspline, circular=circular)
         if not 0 < flexspline < circular:
             raise ParameterError(
                 f"a circular spline of {circular} teeth does not fit round a flexspline of {flexspline}; it needs more teeth, usually two"
@@ -110,7 +142,7 @@ class CycloidalDrive(_Reducer):
     -29.0
     """
 
-    mesh: LossyGear = LossyGear(ratio=-29.0, lossTable=((0.0, 0.92, 0.90, 0.15, 0.20),))
+    mesh: LossyGear = LossyGear(ratio=-29.0, lossTable=((0.0, 0.92, 0.90, 0.138, 0.167),))
     windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 5e4), (15.0, 2e5)))
 
     @classmethod
@@ -122,7 +154,7 @@ class CycloidalDrive(_Reducer):
         efficiency: float = 0.92,
         back: float = 0.90,
         starting: float = 0.15,
-        backdriving: float = 6.0,
+        backdriving: float | None = None,
         stiffness: Table = ((0.0, 5e4), (15.0, 2e5)),
         d: float = 50.0,
     ) -> Self:
@@ -134,8 +166,10 @@ class CycloidalDrive(_Reducer):
             Lobes of the disc, and pins of the ring.
         efficiency, back : float
             Efficiency where the eccentric drives, and where the output does [1].
-        starting, backdriving : float
-            No-load starting torque at the eccentric, and no-load back-driving torque at the output [N.m].
+        starting : float
+            No-load starting torque at the eccentric [N.m].
+        backdriving : float, optional
+            No-load back-driving torque at the output [N.m]; by default as for ``HarmonicDrive.of``.
         stiffness : tuple of tuple of float
             Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
         d : float
@@ -144,8 +178,9 @@ class CycloidalDrive(_Reducer):
         Raises
         ------
         ParameterError
-            Unless there are more pins than lobes.
+            Unless there are more pins than lobes, and for efficiencies and no-load torques as ``HarmonicDrive.of``.
         """
+        _check_whole("CycloidalDrive", lobes=lobes, pins=pins)
         if not 0 < lobes < pins:
             raise ParameterError(f"a disc of {lobes} lobes does not turn in {pins} pins; it needs more pins than lobes")
         spring = StiffeningSpring(stiffness=stiffness, d=d)

@@ -114,13 +114,19 @@ class ConstantVelocityJoint(_Joint, Lossy):
         yield from self._dissipate()
 
     def _eta(self) -> Symbol:
-        if any(len(row) != 2 or row[0] < 0 or not 0 < row[1] <= 1 for row in self.efficiency):
+        """The table at |beta|."""
+        where = f"{self._path}.efficiency".lstrip(".")
+        rows = self.efficiency
+        if not rows or any(len(row) != 2 or row[0] < 0 or not 0 < row[1] <= 1 for row in rows):
             raise ParameterError(
-                f"{self._path}.efficiency: {self.efficiency!r} is not a table of rows (angle rad, efficiency) with angles not below 0 "
+                f"{where}: {rows!r} is not a table of rows (angle rad, efficiency) with angles not below 0 "
                 "and efficiencies in (0, 1]"
             )
-        angles, values = zip(*self.efficiency, strict=True)
-        curve = Map.curve(angles, values, x="beta", x_unit="rad", name="efficiency", outside="clip")
+        angles, values = zip(*rows, strict=True)
+        try:
+            curve = Map.curve(angles, values, x="beta", x_unit="rad", name="efficiency", outside="clip")
+        except ParameterError as error:
+            raise ParameterError(f"{where}: {error}") from None
         return Symbol(curve(ca.fabs(self.beta)))
 
     def loss(self) -> Symbol:

@@ -96,7 +96,7 @@ class Automatic(ClutchToClutch):
 
     @classmethod
     def cr_cr_four_speed(cls) -> Self:
-        """Ratios 3.06, 1.63, 1.00, 0.70, reverse -2.29."""
+        """Ratios 3.06, 1.62, 1.00, 0.70, reverse -2.29."""
         return cls.of(CR_CR_FOUR)
 
     @classmethod

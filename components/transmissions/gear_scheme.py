@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Self
 
 from powertrain import ParameterError
+from powertrain.components.differentials.teeth import Ring, Sun, check_room
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
 
 
@@ -56,8 +57,15 @@ def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int,
     Returns
     -------
     Lever
+
+    Raises
+    ------
+    ParameterError
+        For tooth numbers between which no planet fits.
     """
-    return Lever(name, sun, ring, carrier, -teeth[1] / teeth[0], eta)
+    Z_sun, Z_ring = teeth
+    _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
+    return Lever(name, sun, ring, carrier, -Z_ring / Z_sun, eta)
 
 
 def ravigneaux(
@@ -80,12 +88,30 @@ def ravigneaux(
     -------
     tuple of Lever
         The sets of the large and of the small sun.
+
+    Raises
+    ------
+    ParameterError
+        For tooth numbers between which no planet fits, and for a large sun that is not the larger one.
     """
     Z_large, Z_small, Z_ring = teeth
+    where = f"Ravigneaux set of {large}, {small}, {ring}, {carrier}"
+    _check_teeth(where, (Z_large, Z_small), Z_ring)
+    if Z_small >= Z_large:  # the long planets pass the small sun
+        raise ParameterError(f"{where}: the large sun has {Z_large} teeth, and the small sun {Z_small}; it needs fewer")
     return (
         Lever("large sun", large, ring, carrier, -Z_ring / Z_large, eta),
         Lever("small sun", small, ring, carrier, Z_ring / Z_small, eta**1.5),
     )
+
+
+def _check_teeth(where: str, suns: tuple[int, ...], ring: int) -> None:
+    """Wheels with teeth, and room for planets between them."""
+    try:
+        for sun in suns:
+            check_room(Sun(sun), Ring(ring))
+    except ParameterError as error:
+        raise ParameterError(f"{where}: {error}") from None
 
 
 @dataclass(frozen=True)

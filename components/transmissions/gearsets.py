@@ -53,7 +53,8 @@ CR_CR_FOUR = GearScheme.of(
 )
 """Two planetary gears, the carrier of each joined to the ring of the other.
 
-Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; the tooth numbers are estimates that give them.
+Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; the tooth numbers are estimates that give them, but
+1.624 in second gear.
 """
 
 LEPELLETIER_SIX = GearScheme.of(

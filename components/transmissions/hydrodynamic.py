@@ -61,8 +61,9 @@ class TorqueConverter(_Hydrodynamic):
     ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 on, K = w_a/root(flange_a.tau) at the pump; between them 1/K^2 and R are
     linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil in place of the pump, and the stator
     freewheels, so torque is not multiplied. The stator torque acts on the support. The loss is due to the slip of the wheels and is
-    never negative, because R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, or delivers more
-    power than it receives. The default values are invented, for an engine of 150 N.m: stall at 2,000 rpm, with twice the torque.
+    never negative, because R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, has a K that is not
+    positive or a negative R, or delivers more power than it receives. The default values are invented, for an engine of 150 N.m: stall
+    at 2,000 rpm, with twice the torque.
     Source: SAE J643, hydrodynamic drive test code (K factor, torque ratio over speed ratio).
     """
 
@@ -154,6 +155,8 @@ def _checked_table(
         )
     if (rows[:, 1] <= 0).any():
         raise ParameterError(f"{where}: a K factor of {rows[:, 1].min():g} rad/s/root(N.m); it must be positive")
+    if (rows[:, 2] < 0).any():
+        raise ParameterError(f"{where}: a torque ratio R of {rows[:, 2].min():g}; it must not be negative")
     nu, R = np.append(rows[:, 0], 1.0), np.append(rows[:, 2], rows[-1, 2])
     for (a, one), (b, other) in pairwise(zip(nu.tolist(), R.tolist(), strict=True)):
         at = np.linspace(a, b, CHECKED)

@@ -61,7 +61,7 @@ class Coil(TwoFlanges, Lossy):
     """A piece of an arc spring that slides in its channel: half a spring, a mass, half a spring.
 
     w = der(phi),  w_rel = w - der(channel.phi),  tau_a = 2 c (phi - flange_a.phi),  tau_b = 2 c (flange_b.phi - phi)
-    J der(w) = tau_b - tau_a - tau,  flange_a.tau = -tau_a,  flange_b.tau = tau_b,  channel.tau = tau
+    J der(w) = tau_b - tau_a - tau,  flange_a.tau = -tau_a,  flange_b.tau = tau_b,  channel.tau = -tau
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit
     limit = mue (J der(channel.phi)^2 + wrap (|tau_a| + |tau_b|)/2)
 

@@ -13,6 +13,7 @@ import pandas as pd
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
+from powertrain.errors import suggestion
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
 
@@ -37,8 +38,15 @@ def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
       fuel - gained/(path marginal efficiency heating value)
     Because the engine runs anyway, additional work does not increase its friction and costs less than the mean. nan if the engine did not
     run or the vehicle did not move. ``charge_sustaining`` is the method of the regulation, with five runs.
+    Errors: ParameterError for a store that the vehicle does not have.
     """
     table = run.audit.components["stored"]
+    for store in stores:
+        if store not in table.index:
+            known = [str(name) for name in table.index]
+            raise pt.ParameterError(
+                f"charge_corrected: {run.anatomy.vehicle} has no component {store!r}{suggestion(store, known)}"
+            )
     gained = sum(float(table.loc[store]) for store in stores or stores_of(run))
     if not run.fuel > 0:
         return math.nan
@@ -204,10 +212,16 @@ def charge_depleting(
 
 
 def electric_share(run: CycleRun) -> float:
-    """Part of the distance that a hybrid drove with its engines switched off [1]."""
+    """Part of the distance that a hybrid drove with its engines switched off [1]; nan if it did not move.
+
+    Errors: ParameterError for a vehicle without an engine.
+    """
+    if not run.anatomy.engines:
+        raise pt.ParameterError(f"electric_share needs a vehicle with an engine; {run.anatomy.vehicle} has none")
     t, v = run.result.time, run.speed
     on = np.max([run.result[f"{engine}.on"] for engine in run.anatomy.engines], axis=0)
-    return float(np.trapezoid(np.where(on > 0.5, 0.0, v), t) / np.trapezoid(v, t))
+    driven = float(np.trapezoid(v, t))
+    return float(np.trapezoid(np.where(on > 0.5, 0.0, v), t)) / driven if driven else math.nan
 
 
 def _from_soc(plant: pt.Plant[Any], battery: str, soc: float, **options: Any) -> CycleRun:

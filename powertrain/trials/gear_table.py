@@ -5,7 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.rotational import ConstantTorque, Inertia
@@ -38,14 +40,21 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     """Ratio, step to the next gear, efficiency and the torques of the engaged elements, for a torque [N.m] and speed [rad/s] at the input.
 
     They are operating points of the gearbox itself, with its drag. A row per gear, by name; "step" is the ratio over that of the next
-    gear, a column per shift element has its torque [N.m], nan where it is open. A negative torque drives the input from the output.
-    Errors: ParameterError for gears without an operating point under that torque.
+    gear, a column per shift element has its torque [N.m], nan where it is open. A negative torque drives the input from the output;
+    the efficiency is nan where neither end gives power, because both drive the drag.
+    Errors: ParameterError for a gearbox without a scheme, a speed of zero, and gears without an operating point under that torque.
 
     >>> from powertrain.components.transmissions import Automatic
     >>> table = gear_table(Automatic.simpson_three_speed())
     >>> table["ratio"].round(2).tolist()
     [2.46, 1.46, 1.0, -2.18]
     """
+    if not isinstance(gearbox, Automatic):
+        raise pt.ParameterError(
+            f"gear_table needs a gearset by its scheme, an Automatic; {type(gearbox).__name__} has none"
+        )
+    if speed == 0:
+        raise pt.ParameterError("gear_table: speed = 0 rad/s; a gearset at rest has no ratio and no efficiency")
     scheme = gearbox.scheme
     paths = {name: f"gearbox.{path}" for name, path in gearbox.friction_elements().items()}
     levers = {gear.name: float(k) for k, gear in enumerate(scheme.forward, 1)}
@@ -56,10 +65,11 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     found = pt.steady(GearBench(gearbox=gearbox), grid, outputs=outputs, free=["load.tau_constant"], first=True)
     jams = [name for name, status in zip(levers, found["status"].values, strict=True) if status not in FOUND]
     if jams:
-        raise pt.ParameterError(f"no operating point at {torque:g} N.m in gear {', '.join(jams)}")
+        raise pt.ParameterError(
+            f"no operating point at {torque:g} N.m in gear {', '.join(jams)}{_overload(gearbox, jams, torque)}"
+        )
     w, tau = (found[name].values for name in (w_out, "gearbox.flange_b.tau"))
-    efficiency = (-tau * w / (torque * speed)) ** (1 if torque > 0 else -1)
-    table = pd.DataFrame({"ratio": speed / w, "efficiency": efficiency}, index=list(levers))
+    table = pd.DataFrame({"ratio": speed / w, "efficiency": _efficiency(torque * speed, -tau * w)}, index=list(levers))
     ratios = table["ratio"].tolist()[: len(scheme.forward)]
     steps = [one / other for one, other in pairwise(ratios)]
     table.insert(1, "step", pd.Series(steps, index=table.index[: len(steps)]))
@@ -67,3 +77,32 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
         engaged = [name in scheme.gear(gear).engaged for gear in levers]
         table[name] = found[f"{path}.tau"].where(engaged).values
     return table
+
+
+def _efficiency(at_input: float, at_output: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Power given over power taken up, from the powers [W] into the input and out of the output; nan where both ends take it up."""
+    none = np.full_like(at_output, np.nan)
+    passed = np.divide(at_output, at_input, out=none, where=at_input * at_output > 0)
+    return passed if at_input > 0 else 1 / passed
+
+
+def _overload(gearbox: Automatic, gears: list[str], torque: float) -> str:
+    """What the elements of these gears hold, where that is less than ``torque``; else nothing."""
+    scheme = gearbox.scheme
+    capacity = {
+        element.name: float(part.fn_max) * float(part.cgeo) * part.mue_pos[0][1] * float(part.peak)
+        for element, part in zip(scheme.elements, gearbox.elements, strict=True)
+    }
+    held = {
+        f"{name} in gear {gear}": capacity[name] / factor
+        for gear in gears
+        for name in scheme.gear(gear).engaged
+        if (factor := scheme.torque_factor(gear, name))
+    }
+    weakest = min(held, key=held.__getitem__, default="")
+    if not weakest or held[weakest] >= abs(torque):
+        return ""
+    return (
+        f": element {weakest} holds {held[weakest]:.4g} N.m at the input, without losses; "
+        "Automatic.of(scheme, torque=...) makes stronger ones"
+    )

@@ -20,6 +20,8 @@ MOVES = 1.0
 """Distance [m] within the first minute from which a vehicle moves."""
 SETTLED = 1e-3
 """Acceleration [m/s2] below which a vehicle no longer gains speed."""
+STEEPEST = 1.0
+"""The steepest slope tan(alpha) that is tried: 45 degrees."""
 
 
 def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
@@ -89,30 +91,35 @@ def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
 
 
 def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
-    """The steepest slope tan(alpha) up to 1 (45 degrees) on which the vehicle moves off, by bisection. Grip is that of its tyres."""
+    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. Grip is that of its tyres; rigid wheels do not slip.
+
+    A vehicle that moves off on a slope of 1 (45 degrees) as well has a gradeability of 1 here, which says "at least".
+    """
     from tqdm.auto import tqdm
 
     hill = Hill.of(vehicle)
-    low, high = 0.0, 1.0
+    low, high = 0.0, STEEPEST
     for _ in tqdm(range(math.ceil(math.log2(1 / accuracy))), desc="slopes", disable=not progress):
         middle = (low + high) / 2
         low, high = (middle, high) if hill.climbed(middle) else (low, middle)
-    return low
+    return STEEPEST if high == STEEPEST and hill.climbed(STEEPEST) else low
 
 
 def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, progress: bool = False) -> pd.DataFrame:
     """Acceleration times (nan if a speed is not reached), top speed and gradeability: value and unit.
 
     ``run`` is the result of ``full_accelerator``; by default it is computed here. The vehicle needs a body, pedals and a road.
-    The top speed is the highest speed reached; an energy store may increase it.
+    The top speed is the highest speed reached; an energy store may increase it. A gradeability of 100 % or more is not measured further:
+    its unit is "% or more".
     """
     result = run or full_accelerator(vehicle, progress=progress)
+    grade = gradeability(vehicle, progress=progress)
     rows = {
         "0 to 50 km/h": (time_between(result, 1e-3, 50 * KM_H), "s"),
         "0 to 60 mph": (time_between(result, 1e-3, 60 * MPH), "s"),
         "0 to 100 km/h": (time_between(result, 1e-3, 100 * KM_H), "s"),
         "80 to 120 km/h": (time_between(result, 80 * KM_H, 120 * KM_H), "s"),
         "top speed": (float(_speed(result).max()) / KM_H, "km/h"),
-        "gradeability": (100 * gradeability(vehicle, progress=progress), "%"),
+        "gradeability": (100 * grade, "% or more" if grade >= STEEPEST else "%"),
     }
     return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"])

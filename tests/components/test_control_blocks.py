@@ -124,3 +124,25 @@ def test_motion_from_point_to_point(way: float, duration: float, top: float) -> 
     assert np.sign(top) * qd.max() == pytest.approx(top) if top > 0 else qd.min() == pytest.approx(top)
     assert np.abs(q[t >= 1 + duration] - way).max() < 1e-9
     assert np.all(np.abs(q[t <= 1]) == 0)
+
+
+@pytest.mark.parametrize(
+    ("block", "limits"),
+    [
+        (b.Limiter, {"uMax": -1.0, "uMin": 1.0}),
+        (b.Hysteresis, {"uHigh": -1.0, "uLow": 1.0}),
+        (b.LimPID, {"yMax": -1.0, "yMin": 1.0}),
+        (b.SampledPI, {"yMax": -1.0, "yMin": 1.0}),
+    ],
+)
+def test_limits_in_the_wrong_order_are_rejected(block: Any, limits: dict[str, float]) -> None:
+    """Equal limits leave one value."""
+    high, low = limits
+    with pytest.raises(pt.ParameterError, match=f"{low} <= self.{high}"):
+        block(**limits)
+    assert block(**{high: 1.0, low: 1.0})
+
+
+def test_a_delay_needs_sections() -> None:
+    with pytest.raises(pt.ParameterError, match="sections"):
+        b.Delay(delayTime=1.0, sections=())

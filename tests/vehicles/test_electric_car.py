@@ -7,7 +7,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
-from powertrain.trials import CycleRun, charge_corrected, drive_cycle
+from powertrain.trials import CycleRun, charge_corrected, drive_cycle, electric_share
 from powertrain.trials.anatomy import anatomy
 from powertrain.vehicles.electric_car import ElectricCar
 
@@ -17,6 +17,13 @@ STOP = DriveCycle("stop", ((0.0, 0.0), (12.0, 20.0), (20.0, 20.0), (32.0, 0.0), 
 @pytest.fixture(scope="module")
 def run() -> CycleRun:
     return drive_cycle(ElectricCar(), STOP)
+
+
+def test_figures_that_a_run_does_not_have(run: CycleRun) -> None:
+    with pytest.raises(pt.ParameterError, match="electric_share needs a vehicle with an engine; ElectricCar has none"):
+        electric_share(run)
+    with pytest.raises(pt.ParameterError, match="ElectricCar has no component 'batery'; did you mean battery"):
+        charge_corrected(run, "batery")
 
 
 def test_consumption_in_all_its_units(run: CycleRun) -> None:

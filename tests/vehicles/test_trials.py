@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -11,7 +12,7 @@ import powertrain as pt
 from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import CycleRun, drive_cycle
-from powertrain.trials.performance import Hill, time_between
+from powertrain.trials.performance import Hill, performance, time_between
 from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.split_path_car import SplitPathCar
 
@@ -147,3 +148,14 @@ def test_the_whole_wltc() -> None:
     work = float(np.trapezoid(np.abs(run.result["engine.power"]), run.result.time))
     assert abs(run.audit.residual) < 1e-6 * work
     assert 5.0 < run.litres_per_100km < 7.0
+
+
+@pytest.mark.parametrize(("limit", "found", "unit"), [(0.3, 30, "%"), (0.998, 99.6, "%"), (5.0, 100, "% or more")])
+def test_gradeability_beyond_the_steepest_slope(
+    limit: float, found: float, unit: str, monkeypatch: pytest.MonkeyPatch, start: pt.Result[Any]
+) -> None:
+    """A vehicle that climbs every slope is told from one at the end of the bisection."""
+    monkeypatch.setattr(Hill, "of", lambda vehicle: SimpleNamespace(climbed=lambda grade: grade <= limit))
+    row = performance(SplitPathCar(), start).loc["gradeability"]
+    assert row["value"] == pytest.approx(found, abs=0.4)
+    assert row["unit"] == unit

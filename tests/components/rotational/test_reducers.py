@@ -44,9 +44,9 @@ def acceleration(result: Any) -> float:
 
 
 def test_efficiency_if_the_wave_generator_drives() -> None:
-    """3 N.m lift 150 N.m: 0.8 of what the input does not need for itself comes out, less the starting torque."""
+    """3 N.m lift 150 N.m: 0.8 of what exceeds the starting torque comes out."""
     result = driven(DRIVE, 3.0, 150.0)
-    a = (100 * (0.8 * 3.0 - 0.1) - 150) / (1.0 + 100**2 * 1e-4 * 0.8)
+    a = (100 * 0.8 * (3.0 - 0.1) - 150) / (1.0 + 100**2 * 1e-4 * 0.8)
     assert acceleration(result) == pytest.approx(-a, rel=1e-4)
     assert pt.energy_audit(result).closure < 1e-7
 
@@ -66,10 +66,24 @@ def test_no_load_back_driving(tau_b: float, turns: bool) -> None:
     assert bool(abs(result["parts[1].w"][-1]) > 1e-6) == turns
 
 
-@pytest.mark.parametrize(("tau_a", "turns"), [(0.099, False), (0.126, True)])
-def test_no_load_starting(tau_a: float, turns: bool) -> None:
-    """The starting torque of 0.1 N.m at the wave generator, which passes on 80 % of what exceeds it at the mesh."""
-    assert bool(abs(driven(DRIVE, tau_a, 0.0)["parts[1].w"][-1]) > 1e-6) == turns
+@pytest.mark.parametrize(
+    ("drive", "starting"),
+    [(DRIVE, 0.1), (rot.HarmonicDrive(), 0.1), (rot.CycloidalDrive.of(29, 30), 0.15), (rot.CycloidalDrive(), 0.15)],
+)
+def test_no_load_starting(drive: Any, starting: float) -> None:
+    """With the output free, the fast shaft rests below the starting torque and turns above it."""
+    for tau_a, turns in ((0.99 * starting, False), (1.01 * starting, True), (-1.01 * starting, True)):
+        assert bool(abs(driven(drive, tau_a, 0.0)["parts[1].w"][-1]) > 1e-6) == turns
+
+
+def test_no_load_torques_of_no_mesh_are_rejected() -> None:
+    """The larger torque of the two directions would hold in both: 6 N.m/29 at 90 % are 0.186 N.m at the eccentric."""
+    with pytest.raises(pt.ParameterError, match=r"starting = 0.15 N.m .* backdriving = 6 N.m.* = 0.1862 N.m to"):
+        rot.CycloidalDrive.of(29, 30, backdriving=6.0)
+    with pytest.raises(pt.ParameterError, match=r"starting = 0.2 N.m .* to .* = 0.15 N.m"):
+        rot.HarmonicDrive.of(200, 202, starting=0.2, backdriving=12.0)
+    with pytest.raises(pt.ParameterError, match=r"efficiency = 0.8 and back = 0 must be in"):
+        rot.HarmonicDrive.of(200, 202, back=0.0)
 
 
 def test_ratios_of_all_members() -> None:
@@ -106,6 +120,10 @@ def test_what_cannot_be_is_rejected() -> None:
         rot.HarmonicDrive.of(202, 202)
     with pytest.raises(pt.ParameterError, match="30 lobes does not turn in 29 pins"):
         rot.CycloidalDrive.of(30, 29)
+    with pytest.raises(pt.ParameterError, match=r"CycloidalDrive: lobes = 29.5 must be an integer"):
+        rot.CycloidalDrive.of(29.5, 30)  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"HarmonicDrive: circular = 202.5 must be an integer"):
+        rot.HarmonicDrive.of(200, 202.5)  # type: ignore[arg-type]
     for wrong in (((1.0, 1e4),), ((0.0, 1e4), (0.0, 2e4)), ((0.0, 0.0),)):
         with pytest.raises(pt.ParameterError, match="torques that increase from 0"):
             pt.compile(rot.StiffeningSpring(stiffness=wrong))

@@ -202,6 +202,10 @@ def test_constant_velocity_joint_loses_by_its_angle(beta: float, driver: str) ->
     assert pt.energy_audit(result).closure < 1e-9
     with pytest.raises(pt.ParameterError, match="efficiencies in"):
         pt.compile(rot.ConstantVelocityJoint(efficiency=((0.0, 1.2),)))
+    with pytest.raises(pt.ParameterError, match=r"parts\[0\].efficiency: \(\) is not a table"):
+        pt.compile(joined(rot.ConstantVelocityJoint(efficiency=()), *sides, joints=ends))
+    with pytest.raises(pt.ParameterError, match=r"parts\[0\].efficiency: .* the points must increase"):
+        pt.compile(joined(rot.ConstantVelocityJoint(efficiency=((0.2, 0.98), (0.1, 0.99))), *sides, joints=ends))
 
 
 def test_an_angle_that_jumps_is_rejected() -> None:

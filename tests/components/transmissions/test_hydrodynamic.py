@@ -83,6 +83,7 @@ def test_lockup_joins_pump_and_turbine() -> None:
     [
         (((0.1, 17.0, 2.0), (0.8, 20.0, 1.1)), "is not a table of rows .nu, K, R. with nu starting at 0"),
         (((0.0, 17.0, 2.0), (0.8, -20.0, 1.1)), "a K factor of -20"),
+        (((0.0, 17.0, -2.0), (0.5, 17.0, 1.0)), "a torque ratio R of -2; it must not be negative"),
         (((0.0, 17.0, 2.0), (0.8, 20.0, 1.3)), "between nu = 0 and 0.8 the torque ratio times nu rises to 1.04"),
         (((0.0, 17.0, 2.0), (0.8, 20.0, 1.24)), "between nu = 0.8 and 1 .* rises to 1.24"),
     ],
