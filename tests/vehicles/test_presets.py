@@ -118,14 +118,14 @@ def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:
         load(path)
 
 
-<<<<<<< HEAD
 def test_a_file_may_begin_with_a_byte_order_mark_and_spell_the_class_otherwise(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text('class = "manual-car"\n[engine]\nclass = "willans_engine"\nJ = 0.2\n', encoding="utf-8-sig")
     assert load(path) == pt.replace(ManualCar(), {"engine.J": 0.2})
     with pytest.raises(pt.ParameterError, match=r"absent.toml cannot be read: No such file"):
         load(tmp_path / "absent.toml")
-=======
+
+
 CYCLE = '[cycle]\ncycle = { name = "hill", table = [[0, 0], [9, 5]], grade = [0, 0.1] }\n'
 CURVE = '[engine]\ncurve = { name = "c", unit = "N.m", values = [1, 2], axes = [{ name = "w", unit = "rad/s", points = [0, 9]'
 
@@ -167,7 +167,6 @@ def test_files_named_in_a_variant_lie_beside_the_parameter_file(tmp_path: Path, 
     path = tmp_path / "mine.toml"
     path.write_text(f'class = "ManualCar"\n{text}\n', encoding="utf-8")
     assert load(path).engine.full_load(200.0) == pytest.approx(MappedEngine.gasoline().full_load(200.0))
->>>>>>> r16u2
 
 
 def test_unknown_name() -> None:
