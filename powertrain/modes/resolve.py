@@ -113,7 +113,8 @@ class ModeResolver:
         assert self._problem is not None
         m, modes = self.memory.m, self.memory.m.copy()
         held = resting(self.dae, self._problem, self._point(side))
-        m[[self.dae.frictions[k].rests for k, _ in held]] = 1.0
+        for k, _ in held:
+            m[self.dae.frictions[k].rests] = 1.0
         self._apply_rules(side)
         m[:] = modes
         return not self._flags[0] or any(peak > 1.0 for _, peak in held)

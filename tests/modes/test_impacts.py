@@ -56,7 +56,7 @@ GAPS = np.array([[1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0,
 """Of the four contacts by the three positions."""
 
 
-def after_impact(mass: Array, restitution: Array, v: Array, touching: Array) -> Array:
+def after_impact(mass: Array, restitution: Array, v: Array, touching: NDArray[np.bool_]) -> Array:
     """The speeds after an impact: the one set of contacts whose impulses press, and which leaves no contact too slow."""
     W, e = GAPS[touching], restitution[touching]
     G, w = W / mass @ W.T, W @ v
