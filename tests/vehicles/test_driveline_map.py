@@ -218,7 +218,7 @@ def test_hybrids_are_mapped_with_the_engine_on_or_off(car: pt.Component) -> None
     speeds, pedals = np.linspace(5.0, 30.0, 8), np.linspace(0.2, 0.8, 7)
     off, on = (driveline_map(car, speeds, pedals, held={running: float(k)}) for k in (0, 1))
     assert (off["status"] == OK).all()
-    assert (on["status"] == OK).mean() > 0.95
+    assert (on["status"] == OK).all()
     assert np.abs(off["w"]).max() < 1e-6
     assert float(on["w"].min()) > 80.0
     assert 0.8 < float(off["efficiency"].max()) < 0.95
