@@ -9,6 +9,7 @@ from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
+from powertrain.vehicles.bus import known_machine
 from powertrain.vehicles.car import Car, check_gears
 
 BATTERY = PolarizedBattery(
@@ -67,8 +68,8 @@ class ElectricCar(Car):
         yield connect(self.schedule.throttle, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)
         yield connect(self.machine.speed, self.control.w, self.schedule.w)
-        yield self.control.limit.value == self.machine.limit(self.machine.w, self.machine.bus.v)
         yield connect(self.battery.charge_power, self.control.charge_power)
-        yield connect(self.battery.discharge_power, self.control.discharge_power)
+        left = self.battery.discharge_power.value - self.accessories.lossPower
+        yield from known_machine(self.control, self.machine, left)
         yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.control.tau, self.machine.torque_demand)

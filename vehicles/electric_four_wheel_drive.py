@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, connect, parameter
+from powertrain import Equations, Parameter, Symbol, connect, parameter
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, Pedals
 from powertrain.components.differentials import CrownGear
@@ -54,8 +54,12 @@ class ElectricFourWheelDriveCar(Car):
         yield connect(self.driver.brake, self.control.brake)
         yield self.control.w.value == (1 - share) * front.w + share * rear.w
         yield connect(self.battery.charge_power, self.control.charge_power)
-        yield connect(self.battery.discharge_power, self.control.discharge_power)
         ahead, behind = (machine.limit(machine.w, machine.bus.v) for machine in (front, rear))
-        yield self.control.limit.value == ca.fmin(ahead / (1 - share), behind / share)
+        most = ca.fmin(ahead / (1 - share), behind / share)
+        idle = front.loss_at(Symbol(0.0)) + rear.loss_at(Symbol(0.0))
+        yield self.control.limit.value == most
+        yield self.control.added_loss.value == front.loss_at((1 - share) * most) + rear.loss_at(share * most) - idle
+        left = self.battery.discharge_power.value - self.accessories.lossPower
+        yield self.control.discharge_power.value == left - idle
         yield front.torque_demand.value == (1 - share) * self.control.tau.value
         yield rear.torque_demand.value == share * self.control.tau.value

@@ -13,6 +13,7 @@ from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.limited import limited
 from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
+from powertrain.vehicles.bus import known_machine
 from powertrain.vehicles.car import check_gears
 from powertrain.vehicles.hybrid import HybridCar
 
@@ -111,9 +112,9 @@ class ParallelHybrid(HybridCar):
         yield self.clutch.f_normalized.value == self._closed()
         yield self.control.coupled.value == (self._closed() if self.position in ("P0", "P1") else 1.0)
         yield connect(self.machine.speed, self.control.w_machine)
-        yield self.control.limit.value == self.machine.limit(self.machine.w, self.machine.bus.v)
         yield connect(self.battery.charge_power, self.control.charge_power)
-        yield connect(self.battery.discharge_power, self.control.discharge_power)
+        left = self.battery.discharge_power.value - self.accessories.lossPower
+        yield from known_machine(self.control, self.machine, left)
         yield connect(self.control.tau, self.machine.torque_demand)
 
     def _closed(self) -> Symbol:

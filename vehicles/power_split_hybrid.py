@@ -9,6 +9,7 @@ from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryG
 from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import SpringDamper
+from powertrain.vehicles.bus import known_machine
 from powertrain.vehicles.hybrid import HybridCar
 
 ENGINE = WillansEngine(
@@ -55,7 +56,8 @@ class PowerSplitHybrid(HybridCar):
         yield connect(self.driver.brake, self.control.brake)
         yield connect(self.machine_2.speed, self.control.w_ring)
         yield connect(self.battery.charge_power, self.control.charge_power)
-        yield connect(self.battery.discharge_power, self.control.discharge_power)
+        others = self.accessories.lossPower + self.machine_1.power + self.machine_1.lossPower
+        yield from known_machine(self.control, self.machine_2, self.battery.discharge_power.value - others)
         line = operating_line(self.engine, SHARE)
         yield self.control.w_best.value == line(self.control.power.value)
         yield connect(self.control.tau_1, self.machine_1.torque_demand)

@@ -10,6 +10,7 @@ from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import IdealGear, SpringDamper
 from powertrain.components.transmissions import Shiftable, SingleGear
+from powertrain.vehicles.bus import known_machine
 from powertrain.vehicles.electric_car import OIL
 from powertrain.vehicles.hybrid import HybridCar
 
@@ -59,12 +60,10 @@ class SeriesHybrid(HybridCar):
         yield connect(self.driver.brake, self.control.brake)
         yield connect(self.machine.speed, self.control.w)
         yield self.gearbox.lever.value == 1
-        yield self.control.limit.value == self.machine.limit(self.machine.w, self.machine.bus.v)
-        yield connect(self.battery.charge_power, self.control.charge_power)
-        yield (
-            self.control.discharge_power.value
-            == self.battery.discharge_power.value + self.genset.torque.value * self.engine.w
-        )
+        others = self.accessories.lossPower + self.generator.power + self.generator.lossPower
+        yield connect(self.battery.charge_power, self.genset.charge_power)
+        yield self.control.charge_power.value == self.battery.charge_power.value + others
+        yield from known_machine(self.control, self.machine, self.battery.discharge_power.value - others)
         yield connect(self.control.tau, self.machine.torque_demand)
 
     def initial(self) -> Equations:

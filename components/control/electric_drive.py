@@ -23,10 +23,24 @@ SLOW = 0.1
 """Speed [m/s] below which forces are told from power as at this speed."""
 
 
+NO_POWER = 1.0
+"""Power [W] below which none counts as drawn."""
+
+
+def drawing(power: Symbol, w: Symbol, limit: Symbol, loss: Symbol) -> Symbol:
+    """The torque up to ``limit`` [N.m] with which a machine draws at most ``power`` [W], if it loses ``loss`` [W] at the limit."""
+    return limit * limited(power / ca.fmax(limit * ca.fmax(w, 0) + loss, NO_POWER))
+
+
 class BlendedBraking(Component):
     """Partial: divides a demand on the brakes between a machine and the friction brakes; the machine brakes first.
 
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1,  k = w/v (v at least 0.1 m/s)
+    most = limit min(1, discharge_power/(limit w + added_loss))
+
+    ``charge_power`` and ``discharge_power`` are what the battery allows and others on the bus leave to the machine, without its loss at
+    no torque. ``most`` is the torque that draws discharge_power, told from the chord of the power over the torque: as losses grow faster
+    than the torque, the power drawn stays below, by at most a quarter of ``added_loss``.
     """
 
     F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
@@ -35,8 +49,9 @@ class BlendedBraking(Component):
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
     limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
-    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
-    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
+    charge_power: Input = signal_input("W", "Maximum power that the machine may give to the bus", default=1e9)
+    discharge_power: Input = signal_input("W", "Maximum power that the machine may draw from the bus", default=1e9)
+    added_loss: Input = signal_input("W", "Loss that the largest torque adds to that without torque", default=0.0)
     tau: Output = signal_output("N.m", "Torque of the machine")
     friction: Output = signal_output("1", "Demand on the friction brakes")
     regenerated: Variable = variable("N", "Regenerative braking force")
@@ -48,12 +63,17 @@ class BlendedBraking(Component):
         force = ca.fmin(self.brake.value * self.F_brake, ca.fmax(most, 0))
         yield self.regenerated == limited(v / self.v_fade) * force
 
+    def _most(self, w: Symbol) -> Symbol:
+        """The largest driving torque that machine and battery allow at the machine's speed ``w``."""
+        return drawing(self.discharge_power.value, w, self.limit.value, self.added_loss.value)
+
 
 class ElectricDriveControl(BlendedBraking):
     """Divides pedals between a machine and the friction brakes (series blending: the machine brakes first).
 
     k = w/v (v at least 0.1 m/s), the speed of the machine over that of the car
-    tau = accelerator min(limit, discharge_power/w) - regenerated/k,  friction = brake - regenerated/F_brake
+    tau = accelerator most - regenerated/k,  friction = brake - regenerated/F_brake
+    most = limit min(1, discharge_power/(limit w + added_loss))
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1
 
     ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The friction brakes supply the rest of the
@@ -68,8 +88,7 @@ class ElectricDriveControl(BlendedBraking):
 
     def equations(self) -> Equations:
         """Pedals to torque."""
-        v, w, b, limit = ca.fmax(self.v.value, SLOW), ca.fmax(self.w.value, SLOW), self.brake.value, self.limit.value
+        v, w, b = ca.fmax(self.v.value, SLOW), ca.fmax(self.w.value, SLOW), self.brake.value
         yield from self._recover(self.v.value, self.w.value)
-        drive = self.accelerator.value * ca.fmin(limit, self.discharge_power.value / w)
-        yield self.tau.value == drive - self.regenerated * v / w
+        yield self.tau.value == self.accelerator.value * self._most(self.w.value) - self.regenerated * v / w
         yield self.friction.value == b - self.regenerated / self.F_brake

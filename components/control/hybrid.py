@@ -11,6 +11,7 @@ from powertrain import (
     Input,
     Output,
     Parameter,
+    Symbol,
     Variable,
     discrete,
     parameter,
@@ -54,8 +55,9 @@ class HybridControl(HybridSupervisor):
 
     engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run or stood for t_least
 
-    The demand contains k_soc (soc_0 - soc): a charge below soc_0 adds to it. Far above soc_0 it keeps the engine off: a plug-in hybrid
-    that starts with a full battery drives on it until the charge comes near soc_0, and then sustains the charge.
+    The demand contains k_soc (soc_0 - soc), at most charge_power: a charge below soc_0 adds to it. Far above soc_0 it keeps the engine
+    off: a plug-in hybrid that starts with a full battery drives on it until the charge comes near soc_0, and then sustains the charge.
+    What the engine needs to start, and its power P_min, are not limited by the battery.
     """
 
     k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
@@ -65,6 +67,7 @@ class HybridControl(HybridSupervisor):
     v_on: Parameter = parameter("m/s", "Vehicle speed from which the engine always runs", default=22.0, above=0)
     v_off: Parameter = parameter("m/s", "Vehicle speed below which the engine may stop", default=20.0, above=0)
     t_least: Parameter = parameter("s", "Minimum time between starts and stops", default=4.0, min=0)
+    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
     demand: Variable = variable("W", "Power demand of vehicle and battery")
     running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
     since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
@@ -73,6 +76,10 @@ class HybridControl(HybridSupervisor):
         """The switch has a hysteresis."""
         yield self.P_off < self.P_on
         yield self.v_off < self.v_on
+
+    def _recharge(self) -> Symbol:
+        """Power demanded for the charge of the battery, no more than it accepts."""
+        return ca.fmin(self.k_soc * (self.soc_0 - self.soc.value), self.charge_power.value)
 
     def _switch(self) -> Equations:
         """Start and stop with hysteresis in power and speed; the signal to the engine."""
@@ -91,8 +98,8 @@ class ParallelControl(HybridControl, BlendedBraking):
 
     asked = accelerator F_max (v + v_0),  demand = asked + k_soc (soc_0 - soc),  power = demand, at least P_min
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
-    tau = coupled (rest/w_machine - regenerated v/w_machine),  rest = asked pressed - torque w, within -charge_power..discharge_power
-    friction = brake - coupled regenerated/F_brake,  regenerated as in ``ElectricDriveControl``
+    tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  rest = asked pressed - torque w, at least -charge_power
+    friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
     While the engine stands the machine drives alone. While it runs, it gives what is asked and what the charge needs, and the machine the
     difference: it assists where the engine has too little, and charges where the engine gives more. A machine at the engine's crank is
@@ -110,19 +117,19 @@ class ParallelControl(HybridControl, BlendedBraking):
         """Pedals, engine, machine, brakes."""
         b, w, w_machine, coupled = self.brake.value, self.w.value, self.w_machine.value, limited(self.coupled.value)
         yield self.asked == self.accelerator.value * self.F_max * (ca.fmax(self.v.value, 0) + self.v_0)
-        yield self.demand == self.asked + self.k_soc * (self.soc_0 - self.soc.value)
+        yield self.demand == self.asked + self._recharge()
         yield from self._switch()
         yield self.power.value == ca.fmax(self.demand, self.P_min)
         pressed = limited(self.accelerator.value / PRESSED)
         firing = self.running * limited(w / self.w_fire) * pressed
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value
-        rest = self.asked * pressed - self.torque.value * w
-        rest = limited(rest, -self.charge_power.value, self.discharge_power.value)
+        rest = ca.fmax(self.asked * pressed - self.torque.value * w, -self.charge_power.value)
+        drive = ca.fmin(rest / ca.fmax(w_machine, self.w_low), self._most(w_machine))
         yield from self._recover(self.v.value, w_machine)
         turning = ca.fmax(w_machine, SLOW)
         braking = self.regenerated * ca.fmax(self.v.value, SLOW) / turning
-        yield self.tau.value == coupled * (rest / ca.fmax(w_machine, self.w_low) - braking)
+        yield self.tau.value == coupled * (drive - braking)
         yield self.friction.value == b - coupled * self.regenerated / self.F_brake
 
 
@@ -130,10 +137,10 @@ class GensetControl(HybridControl):
     """Rules for an engine that drives a generator, without a shaft to the wheels.
 
     demand = load + k_soc (soc_0 - soc),  power = demand within P_min..P_most,  torque = power/w, at most tau_open
-    tau = held - torque,  held = k_w (w_best - w) within -tau_held..tau_held
+    tau = held - torque,  held = k_w (w_best - w) within -slowing..tau_held,  slowing = (charge_power + load)/w - torque within 0..tau_held
 
     ``load`` is the electric power that the vehicle draws. The generator holds the engine at its speed of least fuel for the power, and
-    starts it with the same speed control.
+    starts it with the same speed control. It slows the engine down no faster than battery and load take the power.
     """
 
     P_most: Parameter = parameter("W", "Maximum power of the engine", default=60e3, above=0)
@@ -146,11 +153,13 @@ class GensetControl(HybridControl):
     def equations(self) -> Equations:
         """Engine and generator."""
         w = self.w.value
-        yield self.demand == self.load.value + self.k_soc * (self.soc_0 - self.soc.value)
+        yield self.demand == self.load.value + self._recharge()
         yield from self._switch()
         yield self.power.value == limited(self.demand, self.P_min, self.P_most)
         firing = self.running * limited(w / self.w_fire)
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value
-        held = limited(self.k_w * (self.w_best.value - w), -self.tau_held, self.tau_held)
+        most = (self.charge_power.value + self.load.value) / ca.fmax(w, self.w_fire) - self.torque.value
+        slowing = limited(most, 0, self.tau_held)
+        held = limited(self.k_w * (self.w_best.value - w), -slowing, self.tau_held)
         yield self.tau.value == self.running * held - self.torque.value

@@ -17,11 +17,10 @@ from powertrain import (
     switch,
     variable,
 )
+from powertrain.components.control.electric_drive import drawing
 from powertrain.components.control.hybrid import HybridControl, HybridSupervisor
 from powertrain.components.limited import limited
 
-MARGIN = 0.8
-"""Part of the battery's power that drives; the rest is for the losses of the machines and for the engine's start."""
 OVER = 40.0
 """Speed above w_ref from which the engine gives less torque, none at twice as much [rad/s]."""
 
@@ -29,16 +28,21 @@ OVER = 40.0
 class PowerSplit(HybridSupervisor):
     """Partial: the torques of an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
-    fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, charge_power/(tau_full w_ring))
-    wanted = min(tau_full accelerator, (0.8 discharge_power + torque w)/w_ring) - tau_full regenerated,  friction = brake - regenerated
+    fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, left/(tau_full w_ring)),  friction = brake - regenerated
+    left = charge_power - torque w - slowing
     w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
     torque = power/w, at most tau_open
-    tau_1 = held - torque/(1 + ratio),  tau_2 = wanted - ratio (torque/(1 + ratio) - held)
-    held = k_w (w_ref - w) within -tau_held..tau_held;  zero while the engine stands, as torque until it fires and where it overspeeds
+    tau_1 = held - torque/(1 + ratio),  direct = ratio (torque/(1 + ratio) - held)
+    tau_2 = min(tau_full accelerator - direct, most) - tau_full regenerated
+    most = limit min(1, discharge_power/(limit w_ring + added_loss))
+    held = k_w (w_ref - w) within -tau_held..tau_held,  slowing = -(1 + ratio) held w at most charge_power + asked - torque w
+    asked = tau_full accelerator w_ring;  held is zero while the engine stands, torque until it fires and where it overspeeds
 
     When the engine runs and what power it gives is up to the class; the battery covers the difference to the power demanded. Machine 1
     holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers as much as
-    the battery accepts. Machine 1 starts the engine with the same speed control.
+    the battery accepts: what the engine gives, and what it releases as it slows down, comes first. Machine 1 starts the engine with the
+    same speed control. ``charge_power`` is for both machines, ``discharge_power`` for machine 2, what machine 1 leaves to it; ``most`` is
+    reckoned as in ``BlendedBraking``.
 
     The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``, ``tau_open`` the torque
     with an open throttle, ``opening`` the throttle for the ``torque`` that goes out.
@@ -61,7 +65,9 @@ class PowerSplit(HybridSupervisor):
     brake: Input = signal_input("1", "Brake pedal")
     w_ring: Input = signal_input("rad/s", "Speed of the ring")
     charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
-    discharge_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
+    discharge_power: Input = signal_input("W", "Maximum power that machine 2 may draw from the bus", default=1e9)
+    limit: Input = signal_input("N.m", "Largest torque of machine 2 at its speed", default=1e6)
+    added_loss: Input = signal_input("W", "Loss that this torque adds to that without torque", default=0.0)
     w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
     tau_1: Output = signal_output("N.m", "Torque of machine 1")
     tau_2: Output = signal_output("N.m", "Torque of machine 2")
@@ -71,21 +77,25 @@ class PowerSplit(HybridSupervisor):
     def _split(self, running: Symbol, demand: Symbol) -> Equations:
         """Pedals, power, engine, machines: the engine runs (1) or stands (0) and shall give the power ``demand``."""
         b, w, w_ring = self.brake.value, self.w.value, self.w_ring.value
-        turning = ca.fmax(w_ring, self.w_fade)
-        most = self.charge_power.value / (self.tau_full * turning)
-        regenerated = ca.fmin(ca.fmin(b, self.share), most) * limited(w_ring / self.w_fade)
         asked = self.tau_full * self.accelerator.value
         yield self.power.value == ca.fmax(demand, self.P_min)
         yield self.w_ref == ca.fmin(self.w_best.value, (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
         firing = running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
         torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.torque.value == torque
-        held = running * limited(self.k_w * (self.w_ref - w), -self.tau_held, self.tau_held)
-        given = MARGIN * self.discharge_power.value + torque * w
-        wanted = ca.fmin(asked, given / turning) - self.tau_full * regenerated
+        taken = self.charge_power.value - torque * w
+        carrier = (1 + self.ratio) * ca.fmax(w, self.w_fire)
+        slowing = ca.fmin(self.tau_held, ca.fmax(taken + asked * w_ring, 0) / carrier)
+        held = running * limited(self.k_w * (self.w_ref - w), -slowing, self.tau_held)
+        most = (taken + ca.fmin(held, 0) * carrier) / (self.tau_full * ca.fmax(w_ring, self.w_fade))
+        regenerated = limited(ca.fmin(b, self.share), 0, ca.fmax(most, 0)) * limited(w_ring / self.w_fade)
+        direct = self.ratio * (torque / (1 + self.ratio) - held)
+        drive = ca.fmin(
+            asked - direct, drawing(self.discharge_power.value, w_ring, self.limit.value, self.added_loss.value)
+        )
         yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
-        yield self.tau_2.value == wanted - self.ratio * (torque / (1 + self.ratio) - held)
+        yield self.tau_2.value == drive - self.tau_full * regenerated
         yield self.friction.value == b - regenerated
 
 
@@ -93,13 +103,12 @@ class PowerSplitControl(PowerSplit, HybridControl):
     """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
     The torques are those of ``PowerSplit``, the engine is started and stopped as in ``HybridControl``, with
-    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc),  power = demand, at least P_min
+    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc), this at most charge_power,  power = demand, at least P_min
     """
 
     def equations(self) -> Equations:
         """The demand, the engine's switch, and the split."""
-        charge = self.k_soc * (self.soc_0 - self.soc.value)
-        yield self.demand == self.tau_full * self.accelerator.value * self.w_ring.value + charge
+        yield self.demand == self.tau_full * self.accelerator.value * self.w_ring.value + self._recharge()
         yield from self._switch()
         yield from self._split(self.running, self.demand)
 

@@ -30,6 +30,10 @@ from powertrain.components.thermal import HeatPort, Lossy
 CELL = ((0.0, 3.0), (0.05, 3.35), (0.1, 3.47), (0.2, 3.56), (0.4, 3.64), (0.6, 3.78), (0.8, 3.95), (1.0, 4.15))
 """Open-circuit voltage [V] over state of charge of a lithium-ion cell that does not exist: made up."""
 
+LOWEST = 0.55
+"""Lowest voltage for a control, over the open-circuit voltage: at 0.5 the power is greatest, 1 % more, and no voltage belongs to any
+power beyond it."""
+
 
 def cells_in_series(cells: int) -> Map:
     """The open-circuit voltage of generic (invented) lithium-ion cells; a state of charge outside 0..1 ends a simulation."""
@@ -66,15 +70,17 @@ class _Battery(Lossy):
         """Resistance at the temperature of the heat port over that at 293.15 K."""
         return ca.exp(self.B * (1 / self.heat_port.T - 1 / HeatPort.reference))
 
-    def _charge(self, R: Symbol) -> Equations:
+    def _charge(self, R: Symbol, u: Symbol | float, at_once: Symbol) -> Equations:
+        """``R`` at constant current; behind the resistance ``at_once`` the voltage is ``u`` above that of the open circuit."""
         _checked_voltage(self.ocv, self._path)
         yield self.i == self.bus.i
         yield self.Q * der(self.soc) == self.i
         yield self.state_of_charge.value == self.soc
         U, low, high = self._voltage(), self.soc - self.soc_min, self.soc_max - self.soc
-        lowest = ca.fmax(U - R * self.i_discharge, U / 2)
+        lowest = ca.fmax(U - R * self.i_discharge, LOWEST * U)
+        highest = U + u + at_once * self.i_charge
         yield self.discharge_power.value == lowest * (U - lowest) / R * limited(low / self.band)
-        yield self.charge_power.value == (U + R * self.i_charge) * self.i_charge * limited(high / self.band)
+        yield self.charge_power.value == highest * self.i_charge * limited(high / self.band)
         most = "voltage of the battery, which delivers its greatest power at half its open-circuit voltage"
         within(self.bus.v, U / 2, math.inf, name=most, unit="V")
         within(self.i, -self.i_discharge, self.i_charge, name="current of the battery", unit="A", action=self.beyond)
@@ -97,23 +103,24 @@ class Battery(_Battery):
     Q der(soc) = i,  bus.v = ocv(soc) + R cold i,  i = bus.i > 0 charges,  loss = R cold i^2
     cold = exp(B (1/heat_port.T - 1/293.15 K))
     stored energy = Q times the integral of ocv from its lowest state of charge
-    discharge_power = v (ocv - v)/(R cold) faded below soc_min + band, v = max(ocv - R cold i_discharge, ocv/2)
+    discharge_power = v (ocv - v)/(R cold) faded below soc_min + band, v = max(ocv - R cold i_discharge, 0.55 ocv)
     charge_power = (ocv + R cold i_charge) i_charge faded above soc_max - band
     bus.v >= ocv/2
 
     ``discharge_power`` and ``charge_power`` are signals for a control, which has to respect them. A current beyond i_discharge or
     i_charge is counted or is an error (``beyond``). The axis of ``ocv`` determines what holds for a state of charge outside it. The
     battery cannot deliver more than ocv^2/(4 R), at half its open-circuit voltage; a simulation ends there, and what a machine would draw
-    at a lower voltage is no operating point. Machines that draw power make the voltage implicit; if that
-    takes too much time, use ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
+    at a lower voltage is no operating point. ``discharge_power`` stays 1 % below. Machines that draw power make the voltage implicit;
+    if that takes too much time, use ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
     """
 
     R: Parameter = parameter("Ohm", "Internal resistance", default=0.15, above=0)
 
     def equations(self) -> Equations:
         """A voltage behind a resistance."""
-        yield from self._charge(self.R * self._cold())
-        yield self.bus.v == self._voltage() + self.R * self._cold() * self.i
+        R = self.R * self._cold()
+        yield from self._charge(R, 0.0, R)
+        yield self.bus.v == self._voltage() + R * self.i
 
     def energy(self) -> Symbol:
         """Charge times open-circuit voltage, summed up from the lowest state of charge."""
@@ -129,8 +136,10 @@ class PolarizedBattery(_Battery):
 
     Q der(soc) = i,  bus.v = ocv(soc) + R_0 cold i + u,  T der(u) = R_1 i - u/cold,  R_0 = ohmic R,  R_1 = (1 - ohmic) R
     loss = R_0 cold i^2 + u^2/(R_1 cold),  cold as of ``Battery``,  stored energy as of ``Battery`` and T u^2/(2 R_1)
+    charge_power = (ocv + u + R_0 cold i_charge) i_charge and discharge_power faded as in ``Battery``
 
-    At constant current it equals ``Battery``. Pulses shorter than T see only R_0. With ohmic = 0 the voltage is a state, so that loads
+    At constant current it equals ``Battery``. Pulses shorter than T see only R_0. ``charge_power`` holds at the present voltage,
+    ``discharge_power``, as in ``Battery``, for any time: a short pulse may draw more. With ohmic = 0 the voltage is a state, so that loads
     on the bus need no implicit equations, but the losses of short pulses are too small.
     """
 
@@ -141,7 +150,7 @@ class PolarizedBattery(_Battery):
 
     def equations(self) -> Equations:
         """A voltage that follows the current."""
-        yield from self._charge(self.R * self._cold())
+        yield from self._charge(self.R * self._cold(), self.u, self._at_once())
         yield self.bus.v == self._voltage() + self._at_once() * self.i + self.u
         yield self.T * der(self.u) == self._slow() * self.i - self.u / self._cold()
 

@@ -128,6 +128,11 @@ class ElectricMachine(Lossy):
         """The loss [W] at speeds w [rad/s], torques tau [N.m] and temperatures T [K]."""
         return numbers(self._loss, w, tau, T)
 
+    def loss_at(self, tau: Symbol) -> Any:
+        """The loss [W] with a torque tau [N.m], at most the last of loss_map, at the present speed and temperature."""
+        within = tau if self.loss_map is None else self.loss_map.axes[1].clipped(tau)
+        return self.losses(self.w, within, self.heat_port.T)
+
     def efficiency(self, w: ArrayLike, tau: ArrayLike) -> Any:
         """Power out over power in: at the shaft where it drives, at the bus where it generates (0 where the loss takes all)."""
         shaft, loss = np.multiply(w, tau), self.losses(w, tau)

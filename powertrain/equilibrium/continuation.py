@@ -14,6 +14,7 @@ C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -121,8 +122,13 @@ class Continuation:
         self.laws, self._steps = laws, _StepLaws(laws)
         self.problem = Complementarity(laws.balance.dae, self._steps)
 
-    def solve(self, grid: Array, start: Array, side: Array) -> SteadyPoint | None:
-        """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``."""
+    def solve(
+        self, grid: Array, start: Array, side: Array, within: Callable[[SteadyPoint], bool]
+    ) -> SteadyPoint | None:
+        """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``.
+
+        Newton's method may lead to a root beyond the limits of the model, such as a battery's low voltage: then steps come next.
+        """
         laws, every = self.laws, np.ones(self.laws.count, bool)
         modes = np.zeros(laws.balance.modes.numel())
         first = _Trial(0.0, start, np.zeros(0), modes, grid, FIRST_STEP, True, every)
@@ -131,7 +137,7 @@ class Continuation:
             if found is not None and laws.tied.any():
                 again = replace(first, x=found.y, m=found.modes, lossless=False, open=~every, step=LONGEST_STEP)
                 found = self._corrected(again, found.tau, side) or self._settled(again, found.tau, side)
-            if found is not None:
+            if found is not None and within(found):
                 return found
         return None
 
@@ -174,7 +180,9 @@ class Continuation:
             if point.step > LEAST_STEP and not self._described(here, point, y - point.x, near, side):
                 point = replace(point, step=point.step / GROWTH)
                 continue
-            end, fine = corrected(laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless)
+            end, fine = corrected(
+                laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless, CHANGES
+            )
             if fine[0]:
                 return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
             value = laws.values(here, point.lossless)

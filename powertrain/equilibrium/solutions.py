@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -168,7 +169,7 @@ class Solutions:
                     break
                 fresh = self._spread(best, grid, side, left, fresh[KDTree(place[fresh]).query(place[left])[1]])
                 tries[left] += 1
-            known, left = np.flatnonzero(best.done), np.flatnonzero(~best.done & ~beyond.done & ~failed)
+            known, left = np.flatnonzero(best.done), np.flatnonzero(~best.done & ~failed)
             if not left.size:
                 return
             again = left[rank[left] <= min(OTHERS, known.size - 1)]
@@ -178,12 +179,18 @@ class Solutions:
                 rank[again] += 1
                 continue
             p = int(left[0])
-            one = self.continuation.solve(grid[p], self.laws.balance.start, side[p])
+            within = partial(self._one_within, grid[p])
+            one = self.continuation.solve(grid[p], self.laws.balance.start, side[p], within)
             if one is None:
                 failed[p] = True
             else:
                 best.put(p, one)
                 fresh = np.array([p])
+
+    def _one_within(self, grid: Array, point: SteadyPoint) -> bool:
+        one = self._nothing(Near(point.given[None], point.yields[None]))
+        one.put(0, point)
+        return bool(self.within(grid[None], one)[0])
 
     def _spread(self, found: SolvedPoints, grid: Array, side: Array, left: Index, sources: Index) -> Index:
         """Begins at points with the solutions of others; which points have one now."""

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 import powertrain as pt
 from powertrain.components.control import PlannedPowerSplit, PowerSplit
-from powertrain.components.control.power_split import MARGIN
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import operating_line
 from powertrain.trials.backward import demand
@@ -24,6 +23,8 @@ from powertrain.vehicles.power_split_hybrid import SHARE, PowerSplitHybrid
 Array = NDArray[np.float64]
 POWERS = (5e3, 7.5e3, 10e3, 12.5e3, 15e3, 18e3, 21e3, 25e3, 30e3, 36e3, 43e3, 50e3)
 """Powers of the engine to choose from [W]."""
+MARGIN = 0.8
+"""Part of the battery's power up to which torques are tabulated; the rest is for the losses of the machines."""
 SLOWEST, SPEEDS, LEVELS, CHARGES = 0.3, 24, 31, (0.35, 0.6, 0.85)
 EFFICIENCY = 0.35
 """Efficiency at which the energy of an engine's start, and of the battery's charge, counts as fuel."""

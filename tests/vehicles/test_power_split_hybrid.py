@@ -114,7 +114,9 @@ def test_recovers_what_the_battery_takes() -> None:
     full = control(brake=0.4, charge_power=4500.0)
     assert _last(full, "tau_2", "friction") == pytest.approx([-45, 0.3])
     assert _last(control(brake=0.4, w_ring=15.0), "tau_2", "friction") == pytest.approx([-90, 0.2])
-    assert _last(control(accelerator=0.15, discharge_power=5000.0), "tau_2") == pytest.approx([40])
+    assert _last(control(accelerator=0.15, discharge_power=5000.0), "tau_2") == pytest.approx([50])
+    losing = control(accelerator=0.15, discharge_power=5000.0, limit=100.0, added_loss=2500.0)
+    assert _last(losing, "tau_2") == pytest.approx([40])  # 100 N.m draw 12.5 kW
 
 
 @pytest.mark.slow

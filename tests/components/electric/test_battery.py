@@ -155,16 +155,18 @@ def test_currents_beyond_the_limits_are_counted_or_refused() -> None:
 
 @pytest.mark.parametrize("kind", [Battery, PolarizedBattery])
 def test_power_that_it_may_give_and_take(kind: type[Battery]) -> None:
-    """P = i (ocv -+ R i) at the largest currents, fading over 0.05 of charge at both ends; never over ocv^2/(4 R)."""
+    """P = i (ocv -+ R i) at the largest currents, fading over 0.05 of charge at both ends; 1 % below ocv^2/(4 R) at most."""
+    # at first only half of the resistance of a polarized battery acts
+    rise = 10 if kind is Battery else 5
     battery = kind(ocv=FLAT, R=0.2, i_discharge=100, i_charge=50, soc_min=0.2, soc_max=0.9, band=0.05)
     for soc, give, take in ((0.5, 1, 1), (0.22, 0.4, 1), (0.1, 0, 1), (0.88, 1, 0.4), (0.95, 1, 0)):
         result = pt.simulate(Discharge(battery=battery), 0.1, starts={"battery.soc": soc})
         assert result["battery.discharge_power"][0] == pytest.approx(give * 100 * (200 - 20), abs=1e-6)
-        assert result["battery.charge_power"][0] == pytest.approx(take * 50 * (200 + 10), abs=1e-6)
+        assert result["battery.charge_power"][0] == pytest.approx(take * 50 * (200 + rise), abs=1e-6)
         assert result["battery.state_of_charge"][0] == soc
     strong = pt.replace(battery, i_discharge=1e4)
     result = pt.simulate(Discharge(battery=strong), 0.1)
-    assert result["battery.discharge_power"][0] == pytest.approx(200**2 / (4 * 0.2))
+    assert result["battery.discharge_power"][0] == pytest.approx(0.99 * 200**2 / (4 * 0.2))
 
 
 @pytest.mark.parametrize("battery", [Battery(), PolarizedBattery(T=0.3)], ids=["resistance", "polarized"])

@@ -1,0 +1,52 @@
+"""Controls keep the battery within its limits: losses of machines, accessories and the generator count."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.components.control import ElectricDriveControl
+from powertrain.components.cycles import DriveCycle
+from powertrain.trials import drive_cycle, full_accelerator
+from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.electric_four_wheel_drive import ElectricFourWheelDriveCar
+from powertrain.vehicles.hybrid import HybridCar
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid
+from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+from powertrain.vehicles.series_hybrid import SeriesHybrid
+
+HARD = DriveCycle("hard", ((0, 0), (1, 0), (20, 33), (30, 33), (32.5, 8), (36, 8)))
+
+
+def test_torque_that_the_battery_allows() -> None:
+    """100 N.m at 50 rad/s draw 5 kW and lose 1 kW: with 3 kW there are 50 N.m; at rest the loss counts alone."""
+    inputs = {"accelerator": 1.0, "brake": 0.0, "v": 5.0, "limit": 100.0, "added_loss": 1e3}
+    for w, power, tau in ((50, 3e3, 50), (50, 9e3, 100), (0, 500, 50), (50, -10, 0)):
+        given = {**inputs, "w": float(w), "discharge_power": float(power)}
+        result = pt.simulate(ElectricDriveControl(), 1.0, points=2, inputs=given)
+        assert result["tau"][-1] == pytest.approx(tau)
+
+
+@pytest.mark.parametrize("car", [ElectricCar(), ElectricFourWheelDriveCar()], ids=["one machine", "two machines"])
+@pytest.mark.parametrize("weak", [{"battery.R": 1.0}, {"battery.i_discharge": 100.0}], ids=["R", "i"])
+def test_full_pedal_with_a_weak_battery(car: ElectricCar | ElectricFourWheelDriveCar, weak: dict[str, float]) -> None:
+    """The battery gives what it may, to 2 %, and no more."""
+    result = full_accelerator(pt.replace(car, weak))
+    given = -result["battery.bus.v"] * result["battery.i"] / result["battery.discharge_power"]
+    assert 0.98 < given.max() <= 1.0 + 1e-6
+    assert not result.statistics.get("outside current of the battery")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("soc", [0.22, 0.6, 0.87])
+@pytest.mark.parametrize("car", [SeriesHybrid(), PowerSplitHybrid(), ParallelHybrid()], ids=["series", "split", "P2"])
+def test_hybrids_driven_hard(car: HybridCar, soc: float) -> None:
+    """Hard acceleration and braking, nearly empty, half full, nearly full: 1 % of the greatest power at most beyond the limits."""
+    run = drive_cycle(car, HARD, starts={"battery.soc": soc})
+    result = run.result
+    taken = result["battery.bus.v"] * result["battery.i"]
+    assert np.max(taken - result["battery.charge_power"]) < 200
+    assert np.max(-taken - result["battery.discharge_power"]) < 300
+    assert not result.statistics.get("outside current of the battery")
+    assert run.audit.closure < 1e-6
