@@ -59,9 +59,9 @@ class Points:
             lines = " and ".join(str(self.lines[n]) for n in twice)
             raise ParameterError(f"{self.sheet.path}: lines {lines} both give a value at {self.at(twice[0])}")
         if number.min() == 0:
-            hole = np.argwhere(number == 0)[0]
+            row, column = (int(k) for k in np.argwhere(number == 0)[0])
             raise ParameterError(
-                f"{self.sheet.path}: no value at {self._place(w[hole[0]], x[hole[1]])}: {np.sum(number == 0)} of {number.size} "
+                f"{self.sheet.path}: no value at {self._place(float(w[row]), float(x[column]))}: {np.sum(number == 0)} of {number.size} "
                 f"points are missing, {w.size} speeds by {x.size} of {self.x_name}{advice}"
             )
         values = np.empty((w.size, x.size))
@@ -91,7 +91,7 @@ class Points:
             )
         if (same := np.flatnonzero(np.diff(x) == 0)).size:
             lines = " and ".join(str(self.lines[own[k]]) for k in (same[0], same[0] + 1))
-            raise ParameterError(f"{self.sheet.path}: lines {lines} both give a value at {self.at(own[same[0]])}")
+            raise ParameterError(f"{self.sheet.path}: lines {lines} both give a value at {self.at(int(own[same[0]]))}")
 
         def line(at: Array) -> Array:
             k = np.clip(np.searchsorted(x, at) - 1, 0, x.size - 2)

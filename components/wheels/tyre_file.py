@@ -57,8 +57,9 @@ def read_tir(path: str | Path) -> dict[str, str]:
     entries = [entry for section in parser.values() for entry in section.items()]
     found = {name.upper(): value.strip().strip("'\"").strip() for name, value in entries if value}
     for name, spellings in _UNITS.items():
-        if found.get(name, spellings[0]).lower() not in spellings:
-            raise ParameterError(f"{path}: {name} = {found[name]}; only files in {spellings[0]} are read")
+        unit = found.get(name) or spellings[0]
+        if unit.lower() not in spellings:
+            raise ParameterError(f"{path}: {name} = {unit}; only files in {spellings[0]} are read")
     return found
 
 

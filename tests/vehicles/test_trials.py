@@ -156,6 +156,6 @@ def test_gradeability_beyond_the_steepest_slope(
 ) -> None:
     """A vehicle that climbs every slope is told from one at the end of the bisection."""
     monkeypatch.setattr(Hill, "of", lambda vehicle: SimpleNamespace(climbed=lambda grade: grade <= limit))
-    row = performance(SplitPathCar(), start).loc["gradeability"]
+    row = performance(SplitPathCar(), start).loc["gradeability"].to_dict()
     assert row["value"] == pytest.approx(found, abs=0.4)
     assert row["unit"] == unit
