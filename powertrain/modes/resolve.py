@@ -93,31 +93,9 @@ class ModeResolver:
         happened = self._newton(side)
         if self._problem is None:
             return self._complementary(side) if happened is None else happened
-        if happened is None:
-            return self._from_rest(side, False)
-        return self._shared(side) if happened and self._flags[4] > 0.0 else happened
-
-    def _shared(self, side: int) -> bool:
-        """Consistent modes where laws at a limit have come to rest: those from rest, unless one of these would leave its limit at once."""
-        m, modes = self.memory.m, self.memory.m.copy()
-        found = self._from_rest(side, True)
-        if found and (m != modes).any():
-            if not self._lasts(side):
-                m[:] = modes
-                self._solvable(side)
-            self._apply_rules(side)
-        return found
-
-    def _lasts(self, side: int) -> bool:
-        """Whether the laws that others hold at a limit stay there; one with a peak is stuck first."""
-        assert self._problem is not None
-        m, modes = self.memory.m, self.memory.m.copy()
-        held = resting(self.dae, self._problem, self._point(side))
-        for k, _ in held:
-            m[self.dae.frictions[k].rests] = 1.0
-        self._apply_rules(side)
-        m[:] = modes
-        return not self._flags[0] or any(peak > 1.0 for _, peak in held)
+        if happened is None or (happened and self._flags[4] > 0.0):
+            return self._from_rest(side, happened is not None)
+        return happened
 
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
         """Semismooth Newton: all laws by their rules from the same torques.
@@ -146,23 +124,39 @@ class ModeResolver:
     def _from_rest(self, side: int, consistent: bool) -> bool:
         """Newton's method once more, with all laws at rest stuck, so that their compliance says how they share a load; else the problem.
 
-        Where modes are ``consistent`` already they stay if no others are found; False if a reset or an impact happened.
+        Where modes are ``consistent`` already, they stay if none are found that last; False if a reset or an impact happened.
         """
         m, modes = self.memory.m, self.memory.m.copy()
         self._forget_rest()
         begun = m.copy()
         self._stick(side)
         found = self._newton(side, slack=1.0)
-        if found is not None:
+        if found is False or (found and ((m == modes).all() or self._lasts(side))):
             return found
+        if found and not consistent:
+            modes, consistent = m.copy(), True
         m[:] = begun
         if not consistent:
             return self._complementary(side)
         found = self._linearized(side, held=False)[0]
-        if found is None:
+        if found is None or (found and not self._lasts(side)):
             m[:] = modes
             self._solvable(side)
+            self._apply_rules(side)
         return found is not False
+
+    def _lasts(self, side: int) -> bool:
+        """Whether no law that others hold at a limit would leave it at once; one with a peak is stuck first."""
+        assert self._problem is not None
+        m, modes = self.memory.m, self.memory.m.copy()
+        held = resting(self.dae, self._problem, self._point(side))
+        for k, _ in held:
+            m[self.dae.frictions[k].rests] = 1.0
+        self._apply_rules(side)
+        leaves = bool(self._flags[0])
+        m[:] = modes
+        self._apply_rules(side)
+        return not leaves or any(peak > 1.0 for _, peak in held)
 
     def _stick(self, side: int) -> None:
         """Laws at a limit whose motion has come to rest are stuck; one with a peak has that only if it rested before."""

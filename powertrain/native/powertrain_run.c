@@ -214,23 +214,6 @@ static int one_by_one(pt_model *a)
     return PT_MODES;
 }
 
-/* With all laws at rest stuck their compliance shares the load; those that it asks for more than they can give are at their limits. */
-static int from_rest(pt_model *a)
-{
-    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->still}, begun[PT_M];
-    for (int k = 0; k < PT_RESTS; k++)
-        if (a->m[pt_rests[k]] > 0) a->m[pt_rests[k]] = a->m[pt_rest_laws[k]] = 0;
-    memcpy(begun, a->m, sizeof begun);
-    CALL(a, pt_still, given, wanted);
-    for (int k = 0; k < PT_FRICTIONS; k++)
-        if (a->still[k] && fabs(a->m[pt_frictions[k]]) == 1) a->m[pt_frictions[k]] = 0;
-    int found = newton(a, 1);
-    if (found != PT_MODES) return found;
-    memcpy(a->m, begun, sizeof begun);
-    return one_by_one(a);
-}
-
 /* Eliminates the laws that hold from the mobility (rates by torques, scaled to a diagonal of one) and from the rates without torques:
    what others hold has nothing left. */
 static void eliminate_what_holds(pt_model *a)
@@ -286,21 +269,52 @@ static int marked(pt_model *a, int asked)
     return all;
 }
 
-/* Consistent modes where laws at a limit have come to rest: those from rest, unless one of these would leave its limit at once. */
-static int shared(pt_model *a)
+/* Whether no law that others hold at a limit would leave it at once; one with a peak is stuck first. */
+static int lasts(pt_model *a)
 {
-    double modes[PT_M], others[PT_M];
+    double modes[PT_M];
     memcpy(modes, a->m, sizeof modes);
-    int found = from_rest(a);
-    if (found != 1 || same(modes, a->m)) return found;
-    memcpy(others, a->m, sizeof others);
     int stuck_first = !marked(a, 1);
     apply_rules(a, 0);
-    int lasts = stuck_first || a->flags[0] == 0;
-    memcpy(a->m, lasts ? others : modes, sizeof modes);
-    if (!lasts) solvable(a);
+    int leaves = a->flags[0] != 0;
+    memcpy(a->m, modes, sizeof modes);
     apply_rules(a, 0);
-    return found;
+    return stuck_first || !leaves;
+}
+
+/* Laws at a limit that have come to rest are stuck, those that were held there too. */
+static void stick(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
+    double *wanted[] = {a->still};
+    CALL(a, pt_still, given, wanted);
+    for (int k = 0; k < PT_FRICTIONS; k++)
+        if (a->still[k] && fabs(a->m[pt_frictions[k]]) == 1) a->m[pt_frictions[k]] = 0;
+}
+
+/* With all laws at rest stuck their compliance shares the load; those that it asks for more than they can give are at their limits. Modes
+   that are consistent already stay if none are found that last. */
+static int from_rest(pt_model *a, int settled)
+{
+    double modes[PT_M], begun[PT_M];
+    memcpy(modes, a->m, sizeof modes);
+    for (int k = 0; k < PT_RESTS; k++)
+        if (a->m[pt_rests[k]] > 0) a->m[pt_rests[k]] = a->m[pt_rest_laws[k]] = 0;
+    memcpy(begun, a->m, sizeof begun);
+    stick(a);
+    int found = newton(a, 1);
+    if (found != PT_MODES && (found != 1 || same(modes, a->m) || lasts(a))) return found;
+    if (found == 1 && !settled) {
+        memcpy(modes, a->m, sizeof modes);
+        settled = 1;
+    }
+    memcpy(a->m, begun, sizeof begun);
+    found = one_by_one(a);
+    if (!settled || (found != PT_MODES && (found != 1 || lasts(a)))) return found;
+    memcpy(a->m, modes, sizeof modes);
+    solvable(a);
+    apply_rules(a, 0);
+    return 1;
 }
 
 static int resolve(pt_model *a)
@@ -309,8 +323,7 @@ static int resolve(pt_model *a)
     memset(a->which, 0, sizeof a->which);
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a, 0);
-        if (found == PT_MODES) found = from_rest(a);
-        else if (found == 1 && a->flags[4] > 0) found = shared(a);
+        if (found == PT_MODES || (found == 1 && a->flags[4] > 0)) found = from_rest(a, found == 1);
         if (found < 0) return found;
         if (found && marked(a, a->flags[4] > 0)) return PT_OK;
     }

@@ -26,6 +26,8 @@ from powertrain.variational.objectives import Objective, objective
 Bounds = Mapping[str, tuple[float, float]]
 _WIDTHS = (1e-1, 1e-2, 1e-3)
 """Relative widths of rounded corners, one after the other."""
+_WARM = {"ipopt.warm_start_init_point": "yes", "ipopt.mu_init": 1e-5}
+"""From the solution with wider corners: the usual first barrier would lead away from it, to any of several local minima."""
 _FREE = ": free"
 """How the margin of a free law ends."""
 _SHORTEST, _LONGEST = 0.05, 20.0
@@ -299,23 +301,21 @@ class _Programme:
         self, programme: dict[str, ca.MX], first: Array, low: Array, high: Array
     ) -> tuple[ca.DM, float, dict[str, Any]]:
         """The solution with the narrowest corners for which the solver converges, their width, and what the solver says."""
-        options: dict[str, Any] = {
-            "expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 1000, "ipopt.tol": 1e-8,
-            "ipopt.acceptable_iter": 0,
-        }  # fmt: skip
-        solver: Any = ca.nlpsol("powertrain_plan", "ipopt", programme, options)
         bounds = {"lbx": low, "ubx": high, "lbg": np.concatenate(self.low), "ubg": np.concatenate(self.high)}
-        values, kept, iterations = ca.DM(first), (0.0, {"success": False}), 0
-        for width in _WIDTHS if self.corners else _WIDTHS[-1:]:
-            found = solver(x0=values, p=width, **bounds)["x"]
+        kept: tuple[ca.DM, float, dict[str, Any]] = (ca.DM(first), 0.0, {"success": False})
+        begun, iterations, solver = {"x0": kept[0]}, 0, _ipopt(programme, {})
+        for n, width in enumerate(_WIDTHS if self.corners else _WIDTHS[-1:]):
+            if n == 1:
+                solver = _ipopt(programme, _WARM)
+            found = solver(p=width, **begun, **bounds)
             stats = solver.stats()
             iterations += int(stats["iter_count"])
-            if kept[1]["success"] and not stats["success"]:
-                break
-            values, kept = found, (width, stats)
+            if n == 0 or stats["success"]:
+                kept = found["x"], width, stats
             if not stats["success"]:
                 break
-        return values, kept[0], kept[1] | {"iter_count": iterations}
+            begun = {"x0": found["x"], "lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
+        return kept[0], kept[1], kept[2] | {"iter_count": iterations}
 
     def _bounds(self) -> tuple[Array, Array]:
         low, high = [], []
@@ -369,6 +369,14 @@ class _Programme:
             if not found or row.tobytes() != found[-1]:
                 found.append(row.tobytes())
         return found
+
+
+def _ipopt(programme: dict[str, ca.MX], more: dict[str, Any]) -> Any:
+    options: dict[str, Any] = {
+        "expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 1000, "ipopt.tol": 1e-8,
+        "ipopt.acceptable_iter": 0,
+    }  # fmt: skip
+    return ca.nlpsol("powertrain_plan", "ipopt", programme, options | more)
 
 
 def _free(model: Dynamics) -> int:

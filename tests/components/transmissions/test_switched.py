@@ -76,7 +76,7 @@ def test_members_change_places_while_driving(name: str) -> None:
     assert np.asarray(audit.loss).min() > -1e-6 * np.asarray(audit.loss).max()
 
 
-@pytest.mark.parametrize("name", few(["I", "VI", "IX"]))
+@pytest.mark.parametrize("name", few(["VI", "I", "IX"]))
 def test_both_pairs_hold_while_a_unit_creeps(name: str) -> None:
     """All places turn alike and all clutches hold."""
     first, second = (TYPES[k] for k in COMBINATIONS[name])
