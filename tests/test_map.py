@@ -231,8 +231,16 @@ def test_refuses_a_table(tmp_path: Path, text: str, message: str) -> None:
 def test_units_and_separators_of_every_day(tmp_path: Path, text: str) -> None:
     table = Map.from_csv(write(tmp_path / "p.csv", text))
     assert [(a.name, a.unit) for a in table.axes] == [("load", "1"), ("torque", "N.m")]
-    size = {"Pa": 1.0, "bar": 1e5}[table.unit]
-    assert table(0.25, 6.25) * size == pytest.approx(3e5, rel=1e-12)
+    assert table.unit == "Pa"
+    assert table(0.25, 6.25) == pytest.approx(3e5, rel=1e-12)
+
+
+@pytest.mark.parametrize("rpm", ["rpm", "RPM", "1/min", "min-1", "rev/min", "r/min", "U/min"])
+def test_speeds_and_powers_are_those_of_components(tmp_path: Path, rpm: str) -> None:
+    table = Map.from_csv(write(tmp_path / "p.csv", f"n [{rpm}], v [km/h], P [kW]\n0,0,0\n0,36,1\n60,0,2\n60,36,3\n"))
+    assert [a.unit for a in table.axes] == ["rad/s", "m/s"]
+    assert table.unit == "W"
+    assert table(2 * np.pi, 10.0) == pytest.approx(3000.0, rel=1e-12)
 
 
 def test_refuses_a_missing_file(tmp_path: Path) -> None:

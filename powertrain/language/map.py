@@ -22,7 +22,7 @@ from powertrain.language import htmltext, tables
 from powertrain.language.arguments import one_of, text
 from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.laws import within
-from powertrain.language.quantities import converted
+from powertrain.language.quantities import converted, counts_rotations
 from powertrain.language.recorder import recorder, recording
 from powertrain.language.symbols import Symbol
 from powertrain.language.texttable import Heading, Row, TextTable
@@ -34,6 +34,8 @@ FEW = 32
 """Up to this many points a piecewise linear curve is written out as an expression."""
 PLAIN = ("1", "N.m", "Pa", "W", "kg", "N", "m", "m/s", "kg/s", "kg/J", "m3", "s", "V", "Ohm", "A.s")
 """What columns in units of every day are converted to."""
+EVERY_DAY = {"km/h": "m/s", "kW": "W", "bar": "Pa"}
+"""Units that are known, but that no component has."""
 
 
 @dataclass(frozen=True, init=False)
@@ -211,7 +213,7 @@ class Map:
         The header names a column for every axis and, last, the value, each with its unit:
         ``speed [rad/s], torque [N.m], loss [W]``. The rows may be in any order but must fill the grid. Columns are
         separated by commas, or by semicolons or tabs, then also with decimal commas; see ``TextTable``. Units of every
-        day are converted: Nm to N.m, % to 1, kPa to Pa. ``outside`` is one rule for all axes or a rule for each name.
+        day are converted: rpm to rad/s, km/h to m/s, kW to W, Nm to N.m, % to 1, kPa to Pa. ``outside`` is one rule for all axes or a rule for each name.
         Errors: ParameterError naming the file, and the line or the column.
         """
         return _read(cls, TextTable.read(path), outside, method)
@@ -402,7 +404,10 @@ def _read(cls: type[Map], sheet: TextTable, outside: Outside | Mapping[str, Outs
 
 
 def _plain(path: Path, head: Heading) -> tuple[float, str]:
-    """The unit of a column in Modelica's notation, and the size of the column's unit in it: Nm is 1 N.m, kPa is 1000 Pa."""
+    """The unit of a column as components have it, and the size of the column's unit in it: Nm is 1 N.m, rpm is pi/30 rad/s."""
+    unit = "rad/s" if counts_rotations(head.unit) else EVERY_DAY.get(head.unit)
+    if unit is not None:
+        return converted(1.0, head.unit, unit), unit
     try:
         return 1.0, checked_unit(head.unit)
     except ModelError as error:

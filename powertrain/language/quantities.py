@@ -18,6 +18,8 @@ N = TypeVar("N", float, NDArray[np.float64])
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s+|(?=[^\d\s.]))(\S.*?)\s*$")
 """A number and a unit; a unit that begins with a digit, such as 1/s, needs the space."""
 _ROTATIONS = {"Hz", "rpm"}
+_RPM = {"rpm", "rev/min", "r/min", "u/min"}
+"""Rotations per minute as they are typed, in small letters."""
 _ANGLES = {"rad", "deg", *_ROTATIONS}
 ZERO_CELSIUS = 273.15
 
@@ -49,10 +51,17 @@ def quantity(text: str, unit: str, where: str) -> float:
 
 
 def _plain(unit: str) -> str:
-    """A unit as it is usually typed, in Modelica's notation: N*m^2 as N.m2."""
+    """A unit as it is usually typed, in Modelica's notation: N*m^2 as N.m2, RPM as rpm."""
+    if unit.lower() in _RPM:
+        return "rpm"
     for typed, plain in ("**", ""), ("*", "."), ("·", "."), ("^", ""), ("²", "2"), ("³", "3"), ("°C", "degC"):
         unit = unit.replace(typed, plain)
     return unit
+
+
+def counts_rotations(unit: str) -> bool:
+    """Whether a unit stands for rotations per minute where a speed is meant: rpm in any spelling, and 1/min."""
+    return _plain(unit) in ("rpm", "1/min", "min-1")
 
 
 def converted(value: N, given: str, unit: str) -> N:
