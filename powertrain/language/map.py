@@ -213,7 +213,8 @@ class Map:
         The header names a column for every axis and, last, the value, each with its unit:
         ``speed [rad/s], torque [N.m], loss [W]``. The rows may be in any order but must fill the grid. Columns are
         separated by commas, or by semicolons or tabs, then also with decimal commas; see ``TextTable``. Units of every
-        day are converted: rpm to rad/s, km/h to m/s, kW to W, Nm to N.m, % to 1, kPa to Pa. ``outside`` is one rule for all axes or a rule for each name.
+        day are converted: rpm to rad/s, km/h to m/s, kW to W, Nm to N.m, % to 1, kPa to Pa. ``outside`` is one rule for
+        all axes or a rule for each name.
         Errors: ParameterError naming the file, and the line or the column.
         """
         return _read(cls, TextTable.read(path), outside, method)
