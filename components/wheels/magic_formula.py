@@ -12,8 +12,8 @@ from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, v
 from powertrain.components.wheels.slip import SLOW, SlippingWheel
 from powertrain.components.wheels.tyre_file import parameters as parameters_of_file
 
-NEWTON_STEPS = 8
-"""Steps from below towards the root of a concave function: enough for 1e-8 in the range of pEx1 and pCx1."""
+NEWTON_STEPS = 6
+"""Steps from the nearer bound of the root: enough for 1e-11 in the range of pEx1 and pCx1."""
 SMALL = 1e-6
 """Part of the peak force below which force and slip are proportional."""
 
@@ -24,10 +24,15 @@ def shape(x: Symbol, E: Symbol) -> Symbol:
 
 
 def inverse_shape(t: Symbol, E: Symbol) -> Symbol:
-    """The x with x - E (x - atan x) = t for t >= 0, by a fixed number of Newton steps."""
-    x = ca.fmax(t, t / (1 - E) - math.pi / 2 * E / (1 - E))
-    for _ in range(NEWTON_STEPS):
-        x = x + (t - shape(x, E)) / (1 - E + E / (1 + x**2))
+    """The x with x - E (x - atan x) = t for t >= 0, by a fixed number of Newton steps.
+
+    The asymptote of large x and that of small ones, x = t, both lie below the root for E > 0 (a concave function), above it for E < 0.
+    """
+    large = t / (1 - E) - math.pi / 2 * E / (1 - E)
+    x = ca.if_else(E < 0, ca.fmin(t, large), ca.fmax(t, large))
+    for _ in range(NEWTON_STEPS):  # x + (t - shape)/slope, of which the parts in 1 - E cancel
+        flat = 1 / (1 + x**2)
+        x = (t - E * (ca.atan(x) - x * flat)) / (1 - E + E * flat)
     return x
 
 

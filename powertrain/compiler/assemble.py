@@ -153,7 +153,7 @@ def _assemble(
         state_names=tuple(_state_names(reduced, states)),
         held_start=held.start,
         frictions=tuple(friction_record(k, t, resolver, held) for k, t in laws if isinstance(t.law, FrictionLaw)),
-        contacts=tuple(contact_record(t, held) for _, t in laws if isinstance(t.law, UnilateralLaw)),
+        contacts=tuple(contact_record(k, t, resolver, held) for k, t in laws if isinstance(t.law, UnilateralLaw)),
         opened=opened_record(resolver, rates),
         switches=switch_records(recorder.switches, resolver, held),
         relations=switch_records(recorder.relations, resolver, held),

@@ -81,7 +81,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Contact:
-    """gap >= 0, force >= 0, one of them zero; speed and acceleration are the derivatives of gap."""
+    """gap >= 0, force >= 0, one of them zero; speed and acceleration are the derivatives of gap; ``known`` is how well the latter is."""
 
     name: str
     where: str
@@ -91,6 +91,7 @@ class Contact:
     acceleration: ca.SX
     force: ca.SX
     restitution: ca.SX
+    known: ca.SX = field(default_factory=lambda: ca.SX(0))
 
 
 @dataclass(frozen=True)

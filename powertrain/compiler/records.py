@@ -18,6 +18,7 @@ from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.modes.tolerances import alone_tolerance
 
 
 @dataclass(frozen=True)
@@ -107,12 +108,13 @@ def opened_record(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
     )
 
 
-def contact_record(t: LawTorque, held: Held) -> Contact:
+def contact_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Contact:
     """A contact of the DAE."""
     law = t.law
     assert isinstance(law, UnilateralLaw)
+    known = resolver.reach(k) * alone_tolerance(resolver.largest([k]))  # finer than what friction at its limit is known to
     return Contact(
-        t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution
+        t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution, known
     )
 
 

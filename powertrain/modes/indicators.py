@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT, NO_WIDTH
+from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT, NO_WIDTH, RELIEVED
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,8 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
 
 def held_margin(dae: HybridDae, friction: Friction) -> ca.SX:
     """What others hold at a limit stays there while, as stiff as they are, it would take more; the hysteresis included."""
-    return dae.m[friction.index] * (friction.share - friction.torque) + friction.hysteresis
+    relieved = dae.m[friction.index] * (friction.share - friction.torque)
+    return relieved + friction.hysteresis + RELIEVED * ca.fabs(friction.torque)
 
 
 def _by_torque(dae: HybridDae, friction: Friction) -> ca.SX:
@@ -116,8 +117,8 @@ def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
 
 
 def approaching(contact: Contact) -> ca.SX:
-    """The gap closes, not counting the noise of a speed around zero."""
-    slow = ca.logic_and(contact.speed < 0, contact.acceleration < 0)
+    """The gap closes, not counting the noise of a speed around zero, nor that of the acceleration where friction holds both sides."""
+    slow = ca.logic_and(contact.speed < 0, contact.acceleration < -contact.known)
     return ca.logic_or(contact.speed < -EPS, slow)
 
 

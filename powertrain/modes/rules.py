@@ -58,7 +58,8 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     for friction in dae.frictions:
         held[friction.index] = friction_rule(dae, friction, jumped, slack)
         if friction.rests is not None:
-            held[friction.rests] = ca.fmax(_rests(dae, friction), _breaks_away(dae, friction, held[friction.index]))
+            rests = _rests(dae, friction)
+            held[friction.rests] = ca.if_else(_breaks_away(dae, friction, held[friction.index]), 1 - rests, rests)
     for switch in (*dae.switches, *dae.relations):
         old = dae.m[switch.index]
         left = switch_margin(dae, switch) if switch.time is None else relation(old, in_time(dae, switch.g))
@@ -70,7 +71,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     for contact in dae.contacts:
         old = dae.m[contact.index]
         near = ca.logic_and(ca.fabs(contact.gap) <= ZONE, ca.fabs(contact.speed) <= EPS)
-        rest = ca.logic_and(near, contact.acceleration < 0)
+        rest = ca.logic_and(near, contact.acceleration < -contact.known)
         taken_away = ca.logic_and(jumped > 0, contact.gap > INTEGRATED)
         pressed = ca.logic_and(contact.force + EPS > 0, ca.logic_not(taken_away))
         held[contact.index] = ca.if_else(old > 0.5, pressed, rest)
@@ -116,7 +117,7 @@ def _rests(dae: HybridDae, friction: Friction) -> ca.SX:
 
 
 def _breaks_away(dae: HybridDae, friction: Friction, new: ca.SX) -> ca.SX:
-    """Whether a law reaches its peak at rest: it keeps it as long as others hold what it moves."""
+    """Whether a law reaches its peak at rest: it keeps it as long as others hold what it moves, which is tried first."""
     leaves = ca.logic_and(dae.m[friction.index] == 0, ca.fabs(new) == 1)
     return ca.logic_and(ca.logic_and(leaves, ca.fabs(friction.w) <= ZONE), friction.peak > 1)
 

@@ -208,3 +208,65 @@ def test_clutches_side_by_side_stay_stuck_where_the_whole_breaks_away() -> None:
     torque = 8.84 * np.sin(2.0 * np.pi * 0.83 * t + 0.64) + 6.64 * np.sin(2.0 * np.pi * 1.46 * t + 4.15)
     assert torque == pytest.approx(4.05 + 1.21, abs=1e-6)
     assert result["c1.tau"][-1] == pytest.approx(result["c2.tau"][-1])
+
+
+class Redundant(pt.Component):
+    """A shaft that a brake holds, and a clutch with a peak to a second shaft that a strong brake holds."""
+
+    torque: blocks.TimeTable
+    presses: tuple[blocks.TimeTable, ...]
+    peak: float = 1.3
+    source: rot.Torque = rot.Torque()
+    a: rot.Inertia = rot.Inertia(J=20.0)
+    b: rot.Inertia = rot.Inertia(J=0.2)
+    brake: rot.Brake = rot.Brake(fn_max=1.0, mue_pos=((0.0, 1.0),))
+    clutch: rot.Clutch = rot.Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),), peak=1.3)
+    strong: rot.Brake = rot.Brake(fn_max=1.0, mue_pos=((0.0, 5.0),))
+    full: blocks.Constant = blocks.Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.y, self.source.tau)
+        yield pt.connect(self.source.flange, self.a.flange_a, self.brake.flange_a, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.b.flange_a, self.strong.flange_a)
+        yield pt.connect(self.presses[0].y, self.brake.f_normalized)
+        yield pt.connect(self.presses[1].y, self.clutch.f_normalized)
+        yield pt.connect(self.full.y, self.strong.f_normalized)
+
+
+def line(start: float, end: float) -> blocks.TimeTable:
+    return blocks.TimeTable(table=((0.0, start), (1.0, end)))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_clutch_with_a_peak_breaks_away_with_the_brake_beside_it(sign: float) -> None:
+    """Both slide from where the torque is that of the brake and of the clutch's peak; the brake's limit is reached before."""
+    result = pt.simulate(
+        Redundant(torque=line(1.77 * sign, 1.77 * sign), presses=(line(1.2, 0.5), line(1.0, 0.5))), 1.0
+    )
+    t = (1.2 + 1.3 - 1.77) / (0.7 + 0.65)
+    assert result.events.times == pytest.approx([t, t], abs=1e-6)
+    left = 1.0 - t
+    slid = sign * ((1.77 - (1.2 - 0.7 * t) - (1.0 - 0.5 * t)) * left + 1.2 / 2 * left**2) / 20.0
+    assert result["a.w"][-1] == pytest.approx(slid, rel=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(60))
+def test_redundant_laws_with_peaks_break_away(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    brake, clutch = random.uniform(0.3, 3.0, 2), random.uniform(0.3, 3.0, 2)
+    torque, J = random.uniform(-3.0, 3.0, 2), 10.0 ** random.uniform(-1.0, 1.0, 2)
+    torque[0] = np.clip(torque[0], -0.95 * (brake[0] + clutch[0]), 0.95 * (brake[0] + clutch[0]))
+    model = Redundant(
+        torque=line(*torque), presses=(line(*brake), line(*clutch)), a=rot.Inertia(J=J[0]), b=rot.Inertia(J=J[1])
+    )
+    result = pt.simulate(model, 1.0)
+    time = np.linspace(0.0, 1.0, 100_001)
+    excess = np.abs(torque[0] + (torque[1] - torque[0]) * time) - (
+        brake[0] + (brake[1] - brake[0]) * time + 1.3 * (clutch[0] + (clutch[1] - clutch[0]) * time)
+    )
+    if (excess < -1e-3).all():
+        assert np.abs(result["a.w"]).max() < 1e-9
+    elif (excess > 1e-3).any():
+        assert result.at(time[np.argmax(excess > 0.0)] - 1e-4, "a.w") == pytest.approx(0.0, abs=1e-9)
+        assert np.abs(result["a.w"]).max() > 0.0

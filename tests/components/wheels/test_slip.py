@@ -5,16 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from cases import few
 from wheel_rigs import Drum, plain, tight
 
 import powertrain as pt
+from powertrain.compiler.cancellation import terms
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Constant
 from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
+from powertrain.components.wheels.magic_formula import inverse_shape
 
 
 def on_drum(wheel: Wheel, v: float, slip_speed: float, stop: float, load: float = 4000, **options: Any) -> Any:
@@ -73,6 +76,24 @@ def test_magic_formula_at_steady_slip(tyre: dict[str, Any], kappa: float) -> Non
     for load, mu in ((4000.0, 1.0), (2500.0, 0.4)):
         force = steady(MagicFormulaWheel(**tyre, mu=mu), 10.0, kappa, load)
         assert force == pytest.approx(formula(tyre, kappa, load, mu), rel=2e-6)
+
+
+@pytest.mark.parametrize(("E", "kappa"), [(-8.0, 0.005), (-20.0, 0.06)])
+def test_a_pointed_magic_formula_with_slip_from_the_start(E: float, kappa: float) -> None:
+    tyre = TYRES[0] | {"pEx1": E}
+    assert steady(MagicFormulaWheel(**tyre), 20.0, kappa) == pytest.approx(formula(tyre, kappa, 4000.0), rel=2e-6)
+
+
+@pytest.mark.parametrize("E", [-20.0, -8.0, -0.5, 0.0, 0.5, 0.99])
+def test_inverse_of_the_shape(E: float) -> None:
+    """Also for the smallest slips, and with terms that do not dwarf the value."""
+    t, curvature = ca.SX.sym("t"), ca.SX.sym("E")
+    x = inverse_shape(t, curvature)
+    function = ca.Function("inverse", [t, curvature], [x, terms(x)])
+    for value in np.geomspace(1e-7, 1e6, 27):
+        found, size = (float(each) for each in function(value, E))
+        assert found - E * (found - np.arctan(found)) == pytest.approx(value, rel=1e-10)
+        assert size < 1e9 * found
 
 
 def test_shapes_that_have_no_peak_or_turn_round() -> None:
