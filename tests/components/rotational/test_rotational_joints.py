@@ -145,6 +145,18 @@ def test_two_universal_joints_cancel() -> None:
     np.testing.assert_allclose(result["parts[3].w"], 10, rtol=1e-6)
 
 
+@pytest.mark.parametrize("start", [0.0, 7.0])
+@pytest.mark.parametrize(("w", "common"), [(3.0, True), (-3.0, True), (0.0, True), (-6.0, False)])
+def test_dog_clutch_that_is_asked_in_at_the_start(start: float, w: float, common: bool) -> None:
+    """In at once where the speeds are alike, at whatever time a run begins: then 10 N.m move both of 1 and 3 kg.m2."""
+    parts = rot.DogClutch(), rot.Inertia(J=1), rot.Inertia(J=3), Constant(k=1), rot.ConstantTorque(tau_constant=-10)
+    wired = "0.flange_a=1.flange_a 0.flange_b=2.flange_a 3.y=0.engage 4.flange=1.flange_b"
+    result = run(joined(*parts, joints=wired), start + 0.2, {"1.w": w, "2.w": 0.0}, start=start)
+    assert set(result["parts[0].inside"]) == {float(common)}
+    assert result["parts[2].w"][-1] == pytest.approx((w - 10 * 0.2) / 4 if common else 0.0, abs=1e-9)
+    assert pt.energy_audit(result).closure < 1e-9
+
+
 def test_dog_clutch_goes_in_at_equal_speed_and_out_without_torque() -> None:
     """0.5 N.m slow the loose side of 1 kg.m2 down from 12 rad/s: in at 5 rad/s, t = 14 s. Asked out at 20 s, out when the load ends."""
     parts = (
