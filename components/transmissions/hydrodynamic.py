@@ -61,7 +61,7 @@ class TorqueConverter(_Hydrodynamic):
 
     nu = w_b/w_a within 0..1;  tau_drive = (w_a/K(nu))^2 for w_b < w_a,  tau_coast = (w_b/K(1/nu))^2 for w_b > w_a,  else 0
     flange_a.tau = tau_drive - tau_coast - tau_lock,  flange_b.tau = tau_coast - R(nu) tau_drive + tau_lock
-    w_a w_b < 0: nu = 1/nu = 0, and in either torque only the larger of tau_coast and tau_drive, or R(0) tau_drive, counts
+    w_a w_b < 0: |flange_a.tau + tau_lock| = max(|tau_drive|, |tau_coast|),  |flange_b.tau - tau_lock| = max(R(0) |tau_drive|, |tau_coast|)
     w_rel = w_b - w_a > 0: tau_lock = tau_max lockup;  w_rel < 0: tau_lock = -tau_max lockup;  w_rel = 0: |tau_lock| <= tau_max lockup
 
     ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 on, K = w_a/root(flange_a.tau) at the pump; between them 1/K^2 and R are
