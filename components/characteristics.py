@@ -7,7 +7,10 @@ from typing import Literal, TypeAlias
 
 import casadi as ca
 
-from powertrain import Symbol, switch, time
+from powertrain import Symbol, switch, time, within
+
+COLDEST = 1e-3
+"""Resistance over that at the reference temperature below which the linear law has no sense."""
 
 Regularization: TypeAlias = Literal["exp", "sine", "linear", "cosine"]
 
@@ -58,3 +61,10 @@ def smooth_sign(x: Symbol, reg: Regularization) -> Symbol:
 def eddy_current(x: Symbol) -> Symbol:
     """Kloss' characteristic 2 x/(1 + x^2), one at its largest."""
     return 2 * x / (1 + x**2)
+
+
+def resistance(alpha20: Symbol, T: Symbol, TRef: Symbol) -> Symbol:
+    """R(T)/R(TRef), linear in temperature; a simulation ends where it comes to zero."""
+    ratio = 1 + alpha20 / (1 + alpha20 * (TRef - 293.15)) * (T - TRef)
+    within(ratio, COLDEST, math.inf, name="resistance R(T)/R(TRef)", unit="1")
+    return ratio

@@ -48,8 +48,9 @@ class Hysteresis(Filter):
     held: Discrete = discrete("1", "Last state of u: 1 above uHigh, -1 below uLow, 0 neither")
 
     def check(self) -> Equations:
-        """There is a band."""
+        """There is a band, and y is 0 or 1 from the start."""
         yield self.uLow <= self.uHigh
+        yield self.y_start * self.y_start == self.y_start
 
     def equations(self) -> Equations:
         """A memory, which an input outside of the band does not need."""

@@ -42,6 +42,9 @@ LEVELS = (70.0, 75.0, 80.0, 85.0, 90.0, 95.0, 100.0)
 LEAST = 1e-3
 """Voltage [V] below which none counts as given."""
 
+STILL = 1e-12
+"""Speed [rad/s] that a machine without voltage counts as turning with at least."""
+
 
 class ElectricMachine(Lossy):
     """A motor and generator whose torque follows a demand within its limits.
@@ -99,7 +102,7 @@ class ElectricMachine(Lossy):
 
     def _limit(self, w: Symbol, supply: Symbol) -> Symbol:
         speed, power = ca.fabs(w), self.P_max * supply
-        constant_power = power / ca.fmax(speed, power / self.tau_max)
+        constant_power = power / ca.fmax(ca.fmax(speed, power / self.tau_max), STILL)
         return constant_power * limited((self.w_max * supply - speed) / self.band)
 
     def _loss(self, w: Symbol, tau: Symbol, T: Symbol) -> Symbol:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from powertrain import (
     Equations,
     Input,
@@ -26,12 +24,15 @@ class Starter(OneFlangeAndSupport, Lossy):
     """A starter: a direct-current motor that turns the ring gear (flange) by a pinion with a roller freewheel.
 
     J der(w_m) = k i - tau/ratio - d w_m,  bus.v = R i + k w_m while on > 1/2, else i = 0,  flange.tau = -tau
-    w_rel = der(phi) - w_m/ratio >= 0,  tau >= 0 while on > 1/2;  w_rel = 0 where tau > 0;  tau = 0 else
+    w_rel = der(phi) - w_m/ratio;  on > 1/2 and w_rel = 0: 0 <= tau <= tau_max,  on > 1/2 and w_rel < 0: tau = tau_max;  else tau = 0
 
     The solenoid draws the pinion out as soon as ``on`` falls to 1/2. The engine that has started overruns the motor, which then
     turns at its idle speed bus.v/k. The torque at the ring gear falls in proportion to its speed from ratio k bus.v/R, and with the
-    voltage: a battery with inner resistance sags under the starter. The numbers are invented, for an engine of 1.6 l: 90 N.m at rest
-    at 12 V, idling at 35 rad/s. Source: Bosch Automotive Handbook, chapter Starting systems.
+    voltage: a battery with inner resistance sags under the starter. Where the motor is faster than the ring gear when it is switched on,
+    because it still turns from the last start or the engine rocks back, the rollers slip with the torque tau_max until both have one
+    speed; their heat is part of lossPower. In a start tau_max must exceed the torque that the motor and the armature's inertia
+    give. The numbers are invented, for an engine of 1.6 l: 90 N.m at rest at 12 V, idling at 35 rad/s. Source: Bosch Automotive
+    Handbook, chapter Starting systems.
     """
 
     on: Input = signal_input("1", "1: pinion in and motor on, 0: off")
@@ -41,6 +42,9 @@ class Starter(OneFlangeAndSupport, Lossy):
     k: Parameter = parameter("N.m/A", "Torque over current, and voltage over speed", default=6.8e-3, above=0)
     R: Parameter = parameter("Ohm", "Resistance of armature, brushes and leads", default=0.045, above=0)
     d: Parameter = parameter("N.m.s/rad", "Drag of the armature", default=1e-4, min=0)
+    tau_max: Parameter = parameter(
+        "N.m", "Torque at the ring gear with which the freewheel slips", default=1000.0, above=0
+    )
     w_m: Variable = variable("rad/s", "Speed of the motor", start=0.0)
     i: Variable = variable("A", "Current of the motor")
     w_rel: Variable = variable("rad/s", "Speed by which the ring gear overruns the motor", prefer=True)
@@ -55,7 +59,7 @@ class Starter(OneFlangeAndSupport, Lossy):
         yield self.J * der(self.w_m) == self.k * self.i - self.tau / self.ratio - self.d * self.w_m
         yield self.w_rel == der(self.phi) - self.w_m / self.ratio
         yield self.flange.tau == -self.tau
-        yield friction(self.w_rel, self.flange.tau, switch(on, -math.inf, 0.0), 0.0, name="freewheel")
+        yield friction(self.w_rel, self.flange.tau, switch(on, -self.tau_max, 0.0), 0.0, name="freewheel")
         yield from self._dissipate()
 
     def energy(self) -> Symbol:
@@ -63,5 +67,5 @@ class Starter(OneFlangeAndSupport, Lossy):
         return self.J * self.w_m**2 / 2
 
     def loss(self) -> Symbol:
-        """Heat of the current, and drag."""
-        return self.R * self.i**2 + self.d * self.w_m**2
+        """Heat of the current, drag, and slip of the freewheel."""
+        return self.R * self.i**2 + self.d * self.w_m**2 - self.tau * self.w_rel

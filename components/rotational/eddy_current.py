@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
-from powertrain.components.characteristics import eddy_current
+from powertrain.components.characteristics import eddy_current, resistance
 from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
 
 
@@ -12,6 +12,8 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
 
     tau = flange.tau = 2 tau_nominal v/(1 + v^2),  v = w/(w_nominal R(T)/R(TRef)),  w = der(phi)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
+
+    Errors: ParameterError where R(TRef) is not positive; a simulation ends where R(T) is not: alpha20 holds near 293.15 K.
     """
 
     tau_nominal: Parameter = parameter("N.m", "Largest torque; it brakes in both directions", min=0)
@@ -21,12 +23,15 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
     w: Variable = variable("rad/s", "Speed of the disc against the support")
     tau: Variable = variable("N.m", "Braking torque, flange.tau")
 
+    def check(self) -> Equations:
+        """There is a resistance at TRef."""
+        yield self.alpha20 * (293.15 - self.TRef) < 1
+
     def equations(self) -> Equations:
         """Kloss' characteristic with a slip speed that grows with the disc's resistance."""
         yield from self._against_support()
         yield self.w == der(self.phi)
-        alpha = self.alpha20 / (1 + self.alpha20 * (self.TRef - 293.15))
-        v = self.w / (self.w_nominal * (1 + alpha * (self.heat_port.T - self.TRef)))
+        v = self.w / (self.w_nominal * resistance(self.alpha20, self.heat_port.T, self.TRef))
         yield self.tau == self.tau_nominal * eddy_current(v)
         yield self.flange.tau == self.tau
         yield from self._dissipate()

@@ -48,15 +48,22 @@ class WormGear(LossyPair):
     w_a = 0: flange_a.tau anywhere between the two
 
     With lead <= rho the efficiency eta_2 is not positive: the wheel cannot turn the worm at any torque, and lowering a load requires a
-    torque. The law is that of ``LossyGear``, expressed by the torque at the wheel, so that it also holds for eta_2 <= 0. The shafts
-    cross; the housing takes the whole torque of each. Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch.
-    24.
+    torque. The law is that of ``LossyGear``, expressed by the torque at the wheel, so that it also holds for eta_2 <= 0. With
+    lead + rho >= pi/2 it is the worm that cannot turn the wheel: it jams in full motion as soon as the load changes sides, which takes an
+    impact that rigid teeth cannot describe. Such parameters are rejected. The shafts cross; the housing takes the whole torque of each.
+    Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch. 24.
+
+    Errors: ParameterError where the worm cannot turn the wheel.
     """
 
     lead: Parameter = parameter("rad", "Lead angle of the worm", above=0, max=1.2)
     mue: Parameter = parameter("1", "Coefficient of friction in the mesh", default=0.05, min=0, max=1)
     alpha: Parameter = parameter("rad", "Pressure angle in the normal section", default=math.radians(20), min=0, max=1)
     load: Variable = variable("N.m", "Torque of the wheel, counted at the worm without loss")
+
+    def check(self) -> Equations:
+        """The worm turns the wheel: tan(lead) tan(rho) < 1."""
+        yield self.mue * ca.tan(self.lead) < ca.cos(self.alpha)
 
     def equations(self) -> Equations:
         """The loss that the carrying flank makes."""
@@ -121,13 +128,20 @@ class Screw(_LossyR2T):
     w load > 0: flangeR.tau = load tan(lead + rho)/tan(lead);  w load < 0: flangeR.tau = load tan(lead - rho)/tan(lead)
     w = 0: between the two
 
-    alpha is half of the thread's angle: 0 for a square, 15 degrees for a trapezoidal, 30 degrees for a metric thread.
+    alpha is half of the thread's angle: 0 for a square, 15 degrees for a trapezoidal, 30 degrees for a metric thread. A thread so steep
+    that lead + rho >= pi/2 jams where it should move its nut; such parameters are rejected, as those of ``WormGear``.
+
+    Errors: ParameterError where the screw cannot move the nut.
     """
 
     p: Parameter = parameter("m", "Lead, path of the nut in a turn", above=0)
     d: Parameter = parameter("m", "Pitch diameter", above=0)
     mue: Parameter = parameter("1", "Coefficient of friction in the thread", default=0.1, min=0, max=1)
     alpha: Parameter = parameter("rad", "Angle of the flank against the normal", default=0.0, min=0, max=1)
+
+    def check(self) -> Equations:
+        """The screw moves the nut: tan(lead) tan(rho) < 1."""
+        yield self.mue * self.p < math.pi * self.d * ca.cos(self.alpha)
 
     def equations(self) -> Equations:
         """A wedge that is wound round a cylinder."""

@@ -63,7 +63,7 @@ class UniversalJoint(_Joint):
 class DoubleUniversalJoint(_Joint):
     """Two universal joints with a massless shaft between them, whose unevenness cancels at equal angles and aligned forks.
 
-    tan(phi_m) = cos(beta_a) tan(phi_a),  cos(beta_b) tan(phi_b) = tan(phi_m + phase),  flange_a.tau + (w_b/w_a) flange_b.tau = 0
+    tan(phi_m) = cos(beta_a) tan(phi_a),  cos(beta_b) tan(phi_b + phase) = tan(phi_m + phase),  flange_a.tau + (w_b/w_a) flange_b.tau = 0
 
     All three shafts lie in one plane. With ``phase`` = 0 both forks of the middle shaft lie in this plane at the same time, and
     beta_a = beta_b (a Z or W arrangement, or a centred double Cardan joint) gives w_b = w_a exactly. With other angles the joint is as

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
-from powertrain.components.characteristics import eddy_current
+from powertrain.components.characteristics import eddy_current, resistance
 from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
 
 
@@ -12,6 +12,8 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
 
     f = flange.f = 2 f_nominal x/(1 + x^2),  x = v/(v_nominal R(T)/R(TRef)),  v = der(s)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
+
+    Errors: ParameterError where R(TRef) is not positive; a simulation ends where R(T) is not: alpha20 holds near 293.15 K.
     """
 
     f_nominal: Parameter = parameter("N", "Largest force; it brakes in both directions", min=0)
@@ -21,12 +23,15 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
     v: Variable = variable("m/s", "Speed of the fin against the support")
     f: Variable = variable("N", "Braking force, flange.f")
 
+    def check(self) -> Equations:
+        """There is a resistance at TRef."""
+        yield self.alpha20 * (293.15 - self.TRef) < 1
+
     def equations(self) -> Equations:
         """Kloss' characteristic with a speed of largest force that grows with the fin's resistance."""
         yield from self._against_support()
         yield self.v == der(self.s)
-        alpha = self.alpha20 / (1 + self.alpha20 * (self.TRef - 293.15))
-        x = self.v / (self.v_nominal * (1 + alpha * (self.heat_port.T - self.TRef)))
+        x = self.v / (self.v_nominal * resistance(self.alpha20, self.heat_port.T, self.TRef))
         yield self.f == self.f_nominal * eddy_current(x)
         yield self.flange.f == self.f
         yield from self._dissipate()

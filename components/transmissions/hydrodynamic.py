@@ -51,19 +51,26 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
         return limited(driven * driving / (driving**2 + CREEP**2))
 
 
+def _stronger(one: Symbol, other: Symbol) -> Symbol:
+    """The sum of two values, but of two of one sign the larger in size alone."""
+    return ca.fmax(ca.fmax(one, other), 0) + ca.fmin(ca.fmin(one, other), 0)
+
+
 class TorqueConverter(_Hydrodynamic):
     """A hydrodynamic torque converter described by its K factor and torque ratio, with a lock-up clutch.
 
     nu = w_b/w_a within 0..1;  tau_drive = (w_a/K(nu))^2 for w_b < w_a,  tau_coast = (w_b/K(1/nu))^2 for w_b > w_a,  else 0
     flange_a.tau = tau_drive - tau_coast - tau_lock,  flange_b.tau = tau_coast - R(nu) tau_drive + tau_lock
+    w_a w_b < 0: |flange_a.tau + tau_lock| = max(|tau_drive|, |tau_coast|),  |flange_b.tau - tau_lock| = max(R(0) |tau_drive|, |tau_coast|)
     w_rel = w_b - w_a > 0: tau_lock = tau_max lockup;  w_rel < 0: tau_lock = -tau_max lockup;  w_rel = 0: |tau_lock| <= tau_max lockup
 
     ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 on, K = w_a/root(flange_a.tau) at the pump; between them 1/K^2 and R are
     linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil in place of the pump, and the stator
-    freewheels, so torque is not multiplied. The stator torque acts on the support. The loss is due to the slip of the wheels and is
-    never negative, because R nu <= 1. Errors: ParameterError for a table that does not begin at 0, does not increase, has a K that is not
-    positive or a negative R, or delivers more power than it receives. The default values are invented, for an engine of 150 N.m: stall
-    at 2,000 rpm, with twice the torque.
+    freewheels, so torque is not multiplied. Where the wheels turn against each other, as those of a car that rolls back in gear, the
+    faster one drives the oil as at stall: the K factor at negative speed ratios is about that of stall. The stator torque acts on the
+    support. The loss is due to the slip of the wheels and is never negative, because R nu <= 1. Errors: ParameterError for a table that
+    does not begin at 0, does not increase, has a K that is not positive or a negative R, or delivers more power than it receives. The
+    default values are invented, for an engine of 150 N.m: stall at 2,000 rpm, with twice the torque.
     Source: SAE J643, hydrodynamic drive test code (K factor, torque ratio over speed ratio).
     """
 
@@ -88,8 +95,8 @@ class TorqueConverter(_Hydrodynamic):
         yield from self._flows(_over_ratio(nu, capacity, "capacity", "N.m.s2/rad2"))
         multiplied = _over_ratio(nu, R, "torque ratio", "1")(self._ratio(self.w_b, self.w_a)) * self.tau_drive
         yield self.w_rel == der(self.flange_b.phi - self.flange_a.phi)
-        yield self.flange_a.tau == self.tau_drive - self.tau_coast - self.tau_lock
-        yield self.flange_b.tau == self.tau_coast - multiplied + self.tau_lock
+        yield self.flange_a.tau == _stronger(self.tau_drive, -self.tau_coast) - self.tau_lock
+        yield self.flange_b.tau == self.tau_lock - _stronger(multiplied, -self.tau_coast)
         limit = self.tau_max * limited(self.lockup.value)
         yield friction(self.w_rel, self.tau_lock, -limit, limit, name="lock")
         yield from self._dissipate()
@@ -104,6 +111,7 @@ class FluidCoupling(_Hydrodynamic):
 
     nu = w_b/w_a within 0..1,  flange_a.tau = -flange_b.tau = lambda(nu) rho D^5 w_a^2 for w_b < w_a
     In overrun: flange_b.tau = -flange_a.tau = lambda(1/nu) rho D^5 w_b^2
+    w_a w_b < 0: flange_a.tau = -flange_b.tau = lambda(0) rho D^5 max(w_a^2, w_b^2) sign(w_a)
 
     ``table``: rows (nu, lambda) of the performance coefficient, linear between them, from nu = 0 to a coefficient of 0 at nu = 1. The
     efficiency is nu. The default is plain: at 3 % of slip it has the coefficient that couplings are sized for, some 1.8e-3.
@@ -131,7 +139,7 @@ class FluidCoupling(_Hydrodynamic):
                 f"{where}: {self.table!r} is not a table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
             )
         yield from self._flows(_over_ratio(rows[:, 0], rows[:, 1], "lambda", "1"))
-        yield self.flange_a.tau == self.rho * self.D**5 * (self.tau_drive - self.tau_coast)
+        yield self.flange_a.tau == self.rho * self.D**5 * _stronger(self.tau_drive, -self.tau_coast)
         yield self.flange_b.tau == -self.flange_a.tau
         yield from self._dissipate()
 

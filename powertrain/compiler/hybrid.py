@@ -107,7 +107,8 @@ class Reset:
 class When:
     """When g becomes positive, apply the resets; m[index] holds whether g was positive.
 
-    ``relations``: where several comparisons are combined, the places of their modes, of which g consists.
+    ``relations``: where several comparisons are combined, the places of their modes, of which g consists. ``initially``: g that is positive
+    at the start of a run becomes so there.
     """
 
     name: str
@@ -117,6 +118,7 @@ class When:
     resets: tuple[Reset, ...]
     time: ca.SX | None = None
     relations: tuple[int, ...] = ()
+    initially: bool = False
 
 
 @dataclass(frozen=True)

@@ -183,6 +183,7 @@ def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: 
         tuple(resets),
         _event_time(g, _lasting(resolver)),
         tuple(held.place(s) for s in free_symbols(law.g) if key(s) in modes),
+        law.initially,
     )
 
 

@@ -183,7 +183,8 @@ class Prepared:
         for law, function in self._conditions:
             y, n, dae = memory.y[0], self.dae.x.numel(), self.dae
             value = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
-            memory.m[law.index] = float(value) > 0.0
+            becomes = isinstance(law, When) and law.initially and memory.m[law.index] == 0.0
+            memory.m[law.index] = float(value) > 0.0 and not becomes
 
     def _solve_start(self, t: float) -> None:
         """The algebraic unknowns where the pivots are chosen; with laws whose modes are not known yet there may be no solution."""

@@ -67,6 +67,7 @@ class WhenLaw(Law):
     g: Symbol
     resets: tuple[Reinit, ...]
     name: str = "when"
+    initially: bool = False
 
     def mapped(self, change: Callable[[list[Symbol]], list[Symbol]]) -> Self:
         """The same law with its condition and the new values changed."""
@@ -152,16 +153,17 @@ def reinit(variable: Symbol, value: Expression) -> Reinit:
     return Reinit(_expression("reinit", variable), _expression("reinit", value))
 
 
-def when(condition: Symbol, *resets: Reinit, name: str = "when") -> WhenLaw:
+def when(condition: Symbol, *resets: Reinit, name: str = "when", initially: bool = False) -> WhenLaw:
     """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides are evaluated just before it.
 
     Every comparison that ``condition`` combines by ``ca.logic_and``, ``ca.logic_or`` and ``ca.logic_not`` is an event of its own, so that
-    they may hold together for any short time. ``name`` is the name of the events.
+    they may hold together for any short time. ``name`` is the name of the events. A condition that holds at the start of a run becomes true
+    only after it was false, but with ``initially`` it becomes true at the start.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
     condition = _condition("when", condition)
-    return to_be_yielded("when", WhenLaw(_combined(condition, name, recorder().relations), resets, name))
+    return to_be_yielded("when", WhenLaw(_combined(condition, name, recorder().relations), resets, name, initially))
 
 
 def _combined(condition: Symbol, name: str, relations: list[SwitchEntry]) -> Symbol:

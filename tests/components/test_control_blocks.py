@@ -143,6 +143,12 @@ def test_limits_in_the_wrong_order_are_rejected(block: Any, limits: dict[str, fl
     assert block(**{high: 1.0, low: 1.0})
 
 
+@pytest.mark.parametrize("start", [0.5, 1e-9, 1 - 1e-9])
+def test_a_switch_starts_at_0_or_1(start: float) -> None:
+    with pytest.raises(pt.ParameterError, match=r"(?s)Hysteresis: .*y_start"):
+        b.Hysteresis(uLow=-1.0, uHigh=1.0, y_start=start)
+
+
 def test_a_delay_needs_sections() -> None:
     with pytest.raises(pt.ParameterError, match="sections"):
         b.Delay(delayTime=1.0, sections=())

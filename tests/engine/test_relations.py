@@ -198,3 +198,29 @@ def test_random_conditions_need_no_short_steps(seed: int) -> None:
     assert coarse.events.times == pytest.approx(fine.events.times, abs=1e-5)
     assert coarse["load.s"][-1] == pytest.approx(fine["load.s"][-1], abs=1e-5)
     assert coarse["held"][-1] == pytest.approx(fine["held"][-1], abs=1e-5)
+
+
+class Falling(pt.Component):
+    """x = 1 - t counts how often it came below 2, which it is from the start, and below 1/2."""
+
+    initially: bool = True
+    x: pt.Variable = pt.variable("1", "Falls", start=1.0)
+    below: pt.Discrete = pt.discrete("1", "Times that 0 < x < 2 became true")
+    half: pt.Discrete = pt.discrete("1", "Times that x < 1/2 became true")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -1.0
+        between = ca.logic_and(self.x < 2, self.x > 0)
+        yield pt.when(between, pt.reinit(self.below, self.below + 1), initially=self.initially)
+        yield pt.when(self.x < 0.5, pt.reinit(self.half, self.half + 1), initially=self.initially)
+
+
+@pytest.mark.parametrize("initially", [True, False])
+def test_a_condition_that_holds_from_the_start(initially: bool) -> None:
+    """It becomes true there, and once, if that is asked for."""
+    plant = pt.compile(Falling(initially=initially))
+    result = plant.simulate(1.5)
+    assert set(result["below"]) == {float(initially)}
+    assert result["half"][[0, -1]].tolist() == [0.0, 1.0]
+    late = plant.simulate(1.2, start=1.0, starts={"x": 0.4})
+    assert set(late["half"]) == {float(initially)}

@@ -161,6 +161,14 @@ def test_a_low_voltage_takes_power_and_top_speed(V: float, w: float, limit: floa
     assert result["machine.tau"][-1] == pytest.approx(limit)
 
 
+def test_without_voltage_there_is_no_torque() -> None:
+    """Nor at rest, where the power's limit is 0/0."""
+    machine = pt.replace(MACHINE, V_full=300)
+    assert machine.limit([0.0, 1e-15, 1.0, -500.0], 0.0).tolist() == [0.0] * 4
+    assert machine.limit(0.0, 300.0) == pytest.approx(200)
+    assert machine.limit(0.0, 1.0) == pytest.approx(200 * 1200 / 300 / 20)
+
+
 def test_a_warm_winding_loses_more() -> None:
     """alpha = 0.0039: at 100 K above 20 degC 1.39 times the copper's loss, and no more of the rest."""
     machine = pt.replace(MACHINE, alpha=0.0039)

@@ -11,6 +11,7 @@ from cases import few
 from numpy.typing import NDArray
 
 import powertrain as pt
+from powertrain.components.blocks import TimeTable
 from powertrain.components.electric import VoltageSource
 from powertrain.components.engines import CoolantCircuit, Crankshaft, Cylinder, PistonEngine, Starter
 from powertrain.components.rotational import ConstantSpeed, Inertia
@@ -177,6 +178,40 @@ class Start(pt.Component):
         yield pt.connect(self.starter.bus, self.battery.bus)
         yield pt.connect(self.starting, self.starter.on)
         yield pt.connect(self.throttle, self.engine.throttle)
+
+
+class Cranked(pt.Component):
+    """A shaft that turns freely with a starter."""
+
+    starter: Starter = Starter()
+    battery: VoltageSource = VoltageSource(V=12)
+    shaft: Inertia = Inertia(J=0.15)
+    switch: TimeTable = TimeTable(table=((0, 0), (0.1, 0), (0.1, 1)))
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.starter.flange, self.shaft.flange_a)
+        yield pt.connect(self.starter.bus, self.battery.bus)
+        yield pt.connect(self.switch.y, self.starter.on)
+
+
+@pytest.mark.parametrize("at", [0.1, 0.0])
+@pytest.mark.parametrize(("w", "w_m"), [(-10.0, 0.0), (0.0, 1500.0), (20.0, 1500.0)])
+def test_a_starter_that_is_faster_than_its_engine_slips(at: float, w: float, w_m: float) -> None:
+    """An engine that rocks back, or a motor that still turns: one speed after J dw/tau_max, and the difference is heat."""
+    table = ((0.0, 0.0), (at, 0.0), (at, 1.0)) if at else ((0.0, 1.0), (1.0, 1.0))
+    weak: dict[str, Any] = {"starter": Starter(k=1e-9, d=0.0, tau_max=500.0), "battery": VoltageSource(V=1e-6)}
+    model = Cranked(**weak, switch=TimeTable(table=table))
+    run = pt.simulate(model, 0.2, starts={"shaft.w": w, "starter.w_m": w_m}, rtol=1e-9, atol=1e-11)
+    armature, slip = 1e-4 * 50**2, w_m / 50 - w
+    reduced = armature * 0.15 / (armature + 0.15)
+    stuck = next(e.time for e in run.events if e.name == "starter.freewheel" and e.new == 0)
+    assert stuck - at == pytest.approx(reduced * slip / 500, rel=1e-6)
+    common = (0.15 * w + armature * w_m / 50) / (0.15 + armature)
+    assert run["shaft.w"][-1] == pytest.approx(common, rel=1e-6)
+    assert run["starter.w_m"][-1] == pytest.approx(50 * common, rel=1e-6)
+    audit = pt.energy_audit(run)
+    assert audit.components.lost["starter"] == pytest.approx(reduced * slip**2 / 2, rel=1e-6)
+    assert audit.closure < 1e-7
 
 
 @pytest.mark.slow

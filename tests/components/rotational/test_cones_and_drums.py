@@ -106,3 +106,17 @@ def test_a_shoe_that_locks_itself_is_rejected() -> None:
     with pytest.raises(pt.ParameterError, match=r"normal > self\.mue"):
         shoes(mue=1.001 * limit)
     assert float(span) > 0
+
+
+@pytest.mark.parametrize("hinge", [0.3, 0.2, 0.1])
+def test_hinge_pins_outside_of_the_drum_are_rejected(hinge: float) -> None:
+    """There the friction moment mue M may be negative: N + mue M < 0 is a trailing shoe that drives the drum."""
+    with pytest.raises(pt.ParameterError, match=rf"(?s)DrumBrake: .*radius = 0\.1 m, hinge = {hinge:g} m"):
+        rot.DrumBrake(theta_1=0.0, theta_2=0.5, hinge=hinge, radius=0.1, mue=0.1)
+
+
+def test_shoes_inside_the_drum_brake() -> None:
+    """Whatever the lining, a pin in the drum gives both shoes a torque above zero."""
+    for one, two in ((0.0, 0.1), (0.0, 0.5), (0.3, 2.2), (1.5, 3.1)):
+        lead, trail = shoes(theta_1=one, theta_2=two, hinge=0.149, mue=1e-2).torques()
+        assert lead > trail > 0

@@ -75,6 +75,26 @@ def test_fast_dogs_ratchet_and_loaded_ones_stay_in() -> None:
     assert result["parts[0].tau"][-1] == 0
 
 
+def test_dogs_stay_in_their_gap_under_load() -> None:
+    """300 N.m press a dog 0.03 rad into its flank, where it faces the next gap: 40 gaps of 0.15 rad are 0.157 rad apart."""
+    dogs = rot.ElasticDogClutch(n=40, b=0.15, c=1e4, d=20.0)
+    parts = dogs, rot.Inertia(J=0.1), rot.Inertia(J=10), TimeTable(table=((0, 0), (0.01, 0), (0.01, 1))), rot.Torque()
+    load = TimeTable(table=((0, 0), (0.1, 0), (1.1, 300)))
+    wired = "0.flange_a=1.flange_a 0.flange_b=2.flange_a 3.y=0.engage 4.flange=1.flange_b 5.y=4.tau"
+    result = run(joined(*parts, load, joints=wired), 1.1, rtol=1e-8, atol=1e-10)
+    assert set(result["parts[0].gap"]) == {0.0}
+    assert result["parts[0].tau"][-1] == pytest.approx(-300 * 10 / 10.1, rel=1e-2)
+    assert pt.energy_audit(result).closure < 1e-8
+
+
+@pytest.mark.parametrize("k", [0, 2])
+@pytest.mark.parametrize(("w", "aside", "inside"), [(3.0, 0.0, 1), (6.0, 0.0, 0), (0.0, 0.4 * B, 1), (0.0, 0.8 * B, 0)])
+def test_dogs_that_are_asked_in_at_the_start(k: int, w: float, aside: float, inside: int) -> None:
+    result = closing(w, 2 * math.pi * k / N + aside, command=((0, 1), (1, 1)), stop=1e-3)
+    assert set(result["parts[0].inside"]) == {inside}
+    assert set(result["parts[0].gap"]) == {inside * k}
+
+
 def test_gaps_that_overlap_or_have_no_play_are_refused() -> None:
     for b in (1.1, 0.0):
         with pytest.raises(pt.ParameterError):

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from joined import joined
 from rotational_line import Line, run
 
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp, Step
-from powertrain.components.thermal import HeatCapacitor
+from powertrain.components.thermal import FixedTemperature, HeatCapacitor
 
 
 def bearing(tau_pos: tuple[tuple[float, ...], ...], peak: float = 1.0, J: float = 2.0) -> Line:
@@ -153,6 +154,22 @@ def test_eddy_current_brake_is_strongest_at_its_nominal_speed() -> None:
     moving = w > 1e-3
     left = 16 * np.log(w[moving] / 30) + (w[moving] ** 2 - 900) / 2
     np.testing.assert_allclose(left, -2 * 5 * 4 * result.time[moving], rtol=1e-6, atol=1e-4)
+
+
+def test_an_eddy_current_brake_has_a_resistance() -> None:
+    """1 + alpha20 (T - 293.15 K) of copper is zero at 36.7 K: a brake so cold would drive."""
+    with pytest.raises(pt.ParameterError, match=r"(?s)EddyCurrentTorque: .*TRef = 30 K"):
+        rot.EddyCurrentTorque(tau_nominal=5, w_nominal=4, TRef=30, alpha20=3.9e-3)
+    brake = rot.EddyCurrentTorque(tau_nominal=5, w_nominal=4, alpha20=3.9e-3)
+    for T, works in ((40.0, True), (30.0, False)):
+        model = joined(
+            brake, rot.ConstantSpeed(w_fixed=3), FixedTemperature(T=T), joints="0.flange=1.flange 0.heat_port=2.port"
+        )
+        if works:
+            assert pt.simulate(model, 0.1)["parts[0].lossPower"].min() > 0
+        else:
+            with pytest.raises(pt.PowertrainError, match=r"resistance R\(T\)/R\(TRef\)"):
+                pt.simulate(model, 0.1)
 
 
 def overrun(part: pt.Component, wires: bool) -> Line:

@@ -88,6 +88,27 @@ def test_a_screw_holds_and_lifts() -> None:
         assert bool(result["parts[2].v"][-1] > 0) == moves
 
 
+def test_a_thread_too_steep_to_be_driven_by_its_shaft_is_rejected() -> None:
+    """Up to lead + rho = pi/2 the torque that lifts grows without limit; from there on it would have the wrong sign."""
+    steepest, d, alpha = math.pi / 2 - RHO, 0.02, math.radians(20)
+    rot.Screw(p=math.pi * d * math.tan(0.999 * steepest), d=d, mue=0.1, alpha=alpha)
+    with pytest.raises(pt.ParameterError, match=r"(?s)Screw: .*p = 0\.59\d* m"):
+        rot.Screw(p=math.pi * d * math.tan(1.001 * steepest), d=d, mue=0.1, alpha=alpha)
+    rot.WormGear(ratio=2, lead=1.2, mue=math.cos(alpha) * math.tan(0.999 * (math.pi / 2 - 1.2)))
+    with pytest.raises(pt.ParameterError, match=r"(?s)WormGear: .*lead = 1\.2 rad, mue = 0\.5"):
+        rot.WormGear(ratio=2, lead=1.2, mue=0.5)
+
+
+def test_a_steep_worm_loses_and_never_gains() -> None:
+    """lead + rho = 1.56 of 1.5708 rad: driven from either side."""
+    part = rot.WormGear(ratio=2, lead=1.2, mue=math.cos(math.radians(20)) * math.tan(0.36))
+    for tau_a, tau_b, w in ((10.0, -5.0, 0.0), (-10.0, 5.0, 0.0), (10.0, -5.0, 30.0), (0.0, -5.0, 30.0)):
+        torques = rot.ConstantTorque(tau_constant=tau_a), rot.ConstantTorque(tau_constant=tau_b)
+        wired = "0.flange_a=1.flange_a 1.flange_b=3.flange 0.flange_b=2.flange_a 2.flange_b=4.flange"
+        result = run(joined(part, rot.Inertia(J=1), rot.Inertia(J=1), *torques, joints=wired), 1.0, {"1.w": w})
+        assert result["parts[0].lossPower"].min() > -1e-9
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_band_brake_energises_itself(sign: float) -> None:
     """1 kg.m2 from 100 rad/s: F r (exp(mue wrap) - 1) forward, F r (1 - exp(-mue wrap)) backward."""
@@ -122,6 +143,18 @@ def test_two_universal_joints_cancel() -> None:
     wired = "4.flange=0.flange_a 0.flange_b=2.flange_a 2.flange_b=1.flange_b 1.flange_a=3.flange_a"
     result = run(joined(*parts, joints=wired), 2.0, max_step=0.01)
     np.testing.assert_allclose(result["parts[3].w"], 10, rtol=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.0, 7.0])
+@pytest.mark.parametrize(("w", "common"), [(3.0, True), (-3.0, True), (0.0, True), (-6.0, False)])
+def test_dog_clutch_that_is_asked_in_at_the_start(start: float, w: float, common: bool) -> None:
+    """In at once where the speeds are alike, at whatever time a run begins: then 10 N.m move both of 1 and 3 kg.m2."""
+    parts = rot.DogClutch(), rot.Inertia(J=1), rot.Inertia(J=3), Constant(k=1), rot.ConstantTorque(tau_constant=-10)
+    wired = "0.flange_a=1.flange_a 0.flange_b=2.flange_a 3.y=0.engage 4.flange=1.flange_b"
+    result = run(joined(*parts, joints=wired), start + 0.2, {"1.w": w, "2.w": 0.0}, start=start)
+    assert set(result["parts[0].inside"]) == {float(common)}
+    assert result["parts[2].w"][-1] == pytest.approx((w - 10 * 0.2) / 4 if common else 0.0, abs=1e-9)
+    assert pt.energy_audit(result).closure < 1e-9
 
 
 def test_dog_clutch_goes_in_at_equal_speed_and_out_without_torque() -> None:

@@ -11,7 +11,7 @@ from joined import joined, run
 import powertrain as pt
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Constant, Ramp, Sine, TimeTable
-from powertrain.components.thermal import HeatCapacitor
+from powertrain.components.thermal import FixedTemperature, HeatCapacitor
 
 JOINTS = "0.flange=1.flange_a 1.flange_b=2.flange_a"
 
@@ -270,6 +270,22 @@ def test_a_warm_eddy_current_brake_brakes_most_at_a_higher_speed() -> None:
     result = run(joined(brake, tr.ConstantSpeed(v_fixed=5), joints="0.flange=1.flange"), 1.0)
     x = 5 / (10 * 1 / (1 + alpha * 50))
     np.testing.assert_allclose(result["parts[0].f"], 200 * x / (1 + x**2), rtol=1e-12)
+
+
+def test_an_eddy_current_brake_has_a_resistance() -> None:
+    """1 + alpha20 (T - 293.15 K) of copper is zero at 36.7 K: a brake so cold would drive."""
+    with pytest.raises(pt.ParameterError, match=r"(?s)EddyCurrentForce: .*TRef = 30 K"):
+        tr.EddyCurrentForce(f_nominal=100, v_nominal=10, TRef=30, alpha20=3.9e-3)
+    brake = tr.EddyCurrentForce(f_nominal=100, v_nominal=10, alpha20=3.9e-3)
+    for T, works in ((40.0, True), (30.0, False)):
+        model = joined(
+            brake, tr.ConstantSpeed(v_fixed=5), FixedTemperature(T=T), joints="0.flange=1.flange 0.heat_port=2.port"
+        )
+        if works:
+            assert pt.simulate(model, 0.1)["parts[0].lossPower"].min() > 0
+        else:
+            with pytest.raises(pt.PowertrainError, match=r"resistance R\(T\)/R\(TRef\)"):
+                pt.simulate(model, 0.1)
 
 
 def test_a_guide_with_a_long_table() -> None:

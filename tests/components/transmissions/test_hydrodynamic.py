@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -38,14 +39,36 @@ def test_rows_of_the_table(nu: float, K: float, R: float, w_a: float) -> None:
 
 
 def test_beyond_and_against() -> None:
-    """No torque at equal speeds; overrun is a coupling with the wheels exchanged; against each other both wheels brake."""
+    """No torque at equal speeds; overrun is a coupling with the wheels exchanged; against each other the pump's torque is that of stall."""
     assert held(CONVERTER, 200.0, 200.0)[0] == pytest.approx(0, abs=1e-6)
     tau_a, tau_b, _ = held(CONVERTER, 100.0, 250.0)
     assert tau_b == pytest.approx((250 / 18.0) ** 2, rel=1e-6)
     assert tau_a == pytest.approx(-tau_b)
     tau_a, tau_b, _ = held(CONVERTER, 100.0, -50.0)
-    assert tau_a == pytest.approx((100 / 17) ** 2 + (50 / 17) ** 2)
-    assert tau_b == pytest.approx(-2 * (100 / 17) ** 2 - (50 / 17) ** 2)
+    assert tau_a == pytest.approx((100 / 17) ** 2)
+    assert tau_b == pytest.approx(-2 * (100 / 17) ** 2)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("w_a", "w_b", "pump", "turbine"),
+    [(100, -50, 1.0e4, 2.0e4), (100, -120, 1.44e4, 2.0e4), (100, -200, 4.0e4, 4.0e4), (0, -50, 2.5e3, 2.5e3)],
+)
+def test_wheels_against_each_other(sign: float, w_a: float, w_b: float, pump: float, turbine: float) -> None:
+    """The faster wheel drives as at stall; the turbine has twice the torque that the pump gives, or its own if that is larger."""
+    tau_a, tau_b, _ = held(CONVERTER, sign * w_a, sign * w_b)
+    assert sign * tau_a == pytest.approx(pump / 17**2, rel=1e-6)
+    assert sign * tau_b == pytest.approx(-turbine / 17**2, rel=1e-6)
+    tau_a, tau_b, _ = held(FluidCoupling(table=((0.0, 2e-3), (1.0, 0.0)), D=0.4, rho=850), sign * w_a, sign * w_b)
+    assert sign * tau_a == pytest.approx(2e-3 * 850 * 0.4**5 * max(abs(w_a), abs(w_b)) ** 2, rel=1e-6)
+    assert tau_b == pytest.approx(-tau_a)
+
+
+@pytest.mark.parametrize("w_b", [0.0, -100.0, -100 * math.sqrt(2), 100.0])
+def test_torque_is_continuous_in_speed(w_b: float) -> None:
+    """Where a wheel stops, where the other one becomes the faster one, and where its torque becomes the larger one."""
+    low, high = (held(CONVERTER, 100.0, w_b + d) for d in (-1e-4, 1e-4))
+    np.testing.assert_allclose(low, high, atol=1e-2)
 
 
 def test_an_engine_stalls_at_its_k_factor() -> None:
