@@ -149,8 +149,8 @@ def _check_own_shafts(car: Car, driven: list[str], said: str) -> None:
 
 
 def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:
-    """ModelError where the schedule of a car has more gears than its gearbox."""
-    if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) >= gearbox.gear_count:
+    """ModelError where the schedule of a car has more or fewer gears than its gearbox."""
+    if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) + 1 != gearbox.gear_count:
         raise ModelError(
             f"{type(car).__name__}.schedule has {len(schedule.speeds)} rows of shift speeds, for {len(schedule.speeds) + 1} gears, "
             f"but gearbox ({type(gearbox).__name__}) has {gearbox.gear_count}; give schedule.speeds a row for every shift"
