@@ -23,7 +23,7 @@ import powertrain as pt
 from powertrain.errors import PowertrainError
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
-from powertrain.presets.catalogue import is_named
+from powertrain.presets.catalogue import fitting, is_named
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
 from powertrain.presets.settings import Adjustable, checked, component_named, part, place, places
 
@@ -66,12 +66,10 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
         if isinstance(value, list):
             _check_no_row(model, path)
         found = place(model, path)
-        if isinstance(value, dict) and found.is_part:
-            if CLASS in value:
-                model = _with_class(model, found, value, folder)
-            model = _applied(model, value, f"{path}.", paths, folder)
-        elif found.is_part:
-            model = pt.replace(model, {path: part(str(value), found, folder)})
+        if found.is_part:
+            if (new := _new(value, found, folder)) is not None:
+                model = pt.replace(model, {path: new})
+            model = _applied(model, value, f"{path}.", paths, folder) if isinstance(value, dict) else model
         elif takes_data(found):
             model = pt.replace(model, {path: _data(value, found, folder)})
         else:
@@ -125,27 +123,23 @@ def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) ->
 
 def _made(found: Adjustable, table: dict[str, Any], folder: Path) -> pt.Component:
     """A part of a table: of the class that the table names, else the one that is there, with the table's values."""
-    name = str(table.get(CLASS, type(found.value).__name__))
-    if is_named(type(found.value), name):
-        start: pt.Component = found.value
-    else:
-        start = _fresh(component_named(name, found.kind, found.path), table, found.path, folder)
+    new = _new(table, found, folder)
     try:
-        return _applied(start, table, "", [], folder)
+        return _applied(found.value if new is None else new, table, "", [], folder)
     except PowertrainError as error:
         raise _at(found.path, error) from None
 
 
-def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path) -> M:
-    """The slot filled anew where another class is asked for; values that the class cannot do without come from the table."""
-    name = str(table[CLASS])
+def _new(value: Any, found: Adjustable, folder: Path) -> pt.Component | None:
+    """The part that a text, or the class of a table, asks for in a slot; None where a table keeps the one that is there."""
+    if not isinstance(value, dict):
+        return part(str(value), found, folder)
+    name = str(value.get(CLASS, type(found.value).__name__))
     if is_named(type(found.value), name):
-        return model
+        return None
     if "(" in name:
-        return pt.replace(model, {found.path: part(name, found, folder)})
-    return pt.replace(
-        model, {found.path: _fresh(component_named(name, found.kind, found.path), table, found.path, folder)}
-    )
+        return part(name, found, folder)
+    return _fresh(component_named(name, found.kind, found.path), value, found.path, folder)
 
 
 def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Path) -> pt.Component:
@@ -157,13 +151,14 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
     for name, spec in cls._fields.items():
         if name not in table:
             continue
-        value, here = table[name], Adjustable(f"{path}.{name}", None, kinds.get(name), None)
+        value, here = table[name], Adjustable(f"{path}.{name}", None, kinds.get(name), spec)
         if isinstance(spec, pt.Parameter):
             given[name] = value
         elif takes_data(here):
             given[name] = _data(value, here, folder)
-        elif isinstance(value, dict) and CLASS in value and not is_named(type(spec), str(value[CLASS])):
-            given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
+        elif not isinstance(value, list) and fitting(here.kind):
+            new = _new(value, here, folder)
+            given |= {} if new is None else {name: new}
         elif isinstance(value, (bool, int, float, str, list)) and not (
             isinstance(value, list) and any(isinstance(i, dict) for i in value)
         ):

@@ -13,10 +13,14 @@ import pytest
 import powertrain as pt
 from powertrain.components.body import DrivenAxle, RoadProfile
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.differentials import LimitedSlipDifferential
 from powertrain.components.electric import cells_in_series
 from powertrain.components.engines import MappedEngine, WillansEngine
+from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import ManualGearbox, RangeTransmission
+from powertrain.components.wheels import RigidWheel
 from powertrain.presets.files import applied, written
+from powertrain.presets.settings import place
 from powertrain.vehicles import load, names, save
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -151,6 +155,41 @@ def test_misspelt_keys_are_refused(tmp_path: Path, text: str, said: str) -> None
     path.write_text(f'class = "ManualCar"\n{text}', encoding="utf-8")
     with pytest.raises(pt.ParameterError, match=said):
         load(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "path", "part"),
+    [
+        (
+            '[front]\nclass = "DrivenAxle"\ndifferential = "LimitedSlipDifferential(preload=100)"\n',
+            "front.differential",
+            LimitedSlipDifferential(preload=100),
+        ),
+        (
+            '[transfer]\nclass = "CentreDifferential"\ndifferential = "LimitedSlipDifferential"\n',
+            "transfer.differential",
+            LimitedSlipDifferential(),
+        ),
+        (
+            '[front]\nclass = "DrivenAxle"\n[front.left]\nclass = "RigidWheel(J=1.1)"\nCr = 0.02\n',
+            "front.left",
+            RigidWheel(J=1.1, Cr=0.02),
+        ),
+        (
+            '[engine]\nclass = "MappedEngine.gasoline()"\nJ = 0.2\n',
+            "engine",
+            MappedEngine.gasoline(J=0.2),
+        ),
+        (
+            '[[gearbox.gears]]\nclass = "IdealGear(ratio=3)"\n[[gearbox.gears]]\nratio = 2\n',
+            "gearbox.gears[0]",
+            IdealGear(ratio=3),
+        ),
+    ],
+)
+def test_texts_and_classes_of_parts_at_any_depth(text: str, path: str, part: pt.Component) -> None:
+    """Also where the part around them is made anew by its class."""
+    assert place(applied(ManualCar(), tomllib.loads(text))[0], path).value == part
 
 
 @pytest.mark.parametrize(
