@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import PowertrainError
+from powertrain.language.checks import is_rows
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
 from powertrain.presets.catalogue import fitting, is_named
@@ -162,7 +163,7 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
         elif isinstance(value, (bool, int, float, str, list)) and not (
             isinstance(value, list) and any(isinstance(i, dict) for i in value)
         ):
-            given[name] = plain(value)
+            given[name] = checked(here, value) if is_rows(here.kind) else plain(value)
     try:
         return cls(**given)
     except PowertrainError as error:
