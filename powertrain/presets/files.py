@@ -72,34 +72,41 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
                 model = pt.replace(model, {path: new})
             model = _applied(model, value, f"{path}.", paths, folder) if isinstance(value, dict) else model
         elif takes_data(found):
-            model = pt.replace(model, {path: _data(value, found, folder)})
+            model = pt.replace(model, {path: _data(value, found, _owner(model, path), folder)})
         else:
             values[path] = checked(found, value)
             paths.append(path)
     return pt.replace(model, values) if values else model
 
 
-def _data(value: Any, found: Adjustable, folder: Path) -> Any:
-    """A map, cycle or record for a place, which the errors name."""
+def _owner(model: pt.Component, path: str) -> type[pt.Component]:
+    """The class of the part that a path leads to a place of."""
+    whole = path.rpartition(".")[0]
+    return type(place(model, whole).value) if whole else type(model)
+
+
+def _data(value: Any, found: Adjustable, owner: type[pt.Component], folder: Path) -> Any:
+    """A map, cycle or record for a place of a part, which the errors name."""
     if not isinstance(value, (str, list, dict)):
         raise pt.ParameterError(f"{found.path} = {value!r} is neither a name nor a table of numbers")
     try:
         return decoded(value, found, folder)
     except PowertrainError as error:
-        raise _at(found.path, error) from None
+        reads = isinstance(value, str) and "from_csv" in variants(owner)
+        said = f'; write class = "{owner.__name__}.from_csv(...)" for other layouts of files' if reads else ""
+        raise _at(found.path, error, said) from None
 
 
-def _at(path: str, error: PowertrainError) -> pt.ParameterError:
+def _at(path: str, error: PowertrainError, more: str = "") -> pt.ParameterError:
     """An error with the place in the file, where it does not begin with that itself."""
-    return pt.ParameterError(str(error) if str(error).startswith(path) else f"{path}: {error}")
+    return pt.ParameterError((str(error) if str(error).startswith(path) else f"{path}: {error}") + more)
 
 
 def _check_no_row(model: pt.Component, path: str) -> None:
     """ParameterError for plain values where there are parts in a row."""
     row = next((found for found in places(model) if found.path == f"{path}[0]"), None)
     if row is not None:
-        whole = path.rpartition(".")[0]
-        kind = type(place(model, whole).value) if whole else type(model)
+        whole, kind = path.rpartition(".")[0], _owner(model, path)
         raise pt.ParameterError(
             f"{path} has several components ({type(row.value).__name__}): write a table [[{path}]] for each of them"
             + "".join(f', or in [{whole}]  class = "{kind.__name__}.{maker}(...)"' for maker in variants(kind))
@@ -156,7 +163,7 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
         if isinstance(spec, pt.Parameter):
             given[name] = value
         elif takes_data(here):
-            given[name] = _data(value, here, folder)
+            given[name] = _data(value, here, cls, folder)
         elif not isinstance(value, list) and fitting(here.kind):
             new = _new(value, here, folder)
             given |= {} if new is None else {name: new}
