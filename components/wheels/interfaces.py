@@ -42,7 +42,7 @@ class Wheel(Lossy):
     road: Road = port(Road)
     load: Input = signal_input("N", "Wheel load in addition to load_nominal", default=0.0)
     side: Input = signal_input("1", "Side force over load, which reduces the grip of slipping tyres", default=0.0)
-    radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0)
+    radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0, max=5)
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=1.0, min=0)
     Cr: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
     load_nominal: Parameter = parameter("N", "Wheel load without the signal", default=0.0, min=0)
