@@ -122,8 +122,6 @@ def test_real_process_help_is_light() -> None:
     program = f"""
 import sys
 from powertrain.cli import main
-from powertrain.cli.running import spanned
-from powertrain.components.cycles import DriveCycle
 main(["--help"], standalone_mode=False)
 print(*(name for name in {heavy!r} if name in sys.modules), file=sys.stderr)
 """
