@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, ModelError, Output, connect, signal_input
+from powertrain import Component, Equations, Input, ModelError, Output, ParameterError, connect, signal_input
 from powertrain.components.body import (
     Axle,
     Body,
     CentreDifferential,
+    CoastDownBody,
     DrivenAxle,
     LumpedAxle,
     PoweredAxle,
@@ -30,6 +31,7 @@ from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling,
 from powertrain.components.rotational import Flange
 from powertrain.components.transmissions import ManualGearbox, Shiftable
 from powertrain.components.wheels import RigidWheel
+from powertrain.components.wheels.interfaces import wheels_of
 
 
 class Car(Component):
@@ -53,9 +55,11 @@ class Car(Component):
 
         A shaft ``rear`` of its own turns the rear axle in place of the transfer case.
         The curvature is that of the rear axle's path; the steered front wheels run on larger circles.
-        Errors: ModelError where no axle is driven, a centre differential has one axle only, or two axles are rigidly coupled to the road.
+        Errors: ModelError where no axle is driven, a centre differential has one axle only, or two axles are rigidly coupled to the road;
+        ParameterError where the wheels have a rolling resistance that the road load of the body holds already.
         """
         _check_axles(self, own_rear=rear is not None)
+        _check_road_load(self)
         yield connect(shaft, self.transfer.input)
         if isinstance(self.front, PoweredAxle):
             yield connect(self.transfer.front, self.front.pinion)
@@ -148,9 +152,19 @@ def _check_own_shafts(car: Car, driven: list[str], said: str) -> None:
         )
 
 
+def _check_road_load(car: Car) -> None:
+    wheels = wheels_of(car) if isinstance(car.body, CoastDownBody) else ()
+    twice = [f"{path}.{n} = {wheel._values[n]:g}" for path, wheel in wheels for n in ("Cr", "Cr_2") if wheel._values[n]]
+    if twice:
+        raise ParameterError(
+            f"{type(car).__name__}.body is a CoastDownBody, whose coefficients hold the rolling resistance of the tyres; it would count "
+            f"twice with {' and '.join(twice)}: set {'it' if len(twice) == 1 else 'them'} to 0"
+        )
+
+
 def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:
-    """ModelError where the schedule of a car has more gears than its gearbox."""
-    if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) >= gearbox.gear_count:
+    """ModelError where the schedule of a car has more or fewer gears than its gearbox."""
+    if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) + 1 != gearbox.gear_count:
         raise ModelError(
             f"{type(car).__name__}.schedule has {len(schedule.speeds)} rows of shift speeds, for {len(schedule.speeds) + 1} gears, "
             f"but gearbox ({type(gearbox).__name__}) has {gearbox.gear_count}; give schedule.speeds a row for every shift"

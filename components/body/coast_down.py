@@ -16,7 +16,8 @@ class CoastDownBody(MovingBody):
     front_load = m g cos(alpha) front_share - h/wheelbase (front.f + rear.f),  front_load + rear_load = m g cos(alpha)
 
     The coefficients hold everything that brakes the coasting vehicle in neutral: air, tyres, bearings, brakes, and what turns with the
-    wheels. The wheels take none of it again: give them Cr = 0. ``m`` is the test mass; what turns with the wheels beside it, the
+    wheels. The wheels take none of it again: give them Cr = 0, which cars check. So does what still turns in neutral, as the oil of a
+    gearbox behind its clutches, or of one that has no neutral. ``m`` is the test mass; what turns with the wheels beside it, the
     rotating equivalent, is the wheels' J. F_1 may be negative, as fits of measurements are, as long as the load is not.
 
     Source: 40 CFR 1066.301 to 1066.325; UN GTR No. 15, Annex 4 (f_0, f_1, f_2). Errors: ParameterError for coefficients whose load becomes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import casadi as ca
 
@@ -68,7 +68,7 @@ class FixedGear(Shifting):
 class _Scheduled(Shifting):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
 
-    speeds: tuple[tuple[float, float], ...] = SPEEDS
+    speeds: Annotated[tuple[tuple[float, float], ...], "m/s"] = SPEEDS
     eager: Parameter = parameter(
         "1", "Relative increase of the upshift speed with the accelerator fully pressed", default=1.0, min=0
     )
@@ -157,11 +157,11 @@ class GearSchedule(_Scheduled):
       ..+ t_close: hold rises to 1
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
 
-    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
-    up, and the difference is the hysteresis. A pressed accelerator shifts up later and, up to the middle between both speeds, down
-    earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time ``patience``
-    after it, only v > up (1 + eager) shifts up. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a
-    centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
+    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below up,
+    and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between both
+    speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
+    ``patience`` after it, only v > up (1 + eager) shifts up. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed
+    like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
     without hysteresis or not in order.
     """
 

@@ -35,6 +35,8 @@ GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
 """Units of the columns of a file."""
 CHANGE = 1.0
 """Distance [m] over which the slope of a road changes behind a halt, where the cycle has another grade there at its end."""
+STEEPEST = 1.0
+"""Grade that no row exceeds, in both directions: steeper than any road, and what percent taken for fractions give."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,12 @@ class DriveCycle:
             )
         if bad := [row for row, grade in enumerate(self.grades, 1) if not math.isfinite(grade)]:
             raise ParameterError(f"drive cycle {self.name}: the grade of row {bad[0]} is not finite")
+        if steep := [row for row, grade in enumerate(self.grades, 1) if abs(grade) > STEEPEST]:
+            grade = self.grades[steep[0] - 1]
+            raise ParameterError(
+                f"drive cycle {self.name}: the grade of row {steep[0]} is {grade:g}, {grade:.0%}; no road is steeper than {STEEPEST:.0%}. "
+                "Grades are the tangent of the slope, 0.06 for 6 %; the column of a file in percent is grade_percent"
+            )
 
     def __repr__(self) -> str:
         return f"DriveCycle({self._about})"

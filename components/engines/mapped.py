@@ -13,11 +13,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter
+from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter, within
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.engines.tablechecks import RATES, SPECIFIC, check_fuel, check_torque
 from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_map
 from powertrain.components.limited import limited
+from powertrain.language.recorder import recording
 
 THROTTLES, PARTS = 401, 41
 """Throttles at which a torque is looked at, and points of the table from torque back to throttle."""
@@ -32,9 +33,10 @@ class MappedEngine(Engine):
 
     ``torque_map`` [N.m] is over speed [rad/s] and throttle [1] from 0 (motored, not above zero) to 1. ``fuel_map`` is over speed and
     torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its
-    lowest torque the fuel is extrapolated linearly from the two lowest torques at each speed (a Willans line). The axes of a table
-    determine what holds outside it: an error, or the value at the edge, with a count of the steps. A specific consumption is held as
-    such, so beyond the table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
+    lowest torque the fuel flow continues the straight line through the two lowest torques at each speed (a Willans line), whatever the
+    axis says; where that torque is above zero, the steps below it are counted. Elsewhere the axes of a table determine what holds
+    outside it: an error, or the value at the edge, with a count of the steps. A specific consumption is held as such, so beyond the
+    table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
     ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
     """
 
@@ -127,8 +129,19 @@ class MappedEngine(Engine):
             rate *= _beyond(self.fuel_map.axes[0], w) * _beyond(
                 self.fuel_map.axes[1], ca.fmax(torque, self.fuel_map.axes[1].low)
             )
+        _count_below(self.fuel_map.name, self.fuel_map.axes[1], torque, firing > self.cut_off)
         burning = limited(firing / self.cut_off)
         return burning * ca.fmax(rate, 0) * self.heating_value
+
+
+def _count_below(table: str, axis: Axis, torque: Symbol, burns: Symbol) -> None:
+    """Count the steps with fuel at a torque below the table, where the straight line of ``_rates`` stands for it.
+
+    A table that begins without torque is whole: below, the engine burns fuel only in passing.
+    """
+    if recording() and axis.outside != "linear" and axis.low > 0:
+        low, name = axis.low - axis.slack, f"{table}: {axis.name} below the table"
+        within(ca.if_else(burns, torque, axis.low), low, math.inf, name=name, unit=axis.unit, action="count")
 
 
 def _beyond(axis: Axis, value: Symbol) -> Symbol:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from powertrain import (
+    Component,
     Equations,
     Input,
     Parameter,
@@ -19,6 +22,7 @@ from powertrain import (
 from powertrain.components.rotational import Flange as Hub
 from powertrain.components.rotational.interfaces import Lossy
 from powertrain.components.translational import Flange as Road
+from powertrain.language.component import children
 
 
 class Wheel(Lossy):
@@ -38,7 +42,7 @@ class Wheel(Lossy):
     road: Road = port(Road)
     load: Input = signal_input("N", "Wheel load in addition to load_nominal", default=0.0)
     side: Input = signal_input("1", "Side force over load, which reduces the grip of slipping tyres", default=0.0)
-    radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0)
+    radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0, max=5)
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=1.0, min=0)
     Cr: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
     load_nominal: Parameter = parameter("N", "Wheel load without the signal", default=0.0, min=0)
@@ -63,3 +67,12 @@ class Wheel(Lossy):
     def energy(self) -> Symbol:
         """Kinetic energy J w^2/2."""
         return self.J * self.w**2 / 2
+
+
+def wheels_of(part: Component, path: str = "") -> Iterator[tuple[str, Wheel]]:
+    """All wheels in a part with their paths, which begin with that of the part."""
+    for name, child in children(part):
+        here = f"{path}.{name}".lstrip(".")
+        if isinstance(child, Wheel):
+            yield here, child
+        yield from wheels_of(child, here)

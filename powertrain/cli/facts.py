@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import powertrain as pt
+from powertrain.language.checks import bare
 from powertrain.language.fields import MISSING, Port
 from powertrain.presets.catalogue import fitting
 
@@ -89,7 +90,9 @@ def _default(spec: Any) -> str:
 
 
 def _kind(takes: Any) -> str:
-    return takes.__name__ if isinstance(takes, type) else str(takes).replace("typing.", "").replace("NoneType", "None")
+    takes, unit = bare(takes)
+    said = takes.__name__ if isinstance(takes, type) else str(takes).replace("typing.", "").replace("NoneType", "None")
+    return f"{said} [{unit}]" if unit else said
 
 
 def _ports(kind: type[pt.Component]) -> Iterator[Row]:

@@ -129,7 +129,7 @@ def command(
     from powertrain.trials.driveline import check_map
 
     model, paths = configured(vehicle, params, texts)
-    model, driven = on_cycle(model, cycle, span)
+    model, driven = spanned(model, cycle, span)
     with of_the_command_line():
         if backward:
             check_backward(model)
@@ -172,21 +172,6 @@ def _say(parts: Iterable[str]) -> None:
     """Print each part as soon as it is there."""
     for part in parts:
         click.echo(part)
-
-
-def on_cycle(
-    model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None
-) -> tuple[pt.Component, DriveCycle]:
-    """The vehicle with a cycle, or a part of one, and that cycle; ``None``: its own."""
-    import powertrain as pt
-    from powertrain.trials.anatomy import anatomy, value_at
-
-    own = anatomy(model).the("cycle")
-    driven: DriveCycle = cycle or value_at(model, own).cycle
-    if span is not None:
-        with of_the_command_line():
-            driven = _part(driven, *span)
-    return pt.replace(model, {f"{own}.cycle": driven}), driven
 
 
 def _beside(run: CycleRun, model: pt.Component) -> str:
@@ -287,6 +272,19 @@ def _kilojoules(energy: float) -> str:
 
 def _share(part: float, whole: float) -> str:
     return f"{part / whole:.1%}" if whole > 0 and abs(part) > 5e-4 * whole else "-"
+
+
+def spanned(
+    model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None
+) -> tuple[pt.Component, DriveCycle]:
+    """The vehicle on a cycle, or on a part of it, and that cycle; ``None``: its own."""
+    from powertrain.trials.anatomy import anatomy, value_at
+    from powertrain.trials.cycle import on_cycle
+
+    driven: DriveCycle = cycle or value_at(model, anatomy(model).the("cycle")).cycle
+    with of_the_command_line():
+        driven = _part(driven, *span) if span is not None else driven
+        return on_cycle(model, driven), driven
 
 
 def _part(cycle: DriveCycle, start: float, stop: float) -> DriveCycle:

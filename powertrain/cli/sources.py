@@ -51,11 +51,11 @@ def model_of(source: Path | VehicleArgument, params: Path | None, texts: Sequenc
 def driven(model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None) -> CycleRun:
     """The run of a vehicle over a cycle, or a part of one; by default the vehicle's own. A run that ends early is an error."""
     import powertrain as pt
-    from powertrain.cli.running import on_cycle
+    from powertrain.cli.running import spanned
     from powertrain.trials import drive_cycle
     from powertrain.trials.cycle import so_far
 
-    model, over = on_cycle(model, cycle, span)
+    model, over = spanned(model, cycle, span)
     plant = pt.compile(model)
     with Interruption(over, so_far(plant)) as watch:
         run = drive_cycle(plant, progress=watch)

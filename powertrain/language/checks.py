@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.recorder import Place, lines
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.language.units import told_apart, with_unit
@@ -66,26 +67,45 @@ def check_kind(where: str, kind: Any, value: Any) -> None:
     raise ParameterError(f"{where} = {value!r} is {wanted}")
 
 
-def check_rows(where: str, kind: Any, value: Any) -> None:
-    """ParameterError where a field ``tuple[tuple[float, ...], ...]`` gets anything but rows of finite numbers, one as long as the other."""
-    (of, *_), rows = typing.get_args(kind), value if isinstance(value, Sequence | np.ndarray) else None
-    if rows is None:
-        raise ParameterError(f"{where} = {value!r} is no table of rows of numbers")
-    wanted = typing.get_args(of)
+def rows(where: str, kind: Any, value: Any) -> Any:
+    """The value of a field ``tuple[tuple[float, ...], ...]``; with ``Annotated[..., "m/s"]``, texts such as "15 km/h" are converted.
+
+    Errors: ParameterError for anything but rows of finite numbers, one as long as the other.
+    """
+    kind, unit = bare(kind)
+    if not isinstance(value, Sequence | np.ndarray):
+        raise ParameterError(f"{where} = {value!r} is no table of rows of numbers{unit and f' [{unit}]'}")
+    if unit:
+        value = tuple(_converted(where, unit, row) for row in value)
+    wanted = typing.get_args(typing.get_args(kind)[0])
     length = None if Ellipsis in wanted else len(wanted)
-    for row in rows:
+    for row in value:
         listed = row if isinstance(row, Sequence | np.ndarray) and not isinstance(row, str) else ()
         length = len(listed) if length is None else length
         if not len(listed) or len(listed) != length or not all(_is_a(v, float) and np.isfinite(v) for v in listed):
             said = f"the row {row!r} is not {f'{length} ' if length else ''}finite numbers"
-            raise ParameterError(f"{where} is no table of rows of numbers: {said}")
+            raise ParameterError(f"{where} is no table of rows of numbers{unit and f' [{unit}]'}: {said}")
+    return value
+
+
+def _converted(where: str, unit: str, row: Any) -> Any:
+    """A row with its texts in a unit; what is no number with a unit stays."""
+    if isinstance(row, str) or not isinstance(row, Sequence):
+        return row
+    return tuple(quantity(v, unit, where) if isinstance(v, str) and has_unit(v) else v for v in row)
 
 
 def is_rows(kind: Any) -> bool:
     """Whether a field is a table of numbers."""
+    kind = bare(kind)[0]
     members = typing.get_args(kind) if typing.get_origin(kind) is tuple else ()
     rows = members[0] if len(members) == 2 and members[1] is Ellipsis else None
     return typing.get_origin(rows) is tuple and set(typing.get_args(rows)) <= {float, Ellipsis}
+
+
+def bare(kind: Any) -> tuple[Any, str]:
+    """An annotation without its unit, and the unit, "" where there is none."""
+    return (kind.__origin__, kind.__metadata__[0]) if typing.get_origin(kind) is typing.Annotated else (kind, "")
 
 
 def _is_class(option: Any) -> bool:

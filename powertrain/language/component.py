@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, dataclass_transform
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext
-from powertrain.language.checks import check_conditions, check_kind, check_rows, is_rows
+from powertrain.language.checks import check_conditions, check_kind, is_rows, rows
 from powertrain.language.fields import (
     MISSING,
     Frozen,
@@ -149,6 +149,8 @@ class Component(metaclass=_Kind):
         if value is MISSING:
             kind = self._slot_types().get(name)
             raise ParameterError(f"{where} must be given{f': a {kind.__name__}' if isinstance(kind, type) else ''}")
+        if is_rows(kind := self._slot_types().get(name)):
+            return rows(where, kind, value)
         self._check_slot(where, name, value)
         return value
 
@@ -163,9 +165,7 @@ class Component(metaclass=_Kind):
             )
         if isinstance(value, type) and issubclass(value, Component):
             raise ModelError(f"{where} is the class {value.__name__}; write {value.__name__}(...)")
-        if is_rows(kind):
-            check_rows(where, kind, value)
-        elif isinstance(value, tuple):
+        if isinstance(value, tuple):
             self._check_items(where, kind, value)
         elif not (isinstance(kind, type) and issubclass(kind, Component)):
             check_kind(where, kind, value)

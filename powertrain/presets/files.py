@@ -21,9 +21,10 @@ from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import PowertrainError
+from powertrain.language.checks import is_rows
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
-from powertrain.presets.catalogue import is_named
+from powertrain.presets.catalogue import fitting, is_named
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
 from powertrain.presets.settings import Adjustable, checked, component_named, part, place, places
 
@@ -66,41 +67,46 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
         if isinstance(value, list):
             _check_no_row(model, path)
         found = place(model, path)
-        if isinstance(value, dict) and found.is_part:
-            if CLASS in value:
-                model = _with_class(model, found, value, folder)
-            model = _applied(model, value, f"{path}.", paths, folder)
-        elif found.is_part:
-            model = pt.replace(model, {path: part(str(value), found, folder)})
+        if found.is_part:
+            if (new := _new(value, found, folder)) is not None:
+                model = pt.replace(model, {path: new})
+            model = _applied(model, value, f"{path}.", paths, folder) if isinstance(value, dict) else model
         elif takes_data(found):
-            model = pt.replace(model, {path: _data(value, found, folder)})
+            model = pt.replace(model, {path: _data(value, found, _owner(model, path), folder)})
         else:
             values[path] = checked(found, value)
             paths.append(path)
     return pt.replace(model, values) if values else model
 
 
-def _data(value: Any, found: Adjustable, folder: Path) -> Any:
-    """A map, cycle or record for a place, which the errors name."""
+def _owner(model: pt.Component, path: str) -> type[pt.Component]:
+    """The class of the part that a path leads to a place of."""
+    whole = path.rpartition(".")[0]
+    return type(place(model, whole).value) if whole else type(model)
+
+
+def _data(value: Any, found: Adjustable, owner: type[pt.Component], folder: Path) -> Any:
+    """A map, cycle or record for a place of a part, which the errors name."""
     if not isinstance(value, (str, list, dict)):
         raise pt.ParameterError(f"{found.path} = {value!r} is neither a name nor a table of numbers")
     try:
         return decoded(value, found, folder)
     except PowertrainError as error:
-        raise _at(found.path, error) from None
+        reads = isinstance(value, str) and "from_csv" in variants(owner)
+        said = f'; write class = "{owner.__name__}.from_csv(...)" for other layouts of files' if reads else ""
+        raise _at(found.path, error, said) from None
 
 
-def _at(path: str, error: PowertrainError) -> pt.ParameterError:
+def _at(path: str, error: PowertrainError, more: str = "") -> pt.ParameterError:
     """An error with the place in the file, where it does not begin with that itself."""
-    return pt.ParameterError(str(error) if str(error).startswith(path) else f"{path}: {error}")
+    return pt.ParameterError((str(error) if str(error).startswith(path) else f"{path}: {error}") + more)
 
 
 def _check_no_row(model: pt.Component, path: str) -> None:
     """ParameterError for plain values where there are parts in a row."""
     row = next((found for found in places(model) if found.path == f"{path}[0]"), None)
     if row is not None:
-        whole = path.rpartition(".")[0]
-        kind = type(place(model, whole).value) if whole else type(model)
+        whole, kind = path.rpartition(".")[0], _owner(model, path)
         raise pt.ParameterError(
             f"{path} has several components ({type(row.value).__name__}): write a table [[{path}]] for each of them"
             + "".join(f', or in [{whole}]  class = "{kind.__name__}.{maker}(...)"' for maker in variants(kind))
@@ -125,27 +131,23 @@ def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) ->
 
 def _made(found: Adjustable, table: dict[str, Any], folder: Path) -> pt.Component:
     """A part of a table: of the class that the table names, else the one that is there, with the table's values."""
-    name = str(table.get(CLASS, type(found.value).__name__))
-    if is_named(type(found.value), name):
-        start: pt.Component = found.value
-    else:
-        start = _fresh(component_named(name, found.kind, found.path), table, found.path, folder)
+    new = _new(table, found, folder)
     try:
-        return _applied(start, table, "", [], folder)
+        return _applied(found.value if new is None else new, table, "", [], folder)
     except PowertrainError as error:
         raise _at(found.path, error) from None
 
 
-def _with_class(model: M, found: Adjustable, table: dict[str, Any], folder: Path) -> M:
-    """The slot filled anew where another class is asked for; values that the class cannot do without come from the table."""
-    name = str(table[CLASS])
+def _new(value: Any, found: Adjustable, folder: Path) -> pt.Component | None:
+    """The part that a text, or the class of a table, asks for in a slot; None where a table keeps the one that is there."""
+    if not isinstance(value, dict):
+        return part(str(value), found, folder)
+    name = str(value.get(CLASS, type(found.value).__name__))
     if is_named(type(found.value), name):
-        return model
+        return None
     if "(" in name:
-        return pt.replace(model, {found.path: part(name, found, folder)})
-    return pt.replace(
-        model, {found.path: _fresh(component_named(name, found.kind, found.path), table, found.path, folder)}
-    )
+        return part(name, found, folder)
+    return _fresh(component_named(name, found.kind, found.path), value, found.path, folder)
 
 
 def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Path) -> pt.Component:
@@ -157,17 +159,18 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
     for name, spec in cls._fields.items():
         if name not in table:
             continue
-        value, here = table[name], Adjustable(f"{path}.{name}", None, kinds.get(name), None)
+        value, here = table[name], Adjustable(f"{path}.{name}", None, kinds.get(name), spec)
         if isinstance(spec, pt.Parameter):
             given[name] = value
         elif takes_data(here):
-            given[name] = _data(value, here, folder)
-        elif isinstance(value, dict) and CLASS in value and not is_named(type(spec), str(value[CLASS])):
-            given[name] = _fresh(component_named(str(value[CLASS]), here.kind, here.path), value, here.path, folder)
+            given[name] = _data(value, here, cls, folder)
+        elif not isinstance(value, list) and fitting(here.kind):
+            new = _new(value, here, folder)
+            given |= {} if new is None else {name: new}
         elif isinstance(value, (bool, int, float, str, list)) and not (
             isinstance(value, list) and any(isinstance(i, dict) for i in value)
         ):
-            given[name] = plain(value)
+            given[name] = checked(here, value) if is_rows(here.kind) else plain(value)
     try:
         return cls(**given)
     except PowertrainError as error:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import suggestion
+from powertrain.language.checks import is_rows, rows
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
 from powertrain.presets.catalogue import Entry, components, find, fitting
@@ -234,6 +235,8 @@ def _fitted(value: Any, found: Adjustable) -> Any:
     old = found.value
     if isinstance(value, list):
         value = _tuples(value)
+    if is_rows(found.kind):
+        return rows(found.path, found.kind, value)
     if typing.get_origin(found.kind) is typing.Literal:
         choice = typing.get_args(found.kind)
         if value not in choice:

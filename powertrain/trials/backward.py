@@ -12,8 +12,7 @@ import powertrain as pt
 from powertrain.components.body import Body
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.translational import ConstantSpeed
-from powertrain.components.wheels import Wheel
-from powertrain.language.component import children
+from powertrain.components.wheels.interfaces import wheels_of
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
@@ -118,7 +117,7 @@ def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
 def _pull(vehicle: Any, v: Array, a: Array) -> Array:
     """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
-    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for w in _wheels(vehicle))
+    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for _, w in wheels_of(vehicle))
     return mass * a + _resistance(body, v)
 
 
@@ -130,11 +129,6 @@ def _resistance(body: Body, v: Array) -> Array:
         pulled = pt.steady(_Pulled(body=body), {"pull.v_fixed": speeds[moves]}, outputs=["pull.flange.f"])
         taken[moves] = -pulled["pull.flange.f"].values
     return taken[rows]
-
-
-def _wheels(part: pt.Component) -> list[Wheel]:
-    inside = [wheel for _, child in children(part) if isinstance(child, pt.Component) for wheel in _wheels(child)]
-    return [part] if isinstance(part, Wheel) else inside
 
 
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:

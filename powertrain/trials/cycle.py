@@ -342,14 +342,18 @@ def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) 
 
 
 def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Component:
-    """The vehicle on a cycle, and on its road where the cycle has grades."""
-    cycle = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle
+    """The vehicle on a cycle, by default its own, and on its road where the cycle has grades; the road of the cycle before it goes."""
     parts = anatomy(vehicle)
     path = parts.the("cycle")
-    if cycle is not None:
-        vehicle = pt.replace(vehicle, {f"{path}.cycle": cycle})
-    driven = value_at(vehicle, path).cycle
-    return pt.replace(vehicle, {f"{parts.the('road')}.profile": driven.slope()}) if driven.grades else vehicle
+    own: DriveCycle = value_at(vehicle, path).cycle
+    driven = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle or own
+    if driven is not own:
+        vehicle = pt.replace(vehicle, {f"{path}.cycle": driven})
+    if not (driven.grades or own.grades):
+        return vehicle
+    profile = f"{parts.the('road')}.profile"
+    is_own = driven.grades or value_at(vehicle, parts.the("road")).profile == own.slope()
+    return pt.replace(vehicle, {profile: driven.slope()}) if is_own else vehicle
 
 
 def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:

@@ -19,10 +19,15 @@ from click.testing import CliRunner, Result
 
 import powertrain as pt
 from powertrain.cli import main
+from powertrain.cli.running import spanned
+from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import WillansEngine
 from powertrain.presets.catalogue import assembled, components, vehicles
 from powertrain.presets.files import applied, read, written
 from powertrain.presets.settings import assigned, places
+from powertrain.trials import drive_cycle
+from powertrain.trials.cycle import on_cycle
+from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.split_path_car import SplitPathCar
 
 PNG = b"\x89PNG"
@@ -271,6 +276,46 @@ def test_run_writes_signals_picture_and_parameters(ran: tuple[str, Path]) -> Non
         name: written_values["transmission"]["cvu"][name] for name in ("eta_ab", "eta_ba", "ratio_min", "ratio_max")
     }
     assert written_values["transmission"]["cvu"]["eta_ab"] == 0.8
+
+
+HILL = "time_s,speed_km_h,grade_percent\n0,0,0\n2,0,0\n12,30,20\n20,30,20\n"
+
+
+def climbed(model: pt.Component) -> float:
+    """The height [m] to which the road of a vehicle leads within 50 m."""
+    profile = pt.replace(model).road.profile  # type: ignore[attr-defined]
+    return float(np.trapezoid(profile(np.linspace(0, 50, 501)), dx=0.1))
+
+
+def test_the_grades_of_a_cycle_are_the_road(tmp_path: Path) -> None:
+    """Of a file, of the cycle in a parameter file and of a part of it; another cycle leaves that road."""
+    (tmp_path / "hill.csv").write_text(HILL, encoding="utf-8")
+    hill, level = DriveCycle.from_csv(tmp_path / "hill.csv"), ElectricCar()
+    (tmp_path / "car.toml").write_text('class = "ElectricCar"\n[cycle]\ncycle = "hill.csv"\n', encoding="utf-8")
+    own = applied(level, read(tmp_path / "car.toml"), tmp_path)[0]
+    for model, cycle, span in (level, hill, None), (own, None, None), (own, None, (0.0, 20.0)):
+        car, driven = spanned(model, cycle, span)
+        assert driven.grades == hill.grades
+        assert climbed(car) == pytest.approx(climbed(on_cycle(level, hill)))
+        assert climbed(car) > 5
+    assert climbed(on_cycle(spanned(own, None, None)[0], "udds")) == 0
+
+
+def test_a_road_of_ones_own_stays_with_a_level_cycle() -> None:
+    road = {"road.profile": pt.Map.constant(0.1, x="s", x_unit="m", name="grade")}
+    assert climbed(on_cycle(pt.replace(ElectricCar(), road), "udds")) == pytest.approx(5)
+
+
+@pytest.mark.slow
+def test_run_and_compare_climb_the_hill_of_a_cycle(tmp_path: Path) -> None:
+    (tmp_path / "hill.csv").write_text(HILL, encoding="utf-8")
+    (tmp_path / "car.toml").write_text('class = "ElectricCar"\n[cycle]\ncycle = "hill.csv"\n', encoding="utf-8")
+    run = drive_cycle(ElectricCar(), DriveCycle.from_csv(tmp_path / "hill.csv"))
+    said = f"{run.wh_per_km:.4g}"
+    assert run.wh_per_km > 500
+    assert said in done("run", "ElectricCar", "--cycle", str(tmp_path / "hill.csv"))
+    assert said in done("run", str(tmp_path / "car.toml"))
+    assert said in done("compare", "ElectricCar", "--set", "body.m=1400", "--cycle", str(tmp_path / "hill.csv"))
 
 
 @pytest.mark.slow

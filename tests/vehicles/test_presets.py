@@ -13,10 +13,14 @@ import pytest
 import powertrain as pt
 from powertrain.components.body import DrivenAxle, RoadProfile
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.differentials import LimitedSlipDifferential
 from powertrain.components.electric import cells_in_series
 from powertrain.components.engines import MappedEngine, WillansEngine
+from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import ManualGearbox, RangeTransmission
+from powertrain.components.wheels import RigidWheel
 from powertrain.presets.files import applied, written
+from powertrain.presets.settings import place
 from powertrain.vehicles import load, names, save
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -154,6 +158,41 @@ def test_misspelt_keys_are_refused(tmp_path: Path, text: str, said: str) -> None
 
 
 @pytest.mark.parametrize(
+    ("text", "path", "part"),
+    [
+        (
+            '[front]\nclass = "DrivenAxle"\ndifferential = "LimitedSlipDifferential(preload=100)"\n',
+            "front.differential",
+            LimitedSlipDifferential(preload=100),
+        ),
+        (
+            '[transfer]\nclass = "CentreDifferential"\ndifferential = "LimitedSlipDifferential"\n',
+            "transfer.differential",
+            LimitedSlipDifferential(),
+        ),
+        (
+            '[front]\nclass = "DrivenAxle"\n[front.left]\nclass = "RigidWheel(J=1.1)"\nCr = 0.02\n',
+            "front.left",
+            RigidWheel(J=1.1, Cr=0.02),
+        ),
+        (
+            '[engine]\nclass = "MappedEngine.gasoline()"\nJ = 0.2\n',
+            "engine",
+            MappedEngine.gasoline(J=0.2),
+        ),
+        (
+            '[[gearbox.gears]]\nclass = "IdealGear(ratio=3)"\n[[gearbox.gears]]\nratio = 2\n',
+            "gearbox.gears[0]",
+            IdealGear(ratio=3),
+        ),
+    ],
+)
+def test_texts_and_classes_of_parts_at_any_depth(text: str, path: str, part: pt.Component) -> None:
+    """Also where the part around them is made anew by its class."""
+    assert place(applied(ManualCar(), tomllib.loads(text))[0], path).value == part
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "engine = \"MappedEngine.from_csv('t.csv', fuel='f.csv')\"",
@@ -167,6 +206,32 @@ def test_files_named_in_a_variant_lie_beside_the_parameter_file(tmp_path: Path, 
     path = tmp_path / "mine.toml"
     path.write_text(f'class = "ManualCar"\n{text}\n', encoding="utf-8")
     assert load(path).engine.full_load(200.0) == pytest.approx(MappedEngine.gasoline().full_load(200.0))
+
+
+@pytest.mark.parametrize("engine", ['class = "MappedEngine"\n', ""])
+def test_tables_of_engines_in_other_layouts_are_pointed_to_their_reader(tmp_path: Path, engine: str) -> None:
+    (tmp_path / "t.csv").write_text(
+        "n [rpm],full load [Nm],motoring [Nm]\n800,110,-15\n6000,140,-33\n", encoding="utf-8"
+    )
+    path, car = tmp_path / "mine.toml", pt.replace(ManualCar(), engine=MappedEngine.gasoline())
+    path.write_text(f'[engine]\n{engine}torque_map = "t.csv"\nfuel_map = "t.csv"\n', encoding="utf-8")
+    for model in (car, ManualCar()) if engine else (car,):
+        with pytest.raises(pt.ParameterError, match=r'^engine.torque_map: .*; write class = "MappedEngine.from_csv\('):
+            applied(model, tomllib.loads(path.read_text(encoding="utf-8")), tmp_path)
+
+
+def test_tables_of_engines_by_their_files(tmp_path: Path) -> None:
+    """Units of every day; beyond the tables the simulation ends, unless the table says otherwise."""
+    (tmp_path / "t.csv").write_text(
+        "speed [rpm],throttle [%],torque [lbf.ft]\n800,0,-12\n800,100,80\n6000,0,-25\n6000,100,103\n", encoding="utf-8"
+    )
+    (tmp_path / "f.csv").write_text(
+        "speed [rpm],torque [lbf.ft],fuel [g/s]\n1000,0,0.15\n1000,120,1.2\n6000,0,1.5\n6000,120,8\n", encoding="utf-8"
+    )
+    engine = {"class": "MappedEngine", "torque_map": {"csv": "t.csv", "outside": "clip"}, "fuel_map": "f.csv"}
+    made: Any = applied(ManualCar(), {"engine": engine}, tmp_path)[0].engine
+    assert made.full_load(6000 * np.pi / 30) == pytest.approx(103 * 1.3558179483314004)
+    assert [axis.outside for axis in (*made.torque_map.axes, *made.fuel_map.axes)] == ["clip"] * 2 + ["error"] * 2
 
 
 def test_unknown_name() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.components.control import GearSchedule
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.transmissions import Automatic, DualClutchGearbox, ManualGearbox
 from powertrain.trials import CycleRun, drive_cycle, shift_quality, shifts
@@ -104,6 +105,15 @@ def test_what_has_no_such_shifts() -> None:
 def test_more_shift_speeds_than_gears() -> None:
     with pytest.raises(pt.ModelError, match=r"7 rows of shift speeds, for 8 gears, but gearbox \(Automatic\) has 3"):
         pt.compile(AutomaticCar(gearbox=Automatic.simpson_three_speed()))
+
+
+def test_fewer_shift_speeds_than_gears() -> None:
+    """The gears beyond were never engaged, without a word."""
+    fewer = GearSchedule(speeds=GearSchedule().speeds[:-1])
+    with pytest.raises(
+        pt.ModelError, match=r"4 rows of shift speeds, for 5 gears, but gearbox \(ManualGearbox\) has 6"
+    ):
+        pt.compile(ManualCar(schedule=fewer))
 
 
 @pytest.mark.slow

@@ -9,7 +9,9 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.blocks import Constant
-from powertrain.components.body import CoastDownBody
+from powertrain.components.body import CoastDownBody, DrivenAxle
+from powertrain.components.wheels import RigidWheel
+from powertrain.vehicles.electric_car import ElectricCar
 
 M, F_0, F_2 = 1200.0, 120.0, 0.4
 
@@ -49,3 +51,14 @@ def test_linear_part_may_be_negative_but_not_the_load() -> None:
     assert float(body.F_1) < 0
     with pytest.raises(pt.ParameterError, match="F_1"):
         CoastDownBody(F_0=100, F_1=-20, F_2=0.5)
+
+
+def test_rolling_resistance_counts_once() -> None:
+    """The coefficients hold that of the tyres: wheels that have one are refused by their paths, in every kind of axle."""
+    car = pt.replace(ElectricCar(), {"body": CoastDownBody(), "rear.wheels.Cr": 0})
+    with pytest.raises(pt.ParameterError, match=r"CoastDownBody, .* twice with front.wheels.Cr = 0.01: set it to 0"):
+        pt.compile(car)
+    driven = pt.replace(car, {"front": DrivenAxle(), "front.left.Cr": 0, "front.right": RigidWheel(Cr=0, Cr_2=2e-6)})
+    with pytest.raises(pt.ParameterError, match=r"twice with front.right.Cr_2 = 2e-06: set it to 0"):
+        pt.compile(driven)
+    pt.compile(pt.replace(car, {"front.wheels.Cr": 0}))

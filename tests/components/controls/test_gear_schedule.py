@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
 from powertrain.components.control import GearSchedule, StartStop
+from powertrain.presets.files import applied
+from powertrain.vehicles.manual_car import ManualCar
 
 SPEEDS = ((4.0, 2.0), (8.0, 6.0))
 
@@ -111,6 +115,28 @@ def test_clutch_follows_the_engine() -> None:
 def test_schedule_that_cannot_be(speeds: tuple[tuple[float, float], ...], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         pt.compile(GearSchedule(speeds=speeds))
+
+
+def test_shift_speeds_with_units() -> None:
+    given: Any = [["36 km/h", 9], ["20m/s", "54 km/h"]]
+    np.testing.assert_allclose(GearSchedule(speeds=given).speeds, [(10, 9), (20, 15)], rtol=1e-15)
+    for schedule in {"speeds": given}, {"class": "PowerShiftSchedule", "speeds": given}:
+        car = applied(ManualCar(), {"schedule": schedule})[0]
+        assert car.schedule.speeds == GearSchedule(speeds=given).speeds  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("kind", [{}, {"class": "PowerShiftSchedule"}])
+@pytest.mark.parametrize(
+    ("speeds", "said"),
+    [
+        ([["15 km", "9 km"]], "schedule.speeds = '15 km': km cannot be converted to m/s"),
+        ([["15", "9"]], r"schedule.speeds is no table of rows of numbers \[m/s\]: the row \('15', '9'\) is not 2"),
+        ("15 km/h", r"schedule.speeds is no table of rows of numbers \[m/s\]: the row '1'"),
+    ],
+)
+def test_shift_speeds_that_are_none(kind: dict[str, str], speeds: Any, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=f"^{said}"):
+        applied(ManualCar(), {"schedule": {**kind, "speeds": speeds}})
 
 
 class Stopping(pt.Component):

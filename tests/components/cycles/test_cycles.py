@@ -71,6 +71,15 @@ def test_cycle_with_grades_is_a_road_of_the_same_heights(tmp_path: Path) -> None
     assert half.grades == pytest.approx([0.025, 0.05, 0.05])
 
 
+def test_grades_in_percent_are_not_taken_for_fractions(tmp_path: Path) -> None:
+    path = tmp_path / "hill.csv"
+    path.write_text("time_s,speed_km_h,grade\n0,0,0\n20,30,-6\n", encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=r"grade of row 2 is -6, -600%.*100%.*grade_percent"):
+        DriveCycle.from_csv(path)
+    path.write_text("time_s,speed_km_h,grade_percent\n0,0,100\n20,30,-100\n", encoding="utf-8")
+    assert DriveCycle.from_csv(path).grades == (1, -1)
+
+
 def test_grades_that_change_at_a_halt() -> None:
     """Up to the halt at 50 m the road rises to the first grade, a metre behind it begins the last; at both ends the driven one counts."""
     table = (

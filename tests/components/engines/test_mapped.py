@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -166,6 +167,16 @@ def test_outside_of_the_table_is_counted_or_refused(tmp_path: Path) -> None:
     with pytest.raises(pt.SimulationError, match=r"torque: speed.* 300 rad/s") as caught:
         pt.simulate(Loaded(engine=refusing), 10, inputs={"throttle": 1.0})
     assert caught.value.result["engine.w"][-1] == pytest.approx(300, rel=1e-6)
+
+
+@pytest.mark.parametrize(("fuel", "outside"), [("g/kWh", "clip"), ("g/s", "error")])
+def test_torques_below_the_fuel_table_are_counted(tmp_path: Path, fuel: str, outside: Any) -> None:
+    """The table begins at 10 N.m: 100 N.m are inside, idle is below. Without fuel nothing is looked up."""
+    engine = MappedEngine.from_csv(*written(tmp_path, fuel=fuel), k_idle=0.0, outside=outside)
+    rig, below = Dyno(engine=engine, drive=ConstantSpeed(w_fixed=150)), "outside fuel: torque below the table"
+    counts = [pt.simulate(rig, 1, inputs={"throttle": u}).statistics[below] for u in (0.0, 0.1, 0.2, 0.9)]
+    assert [count > 0 for count in counts] == [False, True, True, False]
+    assert counts[1] == pt.simulate(rig, 1, inputs={"throttle": 0.1}).statistics["steps"]
 
 
 @pytest.mark.parametrize(

@@ -187,8 +187,10 @@ def test_load_of_a_wheel_without_a_body() -> None:
 
 
 def test_values_are_checked() -> None:
-    with pytest.raises(pt.ParameterError, match=r"RigidWheel.radius = 0 m is outside its range \(0, inf\)"):
+    with pytest.raises(pt.ParameterError, match=r"RigidWheel.radius = 0 m is outside its range \(0, 5\] m"):
         RigidWheel(radius=0)
+    with pytest.raises(pt.ParameterError, match=r"SlipWheel.radius = 316 m is outside its range \(0, 5\] m"):
+        SlipWheel(radius=316)  # millimetres
     with pytest.raises(pt.ParameterError, match=r"SlipWheel.sigma = -1 m is outside its range \(0, inf\)"):
         SlipWheel(sigma=-1)
     with pytest.raises(pt.ParameterError, match="RigidWheel has no field mu"):
