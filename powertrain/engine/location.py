@@ -49,7 +49,22 @@ class Locator:
         fraction[0] = low
         call()
         at_low = worst[0] + depth
-        return low if at_low <= 0.0 else self._between(low, high, at_low + _AIM, at_high + _AIM, depth + _AIM)
+        return low if at_low <= 0.0 else self._first(low, high, at_low, at_high, depth)
+
+    def _first(self, low: float, high: float, at_low: float, at_high: float, depth: float) -> float:
+        """As ``_between``, and what is above zero at ``high`` counts where it is below at the place that is found.
+
+        It fell before, and rose where the modes held no longer: the limit of another law, free up to there, is no load on a stuck one.
+        """
+        above, start = self._above, self._g + depth
+        while True:
+            high = self._between(low, high, at_low + _AIM, at_high + _AIM, depth + _AIM)
+            there = self._g + depth
+            earlier = (above > 0.0) & (start > 0.0) & (there < -2.0 * _AIM)
+            if not earlier.any():
+                return high
+            above[earlier] = there[earlier]
+            at_low, at_high = float(start[above <= 0.0].min()), float(there[above <= 0.0].min())
 
     def _between(self, low: float, high: float, at_low: float, at_high: float, aim: float) -> float:
         """``at_low`` > 0 > ``at_high`` are the values there, shifted so that the goal is zero."""

@@ -34,7 +34,8 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
     """Whether parabolas through an indicator's samples dip below zero inside the step, and the largest relative third difference.
 
     They also do where they are no further above zero than they may be wrong. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the
-    step. Error control alone does not see what stuck laws carry: their states stand still while the torques change.
+    step; one that is below zero at a sample is located. Another's fall in the same step does not matter: the dip may be before it.
+    Error control alone does not see what stuck laws carry: their states stand still while the torques change.
     """
     dips, rough = ca.SX(0.0), ca.SX(0.0)
     for i in range(samples[0].numel()):
@@ -43,7 +44,8 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
         unsure = _SKEW * ca.fabs(next_bend - bend)
         first = _dips(b, (c - a) / 2, bend, unsure, (-2.0, 1.0))
         second = _dips(c, (d - b) / 2, next_bend, unsure, (-1.0, 1.0 + _BEYOND))
-        dips = ca.logic_or(dips, ca.logic_or(first, second))
+        lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
+        dips = ca.logic_or(dips, ca.logic_and(lowest > 0, ca.logic_or(first, second)))
         size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
         rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + _NOISE))
     return dips, rough

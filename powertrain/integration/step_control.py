@@ -31,7 +31,7 @@ def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.S
     minima = [least(sample) for sample in samples]
     smallest = least(ca.vertcat(*minima))
     dips, rough = survey(samples)
-    unresolved = ca.logic_or(rough > ROUGH, ca.logic_and(dips, smallest > 0))
+    unresolved = ca.logic_or(rough > ROUGH, dips)
     return ca.vertcat(norm, unresolved, growth(norm, before, rough), smallest, stiffness, *minima)
 
 

@@ -453,6 +453,29 @@ static double between(pt_model *a, double low, double high, double at_low, doubl
     return high;
 }
 
+/* As between, and what is above zero at high counts where it is below at the place that is found: it fell before. */
+static double first_of(pt_model *a, double low, double high, double at_low, double at_high, double depth)
+{
+    double start[PT_G];
+    for (int k = 0; k < PT_INDICATORS; k++) start[k] = a->g[k] + depth;
+    for (;;) {
+        int earlier = 0;
+        high = between(a, low, high, at_low + AIM, at_high + AIM, depth + AIM);
+        at_low = at_high = HUGE_VAL;
+        for (int k = 0; k < PT_INDICATORS; k++) {
+            double there = a->g[k] + depth;
+            if (a->above[k] > 0 && start[k] > 0 && there < -2 * AIM) {
+                a->above[k] = there;
+                earlier = 1;
+            }
+            if (a->above[k] > 0) continue;
+            at_low = fmin(at_low, start[k]);
+            at_high = fmin(at_high, there);
+        }
+        if (!earlier) return high;
+    }
+}
+
 /* The fraction of the last step at which the first indicator is below zero; -1 for none on closer look. */
 static double find(pt_model *a, double depth)
 {
@@ -467,7 +490,7 @@ static double find(pt_model *a, double depth)
     if (at_high >= -2 * AIM) return high;
     for (int k = 0; k < PT_INDICATORS; k++) a->above[k] = a->g[k] + depth;
     double at_low = value_at(a, low) + depth;
-    return at_low <= 0 ? low : between(a, low, high, at_low + AIM, at_high + AIM, depth + AIM);
+    return at_low <= 0 ? low : first_of(a, low, high, at_low, at_high, depth);
 }
 
 /* Steps */

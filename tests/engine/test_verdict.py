@@ -60,7 +60,8 @@ def test_entries() -> None:
     ([[1.0, 1.0, 1.0, 1.0]], False),
     ([[0.1, 0.01, 0.01, 0.1]], True),  # least value of the parabola: 0.01 - 0.045^2/0.18
     ([[0.1, 0.02, 0.02, 0.1]], False),
-    ([[0.1, 0.01, 0.01, 0.1], [1.0, 0.5, -0.1, -0.5]], False),  # an event in the step is located first
+    ([[0.1, 0.01, 0.01, 0.1], [1.0, 0.5, -0.1, -0.5]], True),  # before the event of another indicator
+    ([[0.4, 0.1, -0.01, 0.02]], False),  # its own fall is located
     ([[1.0, -1.0, 1.0, -1.0]], True),  # not resolved at all, event or not
     ([[5.0, 5.0, 5.0, 5.0], [1.0, 0.3, 0.3, 1.0]], False),
 ])  # fmt: skip
