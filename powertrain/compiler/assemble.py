@@ -169,7 +169,7 @@ def _assemble(
         smooth=smooth_variables(reduced, tops, states, resolver, set(held.layout)),
         nominal=_nominal(reduced, [*states, *((key(s), 0) for s in ca.vertsplit(column(resolver.z)))], values),
     )
-    dae = with_impacts(dae, resolver, torques)
+    dae = with_impacts(dae, resolver, held)
     return Compiled(
         flat=flat,
         dae=dae,

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.modes.tolerances import EPS, LEAST_TORQUE
+from powertrain.modes.tolerances import EPS, LEAST_TORQUE, ZONE
 
 
 @dataclass(frozen=True)
@@ -92,6 +92,25 @@ class Contact:
     force: ca.SX
     restitution: ca.SX
     known: ca.SX = field(default_factory=lambda: ca.SX(0))
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """What a motion cannot pass, so that an impulse stops it there: a contact, or a friction law where its torque has no limit.
+
+    ``speed`` is that of the law times ``way``, so that impulses keep it from falling below zero. ``rests``: whether it is at the barrier
+    already. m[index] is ``held`` while the barrier holds, and ``left`` while the motion leads away from it.
+    """
+
+    name: str
+    where: str
+    index: int
+    way: float
+    speed: ca.SX
+    rests: ca.SX
+    restitution: ca.SX
+    held: float
+    left: float
 
 
 @dataclass(frozen=True)
@@ -180,8 +199,8 @@ class Opened:
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
-    ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of der(x) and of the gaps'
-    accelerations to the contact forces. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
+    ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of the states and of the
+    barriers' speeds to their impulses. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
     ``nominal`` are the usual sizes of x and z, the units of their absolute tolerance; ones where there is none. ``relations`` are the
     comparisons that the conditions of ``whens`` combine: nothing else depends on their modes.
     """
@@ -214,6 +233,30 @@ class HybridDae:
         """The usual sizes of (x, z)."""
         return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))
 
+    @property
+    def barriers(self) -> tuple[Barrier, ...]:
+        """Contacts first, then friction laws that are one-way; none where no speed can jump.
+
+        A law that acts on no inertia, or moves as it is told, takes part in no impulse.
+        """
+        if not (self.contacts or any(not reset.discrete for when in self.whens for reset in when.resets)):
+            return ()
+        laws = [law for law in self.frictions if not (law.algebraic or law.prescribed)]
+        contacts = (_contact_barrier(self.m, contact) for contact in self.contacts)
+        return (*contacts, *(_one_way_barrier(self.m, law, -blocked) for law in laws for blocked in law.limitless))
+
     def equation(self, k: int) -> str:
         """The k-th algebraic equation for a message: the line it comes from."""
         return self.residual_places[k] if k < len(self.residual_places) else f"equation {k + 1} of {self.z.numel()}"
+
+
+def _contact_barrier(m: ca.SX, contact: Contact) -> Barrier:
+    """A contact: what is closed is at the barrier."""
+    c = contact
+    return Barrier(c.name, c.where, c.index, 1.0, c.speed, m[c.index], c.restitution, held=1.0, left=0.0)
+
+
+def _one_way_barrier(m: ca.SX, law: Friction, way: float) -> Barrier:
+    """A friction law that can move one way only, without rebound."""
+    rests = ca.logic_or(m[law.index] == 0, ca.fabs(law.w) <= ZONE)
+    return Barrier(law.name, law.where, law.index, way, way * law.w, rests, ca.SX(0), held=0.0, left=way)

@@ -118,15 +118,19 @@ def contact_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Cont
     )
 
 
-def with_impacts(dae: HybridDae, resolver: Resolver, torques: list[LawTorque]) -> HybridDae:
-    """The response of the states' derivatives and of the gaps' accelerations to the contact forces."""
-    contacts = [i for i, t in enumerate(torques) if isinstance(t.law, UnilateralLaw)]
-    if not contacts:
+def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:
+    """The responses of the states and of the barriers' speeds to impulses: those of their derivatives to forces and torques."""
+    if not dae.barriers:
         return dae
-    forces = column([resolver.tau[i] for i in contacts])
+    place = {held.place(t.mode): k for k, t in enumerate(resolver.laws)}
+    laws = [place[b.index] for b in dae.barriers]
+    # the force of a contact opens its gap, the torque of a friction law opposes its speed
+    acts = [1.0 if isinstance(resolver.laws[k].law, UnilateralLaw) else -1.0 for k in laws]
     rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
-    opened = [*resolver.opened(rates), *(resolver.laws[i].rate for i in contacts)]
-    (response,) = resolver.close([ca.jacobian(column(opened), forces)])
+    speeds = [b.way * resolver.laws[k].rate for b, k in zip(dae.barriers, laws, strict=True)]
+    slopes = ca.jacobian(column([*resolver.opened(rates), *speeds]), column(resolver.tau))[:, laws]
+    along = ca.diag(column([Symbol(act * b.way) for act, b in zip(acts, dae.barriers, strict=True)]))
+    (response,) = resolver.close([slopes @ along])
     return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
 
 

@@ -11,7 +11,7 @@ from typing import NoReturn
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Contact, HybridDae, When
+from powertrain.compiler.hybrid import Barrier, HybridDae, When
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
@@ -301,7 +301,7 @@ class ModeResolver:
         return not self._flags[0]
 
     def _discontinuity(self, side: int) -> bool:
-        """Apply the resets of all rising edges, else one impact of all closing contacts."""
+        """Apply the resets of all rising edges, else one impact of all barriers that are struck."""
         memory = self.memory
         assert self._values is not None
         if memory.flags[1]:
@@ -309,9 +309,9 @@ class ModeResolver:
             self._values.reset(side, rising)
             self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
         else:
-            closing = [k for k in range(len(self.dae.contacts)) if memory.closing[k]]
-            self.extra += [(name, "impact") for name in self._values.impact(side, closing)]
-        memory.jumped[0] = 1.0
+            struck = np.flatnonzero(memory.closing).tolist()
+            self.extra += [(name, "impact") for name in self._values.impact(side, struck)]
+        memory.jumped[0] = 2.0
         return True
 
 
@@ -325,11 +325,13 @@ class _Events:
     """Values of resets and impacts, evaluated when one happens."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
-        self.dae, self.memory = dae, memory
+        self.dae, self.memory, self.barriers = dae, memory, dae.barriers
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        contacts = [ca.vertcat(*[getattr(c, field) for c in dae.contacts]) for field in ("speed", "restitution")]
+        barriers = [
+            ca.vertcat(*[getattr(b, part) for b in self.barriers]) for part in ("speed", "restitution", "rests")
+        ]
         self._resets = Evaluated(reset_values(dae))
-        outputs = [ca.densify(e) for e in (*contacts, dae.impact_x, dae.impact_a)]
+        outputs = [ca.densify(e) for e in (*barriers, dae.impact_x, dae.impact_a)]
         self._impact = Evaluated(ca.Function(PREFIX + "impact", inputs, outputs))
         self._first = {}
         count = 0
@@ -346,44 +348,45 @@ class _Events:
                 target = self.memory.m if reset.discrete else self.memory.y[side]
                 target[reset.index] = values[k]
 
-    def impact(self, side: int, closing: Sequence[int]) -> list[str]:
-        """Moreau's impact law for the closing contacts and all closed ones: impulses I lead from the speeds v to v'.
+    def impact(self, side: int, struck: Sequence[int]) -> list[str]:
+        """Moreau's impact law for the barriers that are struck and all at rest: impulses I lead from the speeds v to v'.
 
             v' = v + G I,   0 <= I,   0 <= v' + e min(v, 0),   I' (v' + e min(v, 0)) = 0.
 
-        Returns the contacts that were struck; slow rebounds stay closed (e = 0). J. J. Moreau, Unilateral contact and dry friction in
-        finite freedom dynamics, CISM 302, Springer 1988, section 12.
+        Returns those that felt it; slow rebounds stay closed (e = 0). A motion away from a barrier, v > 0, is not part of it: with a
+        rebound elsewhere its impulse might add energy, I (v + v')/2 > 0. If it is led backward, it is struck next. J. J. Moreau,
+        Unilateral contact and dry friction in finite freedom dynamics, CISM 302, Springer 1988, section 12.
         """
-        contacts: Sequence[Contact] = self.dae.contacts
-        m = self.memory.m
-        speed, restitution, on_x, on_a = self._impact(*self.memory.instant(side))
-        touching = [*closing, *(k for k, c in enumerate(contacts) if m[c.index] and k not in closing)]
+        barriers, m = self.barriers, self.memory.m
+        speed, restitution, rests, on_x, on_a = self._impact(*self.memory.instant(side))
+        touching = [*struck, *(k for k in np.flatnonzero(rests.ravel()).tolist() if k not in struck)]
         speed, restitution = speed.ravel()[touching], restitution.ravel()[touching]
         inwards = np.minimum(speed, 0.0)
         rebound = np.where(-restitution * inwards < REST_SPEED, 0.0, restitution)
         effect = on_a[np.ix_(touching, touching)]
-        impulse = self._impulses(effect, speed + rebound * inwards, [contacts[k] for k in touching])
+        impulse = self._impulses(effect, speed + rebound * inwards, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
         after, nothing = speed + effect @ impulse, ZONE + _ROUNDING * np.abs(speed).max()
-        for k, away in zip(touching, after > nothing, strict=True):
-            m[contacts[k].index] = 0.0 if away else 1.0
         felt = np.diag(effect) * impulse > INTEGRATED
-        return [contacts[k].name for k, some in zip(touching, felt, strict=True) if some]
+        for k, away, some in zip(touching, after > nothing, felt, strict=True):
+            if away or some or k in struck:
+                m[barriers[k].index] = barriers[k].left if away else barriers[k].held
+        return [barriers[k].name for k, some in zip(touching, felt, strict=True) if some]
 
-    def _impulses(self, effect: Array, goal: Array, contacts: Sequence[Contact]) -> Array:
+    def _impulses(self, effect: Array, goal: Array, barriers: Sequence[Barrier]) -> Array:
         """The impulses I >= 0 that lead no goal + effect I below zero, nor above it where they act."""
         size = np.sqrt(np.diag(effect))
         size[size == 0.0] = 1.0
         largest = np.abs(goal / size).max()
         found = lemke(effect / np.outer(size, size), goal / size / largest)
         if found.z is None:
-            self._refuse_unstoppable([contacts[k] for k in found.ray])
+            self._refuse_unstoppable([barriers[k] for k in found.ray])
         assert found.z is not None
         return np.asarray(found.z * largest / size, np.float64)
 
-    def _refuse_unstoppable(self, contacts: Sequence[Contact]) -> None:
-        if contacts:
-            named = ", ".join(f"{contact.name} ({contact.where})" for contact in contacts)
+    def _refuse_unstoppable(self, barriers: Sequence[Barrier]) -> None:
+        if barriers:
+            named = ", ".join(f"{barrier.name} ({barrier.where})" for barrier in barriers)
             raise SimulationError(
                 f"at t = {self.memory.time[0]:.9g} s a motion that no force can stop closes {named}: it is prescribed, or held against the "
                 "contact by others. Put a compliance between the prescribed motion and the contact, or an elastic contact in its place"

@@ -26,8 +26,8 @@ from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SWIFT, ZONE
 class Pass:
     """The next held values, and what they ask for.
 
-    ``flags``: entries that change, whens with a rising edge, contacts that close, sum of all torques, laws at a limit that others hold at
-    rest and that did not rest there before, and above zero where a law slides with its limits the wrong way round.
+    ``flags``: entries that change, whens with a rising edge, barriers that are struck, sum of all torques, laws at a limit that others
+    hold at rest and that did not rest there before, and above zero where a law slides with its limits the wrong way round.
     """
 
     held: ca.SX
@@ -46,11 +46,12 @@ def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
 def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     """The mode rules.
 
-    ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found; a law at rest may
+    ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found, and above 1 that
+    a reset or an impact did it; a law at rest may
     count as sliding while its acceleration is above ``-slack`` (0 except for modes from the complementarity problem or a single trial, and
     for laws that rest at a limit already).
     A closed contact opens where its force would pull, and where a reset has moved one of its sides away; it is struck where a reset throws
-    its sides at each other.
+    its sides at each other, as a one-way law is that a reset or an impact throws backward.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
     instants = zip(timed(dae)[1], ca.vertsplit(timed(dae)[0]), strict=True)
@@ -78,6 +79,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
         hits = ca.logic_and(ca.logic_and(contact.gap + EPS <= 0, approaching(contact)), ca.logic_not(rest))
         thrown = ca.logic_and(ca.logic_and(jumped > 0, contact.speed < -INTEGRATED), ca.logic_not(taken_away))
         closing.append(ca.if_else(old > 0.5, thrown, hits))
+    closing += [ca.logic_and(jumped > 1, b.speed < -ZONE) for b in dae.barriers[len(dae.contacts) :]]
     edges = []
     relations = [r.index for r in dae.relations]
     found = [column([values[i] for i in relations]) for values in (ca.vertsplit(dae.m), held)]

@@ -26,7 +26,7 @@ struct pt_model {
     double y[2][PT_Y], slope[2][PT_Y], m[PT_M], p[PT_P];
     double time[2], tolerance[3], info[INFO + 4], dense[5 * PT_Y], outside[PT_O];
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
-    double held[PT_M], flags[6], edges[PT_W], closing[1], fire[PT_T], jumped[2];
+    double held[PT_M], flags[6], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2];
     double first[2], corners[2], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
     double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], still[PT_F], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];

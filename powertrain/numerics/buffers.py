@@ -115,7 +115,7 @@ class Memory:
         self.held = zeros(held)
         self.flags = zeros(6)
         self.edges = zeros(len(dae.whens))
-        self.closing = zeros(len(dae.contacts))
+        self.closing = zeros(len(dae.barriers))
         self.fire = zeros(timed)
         self.jumped = zeros(2)
         self.start = zeros(2)

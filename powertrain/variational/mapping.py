@@ -1,9 +1,9 @@
 """How resets and impacts carry the states over an event: s+ = R(t, s-, q), with its derivatives.
 
     reset:   s_i+ = value(t, s-, q)
-    impact:  x+ = x- + X j,   A j = -(1 + e) v   for the contacts that are struck,
+    impact:  x+ = x- + X j,   A j = -(1 + e) v   for the barriers that are struck (contacts, one-way laws),
 
-v the speeds of their gaps, e the restitution, X and A the responses of the states and of the gaps to impulses j.
+v their speeds, e the restitution, X and A the responses of the states and of the barriers' speeds to impulses j.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Round:
     """One round of resets or impacts: the map s -> e(t, s, q) of some entries of s, the others staying as they are.
 
     ``before`` are the derivatives of s before the round with respect to t, s and q before the event, ``s`` is that of s after the round
-    with respect to s before it; ``assigned`` tells which of the expressions goes where; ``impact``: the contacts struck, and which bounce.
+    with respect to s before it; ``assigned`` tells which of the expressions goes where; ``impact``: the barriers struck, and which bounce.
     """
 
     sample: Samples
@@ -66,17 +66,17 @@ class Mapping:
         self.system, self.dae = system, dae
         self.values = column([r.value for w in dae.whens for r in w.resets])
         self.resets = Partials(system, self.values) if dae.whens else None
-        self.contact_values = self._contacts() if dae.contacts else None
+        self.barrier_values = self._barriers() if dae.barriers else None
         combined = [w for w in dae.whens if w.relations]
         conditions = ca.densify(column([w.g for w in combined]))
         self.combined = [w.index for w in combined]
         self.conditions = ca.Function("powertrain_combined", [*system.inputs], [conditions])
         self._curvatures: dict[object, Curvature] = {}
 
-    def _contacts(self) -> Partials:
+    def _barriers(self) -> Partials:
         """Speeds, restitutions, and the responses to impulses."""
         dae = self.dae
-        parts = [c.speed for c in dae.contacts] + [c.restitution for c in dae.contacts]
+        parts = [b.speed for b in dae.barriers] + [b.restitution for b in dae.barriers]
         return Partials(self.system, column([*parts, ca.vec(dae.impact_x), ca.vec(dae.impact_a)]))
 
     def map(self, run: Record, k: int, fired: set[int]) -> Carried | None:
@@ -93,7 +93,7 @@ class Mapping:
                 self._reset(run, k, now, whens)
         if follow := self._following(run, k, now, rising):
             self._reset(run, k, now, follow)
-        struck = [j for j, c in enumerate(self.dae.contacts) if (c.name, "impact") in events.extra[k]]
+        struck = [j for j, b in enumerate(self.dae.barriers) if (b.name, "impact") in events.extra[k]]
         if struck:
             self._impact(run, k, now, struck)
         reached = np.concatenate([now.x, now.m[self.system.discretes]])
@@ -117,13 +117,13 @@ class Mapping:
         return found
 
     def _curvature(self, of: Round) -> Curvature:
-        """That of the values of the resets, or of x + X j for the contacts struck, of which some bounce."""
+        """That of the values of the resets, or of x + X j for the barriers struck, of which some bounce."""
         if of.impact not in self._curvatures:
             values, dae = self.values, self.dae
             if of.impact is not None:
                 struck, bounces = list(of.impact[0]), of.impact[1]
-                laws = [dae.contacts[j] for j in struck]
-                speeds = [(1 + c.restitution if b else 1) * c.speed for c, b in zip(laws, bounces, strict=True)]
+                laws = [dae.barriers[j] for j in struck]
+                speeds = [(1 + b.restitution if back else 1) * b.speed for b, back in zip(laws, bounces, strict=True)]
                 values = dae.x - dae.impact_x[:, struck] @ ca.solve(dae.impact_a[struck, struck], column(speeds))
             self._curvatures[of.impact] = Curvature(self.system, values)
         return self._curvatures[of.impact]
@@ -179,12 +179,10 @@ class Mapping:
             now.m[when.index] = 1.0
 
     def _impact(self, run: Record, k: int, now: Carried, struck: list[int]) -> None:
-        assert self.contact_values is not None
+        assert self.barrier_values is not None
         sample = self._sample(run, k, now)
-        slopes = self.contact_values(sample, run.p)
-        n, count = self.system.states, len(self.dae.contacts)
-        closed = [j for j, c in enumerate(self.dae.contacts) if now.m[c.index] and slopes.value[0, j] < 0.0]
-        struck = [*struck, *(j for j in closed if j not in struck)]
+        slopes = self.barrier_values(sample, run.p)
+        n, count = self.system.states, len(self.dae.barriers)
         v, e = np.array(struck), count + np.array(struck)
         on_x = 2 * count + np.arange(n * count).reshape(count, n).T[:, struck]
         on_a = 2 * count + n * count + np.arange(count * count).reshape(count, count).T[np.ix_(struck, struck)]
