@@ -31,7 +31,7 @@ from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling,
 from powertrain.components.rotational import Flange
 from powertrain.components.transmissions import ManualGearbox, Shiftable
 from powertrain.components.wheels import RigidWheel
-from powertrain.components.wheels.interfaces import wheels_of
+from powertrain.vehicles.wheels import wheels_of
 
 
 class Car(Component):

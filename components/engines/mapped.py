@@ -18,7 +18,6 @@ from powertrain.components.engines.interfaces import Engine
 from powertrain.components.engines.tablechecks import RATES, SPECIFIC, check_fuel, check_torque
 from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_map
 from powertrain.components.limited import limited
-from powertrain.language.recorder import recording
 
 THROTTLES, PARTS = 401, 41
 """Throttles at which a torque is looked at, and points of the table from torque back to throttle."""
@@ -107,6 +106,17 @@ class MappedEngine(Engine):
         except ParameterError as error:
             raise ParameterError(f"{self._path or type(self).__name__}: {error}") from None
         yield from self._run()
+        self._count_below(self.fuel_map.axes[1])
+
+    def _count_below(self, axis: Axis) -> None:
+        """Count the steps with fuel at a torque below the table, where the straight line of ``_rates`` stands for it.
+
+        A table that begins without torque is whole: below, the engine burns fuel only in passing.
+        """
+        if axis.outside != "linear" and axis.low > 0:
+            torque = ca.if_else(self.firing > self.cut_off, self.firing - self._motoring(self.w), axis.low)
+            name = f"{self.fuel_map.name}: {axis.name} below the table"
+            within(torque, axis.low - axis.slack, math.inf, name=name, unit=axis.unit, action="count")
 
     def _motoring(self, w: Symbol) -> Symbol:
         return -_along_speed(self.torque_map, 0)(self.torque_map.axes[0].clipped(w))
@@ -129,19 +139,8 @@ class MappedEngine(Engine):
             rate *= _beyond(self.fuel_map.axes[0], w) * _beyond(
                 self.fuel_map.axes[1], ca.fmax(torque, self.fuel_map.axes[1].low)
             )
-        _count_below(self.fuel_map.name, self.fuel_map.axes[1], torque, firing > self.cut_off)
         burning = limited(firing / self.cut_off)
         return burning * ca.fmax(rate, 0) * self.heating_value
-
-
-def _count_below(table: str, axis: Axis, torque: Symbol, burns: Symbol) -> None:
-    """Count the steps with fuel at a torque below the table, where the straight line of ``_rates`` stands for it.
-
-    A table that begins without torque is whole: below, the engine burns fuel only in passing.
-    """
-    if recording() and axis.outside != "linear" and axis.low > 0:
-        low, name = axis.low - axis.slack, f"{table}: {axis.name} below the table"
-        within(ca.if_else(burns, torque, axis.low), low, math.inf, name=name, unit=axis.unit, action="count")
 
 
 def _beyond(axis: Axis, value: Symbol) -> Symbol:

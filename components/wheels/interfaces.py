@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from powertrain import (
-    Component,
     Equations,
     Input,
     Parameter,
@@ -22,7 +19,6 @@ from powertrain import (
 from powertrain.components.rotational import Flange as Hub
 from powertrain.components.rotational.interfaces import Lossy
 from powertrain.components.translational import Flange as Road
-from powertrain.language.component import children
 
 
 class Wheel(Lossy):
@@ -67,12 +63,3 @@ class Wheel(Lossy):
     def energy(self) -> Symbol:
         """Kinetic energy J w^2/2."""
         return self.J * self.w**2 / 2
-
-
-def wheels_of(part: Component, path: str = "") -> Iterator[tuple[str, Wheel]]:
-    """All wheels in a part with their paths, which begin with that of the part."""
-    for name, child in children(part):
-        here = f"{path}.{name}".lstrip(".")
-        if isinstance(child, Wheel):
-            yield here, child
-        yield from wheels_of(child, here)

@@ -12,11 +12,11 @@ import powertrain as pt
 from powertrain.components.body import Body
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.translational import ConstantSpeed
-from powertrain.components.wheels.interfaces import wheels_of
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
 from powertrain.trials.operating import check_stores, operating_map, remembered
+from powertrain.vehicles.wheels import wheels_of
 
 if TYPE_CHECKING:
     import xarray as xr

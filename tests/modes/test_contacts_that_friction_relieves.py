@@ -40,7 +40,7 @@ TOUCHING = pt.compile(Touching())
 def test_masses_that_touch_and_stick_move_as_one(seed: int) -> None:
     random = np.random.default_rng(seed)
     masses, forces = 10.0 ** random.uniform(-1.0, 1.0, 2), random.uniform(-1.0, 1.0, 2)
-    parameters = dict(zip(("m1", "m2", "F1", "F2"), map(float, (*masses, *forces)), strict=True))
+    parameters: dict[str, float] = dict(zip(("m1", "m2", "F1", "F2"), map(float, (*masses, *forces)), strict=True))
     result = TOUCHING.simulate(1.0, parameters=parameters)
     assert np.abs(result["x2"] - result["x1"]).max() < 1e-9
     assert result["v1"][-1] == pytest.approx(-1.0 + forces.sum() / masses.sum(), rel=1e-6)

@@ -80,7 +80,7 @@ def test_magic_formula_at_steady_slip(tyre: dict[str, Any], kappa: float) -> Non
 
 @pytest.mark.parametrize(("E", "kappa"), [(-8.0, 0.005), (-20.0, 0.06)])
 def test_a_pointed_magic_formula_with_slip_from_the_start(E: float, kappa: float) -> None:
-    tyre = TYRES[0] | {"pEx1": E}
+    tyre: dict[str, Any] = TYRES[0] | {"pEx1": E}
     assert steady(MagicFormulaWheel(**tyre), 20.0, kappa) == pytest.approx(formula(tyre, kappa, 4000.0), rel=2e-6)
 
 
