@@ -110,7 +110,9 @@ class ParallelHybrid(HybridCar):
         yield connect(self.driver.brake, self.control.brake)
         yield connect(self.schedule.lever, self.gearbox.lever)
         yield self.clutch.f_normalized.value == self._closed()
-        yield self.control.coupled.value == (self._closed() if self.position in ("P0", "P1") else 1.0)
+        at_the_crank = self.position in ("P0", "P1")
+        yield self.control.coupled.value == (self._closed() if at_the_crank else 1.0)
+        yield self.control.w_shaft.value == self.engine.w + (0.0 if at_the_crank else self.clutch.w_rel)
         yield connect(self.machine.speed, self.control.w_machine)
         yield connect(self.battery.charge_power, self.control.charge_power)
         left = self.battery.discharge_power.value - self.accessories.lossPower

@@ -96,20 +96,23 @@ class HybridControl(HybridSupervisor):
 class ParallelControl(HybridControl, BlendedBraking):
     """Rules for an engine and a machine whose powers add up on their way to the wheels.
 
-    asked = accelerator F_max (v + v_0),  demand = asked + k_soc (soc_0 - soc),  power = demand, at least P_min
+    asked = accelerator F_max (max(v, 0) + v_0),  demand = asked + k_soc (soc_0 - soc),  power = demand, at least P_min
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
-    tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  rest = asked pressed - torque w, at least -charge_power
+    tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
+    rest = max(asked pressed - torque w, 0) - min(max(torque w_shaft - asked pressed, 0), charge_power),  w_shaft within 0..w
     friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
     While the engine stands the machine drives alone. While it runs, it gives what is asked and what the charge needs, and the machine the
-    difference: it assists where the engine has too little, and charges where the engine gives more. A machine at the engine's crank is
-    ``coupled`` to the wheels as far as the clutch is closed.
+    difference: it assists where the engine has too little, and charges where the engine gives more. ``w_shaft`` is the speed of the shaft
+    through which the engine reaches machine and wheels: behind a clutch that slips there is less power to charge with than the engine
+    gives, and none at standstill. A machine at the engine's crank is ``coupled`` to the wheels as far as the clutch is closed.
     """
 
     F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
     v_0: Parameter = parameter("m/s", "Equivalent speed for the power demand at standstill", default=2.0, above=0)
     w_low: Parameter = parameter("rad/s", "Speed of the machine below which power is torque", default=40.0, above=0)
     w_machine: Input = signal_input("rad/s", "Speed of the machine")
+    w_shaft: Input = signal_input("rad/s", "Speed of the shaft between the engine and the machine, behind the clutch")
     coupled: Input = signal_input("1", "Part of the machine's torque that reaches the wheels", default=1.0)
     asked: Variable = variable("W", "Power demand of the driver")
 
@@ -124,13 +127,18 @@ class ParallelControl(HybridControl, BlendedBraking):
         firing = self.running * limited(w / self.w_fire) * pressed
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value
-        rest = ca.fmax(self.asked * pressed - self.torque.value * w, -self.charge_power.value)
-        drive = ca.fmin(rest / ca.fmax(w_machine, self.w_low), self._most(w_machine))
+        drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), self._most(w_machine))
         yield from self._recover(self.v.value, w_machine)
         turning = ca.fmax(w_machine, SLOW)
         braking = self.regenerated * ca.fmax(self.v.value, SLOW) / turning
         yield self.tau.value == coupled * (drive - braking)
         yield self.friction.value == b - coupled * self.regenerated / self.F_brake
+
+    def _rest(self, asked: Symbol) -> Symbol:
+        """Power of the machine: what the engine lacks, or what of its power arrives behind the clutch and is not asked for."""
+        torque, w = self.torque.value, self.w.value
+        spare = ca.fmax(torque * limited(self.w_shaft.value, 0, w) - asked, 0)
+        return ca.fmax(asked - torque * w, 0) - ca.fmin(spare, self.charge_power.value)
 
 
 class GensetControl(HybridControl):

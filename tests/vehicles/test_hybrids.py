@@ -10,6 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.body import CentreDifferential, RollingAxle
+from powertrain.components.control import OpenPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import (
     ChargeSustaining,
@@ -23,7 +24,7 @@ from powertrain.trials import (
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.electric_four_wheel_drive import ElectricFourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar
-from powertrain.vehicles.parallel_hybrid import ParallelHybrid
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid, Position
 from powertrain.vehicles.series_hybrid import SeriesHybrid
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
@@ -84,6 +85,19 @@ def test_powers_add_up() -> None:
     rows = closed & limits & (signals["machine.w"] > 60) & (signals["engine.w"] > 100)
     assert rows.any()
     np.testing.assert_allclose(given[rows], signals["control.asked"][rows], rtol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("position", ["P2", "P3", "P4"])
+def test_moving_off_at_a_low_charge(position: Position) -> None:
+    """The engine starts and moves the car off, the machine charges: it never turns the car backward and draws no power for that."""
+    plant = pt.compile(ParallelHybrid.at(position, driver=OpenPedals()))
+    pedal = {"driver.accelerator_pedal": ([0.0, 1.0, 1.2, 9.0], [0.0, 0.0, 0.2, 0.2])}
+    result = plant.simulate(8.0, inputs=pedal, starts={"battery.soc": 0.3}, points=401)
+    assert result["body.v"].min() > -1e-3
+    assert result["body.v"][-1] > 4
+    assert result["machine.power"].max() < 1
+    assert result["battery.soc"][-1] > 0.31
 
 
 @pytest.mark.slow

@@ -1,0 +1,32 @@
+"""The control of a parallel hybrid: what the machine takes of the engine's power, and what it adds."""
+
+from __future__ import annotations
+
+import pytest
+
+import powertrain as pt
+from powertrain.components.control import ParallelControl
+
+ENGINE = {"v": 1.0, "w": 150.0, "soc": 0.3, "tau_open": 120.0, "opening": 1.0}
+MACHINE = {"brake": 0.0, "limit": 200.0, "charge_power": 17e3}
+
+
+@pytest.mark.parametrize(
+    ("accelerator", "w_machine", "w_shaft", "power"),
+    [
+        (0.5, 0, 0, 0),  # the clutch slips at standstill: nothing to charge with, though the engine gives 18 kW
+        (0.5, -30, -30, 0),  # nor where the vehicle rolls back
+        (0.1, 50, 50, 1.8e3 - 6e3),  # 120 N.m at 50 rad/s arrive, 1.8 kW are asked
+        (0.1, 75, 150, 1.8e3 - 18e3),  # the clutch is closed
+        (0.1, 75, 200, 1.8e3 - 18e3),  # no more than the engine gives
+        (1.0, 50, 150, 0),  # 18 kW are asked, the engine gives 18 kW
+    ],
+)
+def test_the_machine_charges_with_what_arrives(
+    accelerator: float, w_machine: float, w_shaft: float, power: float
+) -> None:
+    """The engine runs at a low charge, so it gives 120 N.m at 150 rad/s; asked are 18 kW with a full pedal."""
+    inputs = {**ENGINE, **MACHINE, "accelerator": accelerator, "w_machine": float(w_machine), "w_shaft": float(w_shaft)}
+    result = pt.simulate(ParallelControl(v_0=2.0), 1.0, points=3, inputs=inputs)
+    assert result["torque"][-1] == pytest.approx(120.0)
+    assert result["tau"][-1] == pytest.approx(power / max(w_machine, 40), abs=1e-9)
