@@ -26,16 +26,16 @@ PRESSED = 0.05
 class OperatingLineControl(Component):
     """Sets the engine speed at which the demanded power takes the least fuel, and the torque for this power.
 
-    power = accelerator F_max (v + v_0),  throttle = (power/w + tau_drag pressed)/(tau_open + tau_drag),  ratio = w_out/w_best
+    power = accelerator F_max (max(v, 0) + v_0),  throttle = (power/w + tau_drag pressed)/(tau_open + tau_drag),  ratio = w_out/w_best
     pressed = accelerator/0.05 within 0..1,  clutch = (w - w_open)/(w_closed - w_open)
 
     The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``
     (``operating_line(engine)`` is a map for it), ``tau_open`` the torque with open throttle, ``tau_drag`` the motoring torque without
     fuel. Combustion compensates for the drag, so the power is that at the crank. ``throttle`` is the fraction of the largest combustion
     torque; if that is not proportional to the throttle, ``engine.opening`` gives the throttle for it. With the accelerator released,
-    the throttle is closed and the engine brakes. Through v_0 the accelerator demands power at standstill. The ratio is the speed at the
-    transmission's output over that at its input, held within [ratio_min, ratio_max]. The start clutch closes with the engine speed like
-    a centrifugal clutch; if ``clutch`` is not positive, it is open.
+    the throttle is closed and the engine brakes. Through v_0 the accelerator demands power at standstill and where the vehicle rolls back.
+    The ratio is the speed at the transmission's output over that at its input, held within [ratio_min, ratio_max]. The start clutch closes
+    with the engine speed like a centrifugal clutch; if ``clutch`` is not positive, it is open.
     """
 
     F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
@@ -62,7 +62,7 @@ class OperatingLineControl(Component):
 
     def equations(self) -> Equations:
         """Power, and what torque and ratio follow."""
-        yield self.power.value == self.accelerator.value * self.F_max * (self.v.value + self.v_0)
+        yield self.power.value == self.accelerator.value * self.F_max * (ca.fmax(self.v.value, 0) + self.v_0)
         torque, drag = self.power.value / ca.fmax(self.w.value, self.w_open), ca.fmax(self.tau_drag.value, 0)
         pressed = limited(self.accelerator.value / PRESSED)
         yield self.throttle.value == (torque + drag * pressed) / (ca.fmax(self.tau_open.value, SMALL) + drag)

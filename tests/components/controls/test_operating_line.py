@@ -37,6 +37,7 @@ class Asked(pt.Component):
         (0.0, 20, 150, 400, 100, 0.0, 2.0),  # wanted 4
         (0.1, 0, 50, 0, 112, 2.4e3 / (150 * 95), 0.5),  # below the clutch's speed w counts as w_open
         (0.0, 0, 50, 0, 112, 0.0, 0.5),
+        (1.0, -6, 150, 0, 112, 24e3 / (150 * 150), 0.5),  # rolling back as at standstill
     ],
 )
 def test_power_speed_torque_and_ratio(
@@ -44,7 +45,7 @@ def test_power_speed_torque_and_ratio(
 ) -> None:
     inputs = {"accelerator": accelerator, "v": v, "w": w, "w_out": w_out, "w_best": w_best, "tau_open": 150.0}
     result = pt.simulate(OperatingLineControl(), stop=1, inputs=inputs)
-    assert result["power"][-1] == pytest.approx(accelerator * 6000 * (v + 4))
+    assert result["power"][-1] == pytest.approx(accelerator * 6000 * (max(v, 0) + 4))
     assert result["throttle"][-1] == pytest.approx(throttle)
     assert result["ratio"][-1] == pytest.approx(ratio)
     assert result["clutch"][-1] == pytest.approx((w - 95) / (160 - 95))
