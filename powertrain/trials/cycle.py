@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.language import htmltext
+from powertrain.language.component import children
 from powertrain.present import Bar, Watch
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.trials.lost_gear import lost_gear
@@ -193,6 +194,13 @@ class CycleRun:
     def audit(self) -> pt.EnergyAudit:
         """Where the energy went."""
         return pt.energy_audit(self.result)
+
+    @property
+    def supplied(self) -> float:
+        """Energy of the sources, and what parts hold less at the end than at the start: a battery, a car driven downhill [J]."""
+        table = self.audit.components
+        parts = [name for name, _ in children(self.plant.model) if name in table.index]
+        return float(table["sources"][""] - table["stored"][parts].clip(upper=0).sum())
 
     @cached_property
     def table(self) -> pd.DataFrame:

@@ -152,26 +152,25 @@ def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """The energy balance by component [MJ], the largest on top, with its share of the energy supplied."""
+    """What of the energy supplied each component lost [MJ], the largest on top, and what parts have stored, with their shares."""
     ax = _axes(ax)
-    table = run.audit.components
-    supplied, all_lost, stored = (float(table[name][""]) for name in ("sources", "lost", "stored"))
+    table, supplied = run.audit.components, run.supplied
+    all_lost = float(table["lost"][""])
+    stored = supplied - all_lost
     lost = {_short(table.lost, path): _own_loss(table.lost, path) for path in map(str, table.index) if path}
     shown = sorted(((n, e) for n, e in lost.items() if e > 5e-4 * all_lost), key=lambda pair: pair[1])
-    if abs(stored) > 5e-4 * all_lost:
+    if stored > 5e-4 * all_lost:
         shown.insert(0, (STORED, stored))
     y = np.arange(len(shown))
     values = np.array([energy for _, energy in shown]) / 1e6
     kinds = dict.fromkeys(parts_of(run.plant.model, WheelBrake), "C3") | dict(_colours(run))
     colours = ["C7" if name == STORED else kinds.get(name, "C0") for name, _ in shown]
     bars = ax.barh(y, values, color=colours)
-    shares = [f", {v * 1e6 / supplied:.1%}" if supplied > 0 else "" for v in values]
-    ax.bar_label(bars, [f"{v:.3g} MJ{share}" for v, share in zip(values, shares, strict=True)], padding=3, fontsize=8)
+    ax.bar_label(bars, [f"{v:.3g} MJ, {v * 1e6 / supplied:.1%}" for v in values], padding=3, fontsize=8)
     ax.set_yticks(y, [name for name, _ in shown])
-    ax.set_xlim(min(values.min(initial=0.0), 0.0) * 1.1, 1.35 * values.max(initial=1e-9))
+    ax.set_xlim(0, 1.35 * values.max(initial=1e-9))
     ax.set_xlabel("Lost [MJ]")
-    whole = f"Of {supplied / 1e6:.3g} MJ supplied" if supplied > 0 else f"{all_lost / 1e6:.3g} MJ from the store"
-    ax.set_title(f"{whole} (energy residual {run.audit.closure:.0e})", fontsize=10)
+    ax.set_title(f"Of {supplied / 1e6:.3g} MJ supplied (energy residual {run.audit.closure:.0e})", fontsize=10)
     ax.grid(visible=True, axis="x", alpha=0.3)
     return ax
 

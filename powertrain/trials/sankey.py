@@ -19,14 +19,14 @@ BEND, GAP, DOWN = 0.04, 0.2, 0.12
 def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """The energy supplied over a cycle [MJ], from left to right through the components in the order of the vehicle's fields.
 
-    The height of the band is the remaining energy; the loss of each component leaves it downwards, with its share of the supply. At the
-    end remain losses too small to be drawn, and stored energy (speed, height, charge). Source: the energy audit of the run.
+    The height of the band is the remaining energy, at first ``run.supplied``: fuel, and what stores hold less at the end than at the start.
+    The loss of each component leaves it downwards, with its share of the supply. At the end remain losses too small to be drawn, and
+    energy that parts have stored (charge, height, heat). Source: the energy audit of the run.
     """
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(figsize=(11, 4.5), layout="constrained")[1] if ax is None else ax
-    table = run.audit.components
-    supplied = float(table["sources"][""])
+    table, supplied = run.audit.components, run.supplied
     names = [name for name, _ in children(run.plant.model) if name in table.index]
     shown = [(name, float(table["lost"][name]) / supplied) for name in names]
     shown = [(name, share) for name, share in shown if share > SMALL]
@@ -42,7 +42,7 @@ def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
         x += share + GAP
     ax.set(xlim=(0, x), ylim=(-BEND - DOWN - 0.2, 1.03), aspect="equal")
     ax.set_title(
-        f"{type(run.plant.model).__name__} over {run.cycle.name}: {abs(left):.1%} of the energy is left or lost in small parts",
+        f"{type(run.plant.model).__name__} over {run.cycle.name}: {abs(left):.1%} of the energy is stored or lost in small parts",
         fontsize=10,
     )
     ax.axis("off")

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import CycleRun, charge_corrected, drive_cycle, electric_share
 from powertrain.trials.anatomy import anatomy
+from powertrain.trials.figures import plot_energy
+from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.electric_car import ElectricCar
 
 STOP = DriveCycle("stop", ((0.0, 0.0), (12.0, 20.0), (20.0, 20.0), (32.0, 0.0), (36.0, 0.0)))
@@ -42,6 +46,17 @@ def test_consumption_in_all_its_units(run: CycleRun) -> None:
     assert joule == pytest.approx(chemical, rel=2e-3)
     assert run.audit.closure < 1e-6
     assert run.time_outside == 0
+
+
+def test_energy_flows_from_the_battery(run: CycleRun) -> None:
+    """All that is supplied is what the battery has given; losses and bars are shares of it, and nothing is stored."""
+    assert run.supplied == pytest.approx(run.electricity, rel=1e-3)
+    flow, bars = plot_energy_flow(run, ax=Figure().add_subplot()), plot_energy(run, ax=Figure().add_subplot())
+    shares = [float(text.get_text().split("\n")[2].rstrip("%")) for text in flow.texts[1:]]
+    assert sum(shares) == pytest.approx(100, abs=1)
+    widths = [bar.get_width() * 1e6 for bar in bars.patches if isinstance(bar, Rectangle)]
+    assert min(widths) > 0
+    assert sum(widths) == pytest.approx(run.supplied, rel=5e-3)
 
 
 @pytest.mark.slow
