@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Self
 
+import casadi as ca
+
 from powertrain import Equations, Input, Map, ParameterError, Symbol, connect, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
@@ -29,10 +31,11 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
 
     gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
 
-    The clutches hand over the torque by the law of ``ClutchToClutch``. The clutch of the engaged gear is pressed as ``pressed`` asks, which
-    starts the vehicle. While a gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the
-    synchronisation of the gear above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the
-    gear two below. The meshes have no loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
+    The clutches hand over the torque by the law of ``ClutchToClutch``, each pressed for no more than fn_max cgeo pressed: ``pressed``
+    within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, in a shift as well. While
+    a gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
+    above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes
+    have no loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
     Errors: ParameterError if the numbers of gears and synchronisers differ.
     """
 
@@ -87,8 +90,8 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
         for clutch, first in ((self.odd_clutch, 0), (self.even_clutch, 1)):
             factors = [1.0 if k % 2 == first else None for k in range(len(ratios))]
             full = clutch.fn_max * clutch.cgeo
-            torque = self._torque(factors, full * limited(self.pressed.value), PRESELECT)
-            yield clutch.f_normalized.value == torque / full
+            asked = full * limited(self.pressed.value)
+            yield clutch.f_normalized.value == ca.fmin(self._torque(factors, asked, PRESELECT), asked) / full
         for k, synchroniser in enumerate(self.synchronisers, 1):
             yield synchroniser.f_normalized.value == self._selected(k)
 

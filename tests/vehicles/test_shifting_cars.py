@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.control import GearSchedule
+from powertrain.components.control import GearSchedule, OpenPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.transmissions import Automatic, DualClutchGearbox, ManualGearbox
 from powertrain.trials import CycleRun, drive_cycle, shift_quality, shifts
