@@ -143,3 +143,20 @@ def test_elements_that_hold_keep_holding_at_an_upshift(gearset: Callable[[], Aut
     force = run.result["body.front.f"][run.result.time > 3.0]
     assert len(shifts(run.result)) >= 2
     assert np.abs(force).max() < 6000.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("brake", [0.3, 1.0])
+def test_a_dual_clutch_car_stops_with_its_engine_idling(brake: float) -> None:
+    """It stops in a higher gear and shifts down at standstill: open clutches stay open, the engine keeps its speed."""
+    plant = pt.compile(DualClutchCar(driver=OpenPedals()))
+    pedals: dict[str, Any] = {
+        "driver.accelerator_pedal": ([0.0, 1.0, 1.2, 12.0, 12.2, 30.0], [0.0, 0.0, 0.5, 0.5, 0.0, 0.0]),
+        "driver.brake_pedal": ([0.0, 12.2, 12.5, 30.0], [0.0, 0.0, brake, brake]),
+    }
+    result = plant.simulate(26.0, inputs=pedals, points=1301)
+    assert result["body.v"].max() > 12
+    assert result["body.v"][-1] == pytest.approx(0.0, abs=1e-6)
+    assert result["schedule.gear"].max() >= 3
+    assert result["schedule.gear"][-1] == 1
+    assert result["engine.w"][result.time > 2].min() > 70
