@@ -29,20 +29,13 @@ class StartingGearbox(Shiftable):
 class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     """A dual-clutch gearbox: the odd gears on one input shaft, the even ones on another, each shaft with its own clutch.
 
-        gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
+    gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
 
-        The clutches hand over the torque by the law of ``ClutchToClutch``, each pressed for no more than fn_max cgeo pressed: ``pressed``
-    <<<<<<< HEAD
-        within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, in a shift as well. While
-        a gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
-        above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes
-        have no loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
-    =======
+    The clutches hand over the torque by the law of ``ClutchToClutch``, each pressed for no more than fn_max cgeo pressed: ``pressed``
         within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, in a shift as well. While a
-        gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear above,
-        in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes have no
-        loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
-    >>>>>>> 87da8e3 (Test of a dual-clutch car that stops in a higher gear)
+    gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear above,
+    in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes have no
+    loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
         Errors: ParameterError if the numbers of gears and synchronisers differ.
     """
 
