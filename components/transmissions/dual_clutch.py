@@ -32,11 +32,11 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
 
     The clutches hand over the torque by the law of ``ClutchToClutch``, each pressed for no more than fn_max cgeo pressed: ``pressed``
-        within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, in a shift as well. While a
-    gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear above,
-    in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes have no
-    loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
-        Errors: ParameterError if the numbers of gears and synchronisers differ.
+    within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, in a shift as well. While
+    a gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
+    above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes
+    have no loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
+    Errors: ParameterError if the numbers of gears and synchronisers differ.
     """
 
     torque_phase: float = 0.15
