@@ -216,8 +216,9 @@ class Resolver:
         return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
 
     def share(self, k: int) -> Symbol:
-        """The torque at which a law would yield as it is moved before the proximal step; at a limit it would take no less."""
-        yielded = _substituted([self.laws[k].rate], column(self.tau), self._yielding)[0]
+        """The torque at which a law would yield as it is moved, before and by the proximal step; at a limit it would take no less."""
+        rate = self.laws[k].rate
+        yielded = _substituted([rate], column(self.tau), self._yielding)[0] + self.close([rate])[0]
         return yielded / (COMPLIANCE * self.close([self.open_compliance(k)])[0])
 
     def open_compliance(self, k: int) -> Symbol:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT, NO_WIDTH, RELIEVED
+from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT, NO_WIDTH
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,7 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
 
 def held_margin(dae: HybridDae, friction: Friction) -> ca.SX:
     """What others hold at a limit stays there while, as stiff as they are, it would take more; the hysteresis included."""
-    relieved = dae.m[friction.index] * (friction.share - friction.torque)
-    return relieved + friction.hysteresis + RELIEVED * ca.fabs(friction.torque)
+    return dae.m[friction.index] * (friction.share - friction.torque) + friction.hysteresis
 
 
 def _by_torque(dae: HybridDae, friction: Friction) -> ca.SX:

@@ -65,6 +65,9 @@ class ModeResolver:
             if self._found(side) and self._note_rest(side):
                 return
         names = sorted({name for name, _ in self.extra})
+        if not names:
+            at_limit = [f.index for f in self.dae.frictions if f.rests is not None]
+            raise SimulationError(not_found_message(self.dae, memory, side, at_limit))
         raise SimulationError(
             f"at t = {memory.time[0]:.9g} s resets follow one another without end: {', '.join(names)}"
         )

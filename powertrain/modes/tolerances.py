@@ -22,9 +22,6 @@ RESOLVED = 1e-8
 """How well torques that meet are known together, relative to the largest of them: round-off through stiff couplings."""
 SHARED = 1e-7
 """How well a torque is known that laws on one motion share by their compliance, relative to those that meet there: round-off over eps."""
-RELIEVED = 1e-5
-"""A law that others hold at its limit leaves it where they take over this share: before the proximal step the shares are known to eps times
-the ratio of mobilities, and the motion does not depend on them."""
 ALONE = 1e-10
 """How well a torque is known that no other meets in its own motion, relative to the largest that it meets through others."""
 

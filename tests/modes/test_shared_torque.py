@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mechanisms import mechanism, random_starts
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -254,3 +255,11 @@ def test_gears_of_one_ratio_share_though_others_do_not() -> None:
     acceleration = 1.0 / (2.0 + 0.5 / 2.0)  # of the second shaft
     for i in range(2):
         np.testing.assert_allclose(result[f"clutches[{i}].tau"], -0.5 * 0.5 * acceleration, atol=1e-7)
+
+
+def test_laws_beside_a_screw_break_away_once() -> None:
+    """Its limits follow its torque, and the proximal step moves the shares: a law at its limit was let go of there, without end."""
+    plant = pt.compile(mechanism(318))
+    result = plant.simulate(1.0, starts=random_starts(plant, 318))
+    broken = [event.name for event in result.events if event.name.endswith("mode")]
+    assert broken == ["parts[1].mode", "parts[2].mode", "parts[7].mode"]
