@@ -1,1 +1,1 @@
-"""The simulation engine: fused steps, joint modes, exact events."""
+"""The simulator: steps, event location, modes after events."""

@@ -1,4 +1,4 @@
-"""What a run notes about the laws of a model: the same for every run."""
+"""What a run records about the laws of a model: the same for every run."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ Law = Friction | Switch | Contact | When
 
 @dataclass(frozen=True)
 class Catalogue:
-    """``kinds``: (index, name, kind) of the held values whose changes are events; ``quiet``: held values that change without one.
+    """``kinds``: (index, name, kind) of held values whose changes are events; ``quiet``: held values that change without an event.
 
-    ``chattering``: the laws that may switch without end; ``counted``: guards of which only a number is kept;
-    ``modes``: places of all modes; ``rests``: where it is held that a mode does not slide although it is at a limit, by the mode's place.
+    ``chattering``: laws that may switch without end; ``counted``: guards whose violations are only counted; ``modes``: indices of all
+    modes; ``rests``: by the index of a mode, the index of the mark for a law that rests at its limit.
     """
 
     kinds: tuple[tuple[int, str, str], ...]
@@ -27,7 +27,7 @@ class Catalogue:
 
 
 def catalogue(dae: HybridDae) -> Catalogue:
-    """The notes to be taken for one model."""
+    """The catalogue of one model."""
     loud = tuple(switch for switch in dae.switches if not switch.continuous)
     groups: list[tuple[str, tuple[Law, ...]]] = [
         ("friction", dae.frictions),

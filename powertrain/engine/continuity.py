@@ -1,4 +1,4 @@
-"""Refuses jumps of what something with inertia follows exactly: their impulses would be lost without a word."""
+"""Rejects jumps of variables that something with inertia follows exactly: their impulses would be lost silently."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from powertrain.language.symbols import key
 from powertrain.numerics.buffers import Array, Bound, Memory, zeros
 
 _SAME = 1e-7
-"""Changes below this share are the rounding of the instants at which signals turn."""
+"""Changes below this share are round-off of the instants at which signals change."""
 
 
 class Continuity:
@@ -27,7 +27,7 @@ class Continuity:
         self._compare = [Bound(compared, arguments, [self._excess]) for arguments in right]
 
     def _compared(self) -> ca.Function:
-        """(time, y and m before, y and m now, p) -> by how much the largest jump is more than rounding, or none."""
+        """(time, y and m before, y and m now, p) -> how far the largest jump exceeds round-off."""
         dae, n = self.dae, self.dae.x.numel()
         unknowns, held = n + dae.z.numel(), dae.m.numel()
         sizes = {"time": 2, "y": unknowns, "m": held, "y_now": unknowns}
@@ -42,7 +42,7 @@ class Continuity:
         self._m[:], self._y[:] = self.memory.m, self.memory.y[side]
 
     def check(self, side: int, reset: bool) -> None:
-        """SimulationError where held values made a variable jump; after a ``reset``, which may, its effect is left out."""
+        """Raise SimulationError if held values made a variable jump; the effect of a ``reset``, which may jump, is excluded."""
         memory = self.memory
         if self._m.tobytes() == memory.m.tobytes():
             return

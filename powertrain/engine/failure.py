@@ -1,4 +1,4 @@
-"""What to say where a run cannot go on: rates that are not finite, steps that become too small, guards that are left."""
+"""Messages for runs that cannot continue: rates that are not finite, steps that become too small, values outside guards."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def _first_not_finite(dae: HybridDae, slope: Array) -> str | None:
 
 
 def not_finite(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
-    """Names the first state whose derivative is not a number."""
+    """Name the first state whose derivative is not finite."""
     reason = _first_not_finite(dae, memory.slope[side]) or "a derivative is not finite"
     return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
 
 
 def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> str:
-    """Looks just ahead for a derivative that is not finite; else names the state that asks for the smallest step."""
+    """Look just ahead for a derivative that is not finite; otherwise name the state that requires the smallest step."""
     n = dae.x.numel()
     rates = ca.Function(
         "powertrain_rates", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(dae.xdot, dae.residual))]
@@ -55,14 +55,14 @@ def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> 
 
 
 def guard_violation(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str | None:
-    """The message for a guard whose value lies outside its limits at present, or None."""
+    """The message for a guard whose value is outside its limits, or None."""
     value, low, high = _guard_values(dae, memory, side, guard, t)
     tolerance = LIMIT * (1.0 + min(abs(low), abs(high)))
     return _guard_text(guard, value, low, high, t) if value < low - tolerance or value > high + tolerance else None
 
 
 def guard_message(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str:
-    """The message for a guard that is left at present."""
+    """The message for a guard whose limits are exceeded."""
     return _guard_text(guard, *_guard_values(dae, memory, side, guard, t), t)
 
 
@@ -76,7 +76,7 @@ def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    """Mostly it has just passed a limit, so that its value would look like the limit itself."""
+    """Name the limit that was passed: at an event the value itself would look equal to it."""
     above = high - value < value - low
     limit = high if above else low
     said = with_unit(f"{value:.9g}", guard.unit)

@@ -1,7 +1,7 @@
-"""Where inside a step an indicator falls through zero: the Illinois method on the dense polynomial.
+"""Locates the zero crossing of an indicator within a step: the Illinois method on the dense polynomial.
 
-Secants do not help where an indicator is flat on one side of zero, above (a law whose turn it is not yet) or below (a torque that ends):
-there it extrapolates from the other side, or bisects.
+Secants fail if an indicator is constant on one side of zero: above (a law that is inactive until then) or below (a torque that ends).
+There the method extrapolates from the other side, or bisects.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from __future__ import annotations
 from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
 _AIM = 1e-11
-"""A located indicator is below zero by this much, a tenth of the hysteresis, or at most by twice as much."""
+"""A located indicator is below zero by this much, a tenth of the hysteresis, or at most twice as much."""
 _CLOSE, _LARGEST = 1e-10, 1e-9
-"""What is not found so close, as a share of the step, is noisier: it may be farther below zero, twice as far at each trial, up to this."""
+"""Once the bracket is narrower than the first (share of the step), the accepted depth doubles at each trial, up to the second."""
 _ITERATIONS = 150
 _PLACES = (0.0, *CHECKS, 1.0)
 
@@ -24,7 +24,7 @@ class Locator:
         self._fraction, self._worst, self._info = view(memory.fraction), view(memory.worst), view(memory.info)
 
     def find(self, depth: float = 0.0) -> float | None:
-        """The fraction of the last step at which the first indicator is just below ``-depth``, or None if none is on closer look.
+        """The fraction of the last step at which the first indicator is just below ``-depth``, or None if none falls below.
 
         ``memory.at`` and ``memory.g`` hold the unknowns and indicators there.
         """
@@ -52,9 +52,9 @@ class Locator:
         return low if at_low <= 0.0 else self._first(low, high, at_low, at_high, depth)
 
     def _first(self, low: float, high: float, at_low: float, at_high: float, depth: float) -> float:
-        """As ``_between``, and what is above zero at ``high`` counts where it is below at the place that is found.
+        """Like ``_between``, but indicators that are above zero at ``high`` also count if they are below at the located point.
 
-        It fell before, and rose where the modes held no longer: the limit of another law, free up to there, is no load on a stuck one.
+        They fell earlier and rose after the modes had ceased to hold, e.g. a stuck law loaded by another law that was free until then.
         """
         above, start = self._above, self._g + depth
         while True:
@@ -67,7 +67,7 @@ class Locator:
             at_low, at_high = float(start[above <= 0.0].min()), float(there[above <= 0.0].min())
 
     def _between(self, low: float, high: float, at_low: float, at_high: float, aim: float) -> float:
-        """``at_low`` > 0 > ``at_high`` are the values there, shifted so that the goal is zero."""
+        """The crossing between ``low`` and ``high``; ``at_low`` > 0 > ``at_high`` are the values there minus the goal."""
         fraction, worst, call, side = self._fraction, self._worst, self._call, 0
         before, at_before, beyond, at_beyond = low, at_low, high, at_high
         weight_low, weight_high, flat_above, flat_below = at_low, at_high, False, False

@@ -1,4 +1,4 @@
-"""The event loop: steps until something happens, locates it, resolves the modes, goes on."""
+"""The event loop: take steps until something happens, locate it, resolve the modes, continue."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import Array, view
 
 Progress = Callable[[float, Array, Array], None]
-"""Is told the time, the unknowns and the held values that a run has reached; they are the run's own arrays."""
+"""Receives the time, the unknowns and the held values that a run has reached; these are the run's own arrays."""
 _STIFF = 3.25
 _STIFF_STEPS = 15
 _FINEST = 1e-5
-"""Share of the simulated span, or of the longest step, below which steps are not halved to resolve indicators."""
+"""Steps are not halved to resolve indicators below this share of the simulated span or of the longest step."""
 _CALM = 1e-4
-"""The least error norm that the step size control remembers."""
+"""The smallest error norm that the step size control remembers."""
 _HALVINGS = 8
-"""How often a step is halved because the indicators are not resolved; then a kink is taken as it is."""
+"""How often a step is halved to resolve indicators; after that a kink is accepted."""
 
 
 class Run:
-    """One simulation on the arrays of an engine whose start is already resolved on side 0."""
+    """One simulation on the arrays of a simulator whose start is already resolved on side 0."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class Run:
         self.views = [view(a) for a in (memory.time, memory.tolerance, memory.info, memory.record, counted)]
 
     def execute(self, resumed: bool = False) -> Trajectory:
-        """Run to the stop time; errors carry the trajectory so far. ``resumed``: it goes on smoothly from the end of another run."""
+        """Run to the stop time; errors carry the trajectory so far. ``resumed``: continue smoothly from the end of another run."""
         self.steps = self.engine.stepper(self.method)
         self._tell()
         try:
@@ -83,7 +83,7 @@ class Run:
         return self._trajectory()
 
     def _tell(self) -> None:
-        """How far the run is."""
+        """Report the progress."""
         if self.progress is not None:
             self.progress(self.t, self.memory.y[self.side], self.memory.m)
 
@@ -108,7 +108,7 @@ class Run:
         self.memory.tolerance[2] = _CALM
 
     def _refresh(self) -> float:
-        """Stuck speeds set to zero and the slope at the present instant; returns a first step size."""
+        """Set stuck speeds to zero, evaluate the slope at the present instant and return a first step size."""
         memory = self.memory
         memory.time[0] = self.t
         self.engine.fresh[self.side].call()
@@ -123,7 +123,7 @@ class Run:
         raise SimulationError(not_finite(self.dae, self.memory, self.side, self.t))
 
     def _smooth(self) -> bool:
-        """Step until an indicator falls below zero (located: True) or until ``self.target``."""
+        """Step until an indicator falls below zero (True: it is located) or until ``self.target``."""
         time, tolerance, info, record, outside = self.views
         steps, auto = self.chosen
         t, h, side, target, largest = self.t, min(self.h, self.longest), self.side, self.target, self.longest
@@ -160,7 +160,7 @@ class Run:
             if counting and any(outside):
                 self.outside += outside
             if watch is not None:
-                self.t, self.side = t, side  # it may end the run
+                self.t, self.side = t, side  # the run may end here
                 watch()
             if auto and (info[4] > _STIFF or self.stiff > 0) and self._too_stiff(info[4]):
                 steps, auto = self._implicit(), False
@@ -169,7 +169,7 @@ class Run:
                 return False
 
     def _choose(self) -> None:
-        """Take the steps for the present modes; note how long they may be, and whether they may turn out too short."""
+        """Select the step function for the present modes; note the longest step and whether steps may become too small."""
         memory = self.memory
         self.longest = min(self.max_step, self.engine.waves.longest_step(self.t, self.stop, memory.m, memory.p))
         steps = self.steps
@@ -179,11 +179,11 @@ class Run:
         self.since = self.recorder.steps
 
     def _count(self) -> None:
-        """Note how many steps were taken since ``_choose``."""
+        """Count the steps since ``_choose``."""
         self.engine.special.count(self.recorder.steps - self.since)
 
     def _smaller(self, e: float, t: float, h: float, side: int, steps: Calls) -> tuple[float, Calls]:
-        """The next trial size after a rejected step, and its function: before a run is given up, algebraic unknowns get one that pivots."""
+        """The next step size after a rejected step, and its function: algebraic unknowns get one with pivoting before the run fails."""
         self.rejected += 1
         h *= max(0.2, 0.9 * e**-0.2) if e == e and e < 1e100 else 0.1
         if h >= 1e-15 * max(1.0, abs(t)):
@@ -197,19 +197,19 @@ class Run:
         raise SimulationError(underflow(self.dae, self.memory, side, t, h))
 
     def _too_stiff(self, ratio: float) -> bool:
-        """Whether enough steps were at the edge of the explicit method's stability."""
+        """Whether enough steps were at the stability limit of the explicit method."""
         self.stiff += 1.0 if ratio > _STIFF else -0.4
         return self.stiff >= _STIFF_STEPS
 
     def _implicit(self) -> Calls:
-        """Change to the implicit method for good."""
+        """Change to the implicit method for the rest of the run."""
         self.stiff, self.method = 0.0, "rodas5p"
         self.steps = self.engine.stepper(self.method)
         self.chosen = self.steps, False
         return self.steps
 
     def _locate(self, t: float, h: float, side: int) -> bool:
-        """Move to the event inside the step just taken; False if there is none after all."""
+        """Move to the event inside the step just taken; False if there is none."""
         self.t, self.side = t, side
         memory = self.memory
         fraction = self.engine.locator.find(_depth(self.idle))
@@ -226,7 +226,7 @@ class Run:
         return True
 
     def _pass(self, located: bool) -> None:
-        """An event, where nothing may jump that something with inertia follows."""
+        """An event at which nothing may jump that something with inertia follows."""
         continuity = self.engine.continuity
         if continuity is not None:
             continuity.before(self.side)
@@ -237,7 +237,7 @@ class Run:
             self.engine.zeno.check(self.recorder.instants[-1])
 
     def _event(self, located: bool) -> None:
-        """Resolve what happens at the present instant and go on from its right limit."""
+        """Resolve what happens at the present instant and continue from its right limit."""
         memory, m, t = self.memory, self.memory.m, self.t
         near = just_after(t)
         timed = self.instant <= near or self.corner <= near
@@ -279,7 +279,7 @@ class Run:
                 raise SimulationError(self.chatter.message(self.catalogue.chattering[index], t))
 
     def _bends(self) -> bool:
-        """Go on past the point where expressions bend; False if more than their modes has to be resolved there."""
+        """Continue past a kink of expressions; False if more than the modes of these expressions must be resolved there."""
         m, bends = self.memory.m, self.engine.bends
         places = [bends.get(k) for k in (self.memory.g <= 0.0).nonzero()[0].tolist()]
         if not places or None in places:
@@ -295,7 +295,7 @@ class Run:
         return False
 
     def _turns(self) -> bool:
-        """Go on past a corner of continuous signals, with the same step size; False if modes have to be resolved there."""
+        """Continue past a corner of continuous signals with the same step size; False if modes must be resolved there."""
         memory = self.memory
         self.engine.corner[self.side].call()
         unsettled, total = memory.corner.tolist()
@@ -306,7 +306,7 @@ class Run:
         return True
 
     def _idle(self, without_change: bool) -> None:
-        """Count located events that change nothing; too many in a row do not let time advance."""
+        """Count located events that change nothing; too many in a row stop time."""
         self.idle = self.idle + 1 if without_change else 0
         if self.idle > 1000:
             g = self.memory.g
@@ -324,7 +324,7 @@ class Run:
 
 
 def _depth(idle: int) -> float:
-    """How far below zero an indicator counts after ``idle`` events that changed nothing: those were the noise of implicit torques."""
+    """How far below zero an indicator counts after ``idle`` events without a change: those were noise of implicit torques."""
     return EPS * 2.0 ** min(idle, 20) if idle else 0.0
 
 

@@ -1,4 +1,4 @@
-"""The options of a run as a user gives them, checked: times, inputs, the compiler."""
+"""Checks the options of a run: times, inputs, compilation."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from powertrain.language.arguments import count, flag, number, row
 
 Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
-"""The value of an input: a number, or (times in s, values), linear between, constant outside, a repeated time is a jump."""
+"""The value of an input: a number, or (times in s, values); linear between, constant outside, a jump at a repeated time."""
 
 
 def run_times(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
-    """The times of the results [s]: those given, or equally spaced ones. ParameterError where they leave the span or decrease."""
+    """The times of the results [s]: those given, or equally spaced ones. ParameterError if they leave the span or decrease."""
     first, last = number("start", start, "s"), number("stop", stop, "s")
     if last < first:
         raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
@@ -37,7 +37,7 @@ def run_times(start: float, stop: float, times: ArrayLike | None, points: int) -
 
 
 def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:
-    """A signal of time with the values of the input of its name. ParameterError for anything but numbers over times."""
+    """The time signal with the values of the input of its name. ParameterError for anything but numbers over times."""
     if schedule.name not in inputs:
         return schedule
     value, what = inputs[schedule.name], f"input {schedule.name}"

@@ -1,4 +1,4 @@
-"""The functions and arrays with which one compiled model is simulated, built at their first use."""
+"""The functions and arrays for simulating one compiled model, built on first use."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ from powertrain.numerics.pivots import match_rows
 
 Method = Literal["auto", "dopri5", "rodas5p"]
 Compile = bool | Literal["background"]
-"""Whether functions pass through the C compiler; in the background: while runs go on, for those that begin later."""
+"""Whether functions are compiled as C; "background": while runs continue, for runs that start later."""
 _METHODS = ("auto", "dopri5", "rodas5p")
 _LARGE = 100
-"""Unknowns above which linear systems are solved numerically instead of by expressions."""
+"""Above this number of unknowns, linear systems are solved numerically instead of by expressions."""
 _MANY = 50
-"""Unknowns above which a step calls functions and adds vectors, instead of one instruction for each number."""
+"""Above this number of unknowns, a step calls functions and adds vectors instead of using one instruction per number."""
 _LONG = 8000
-"""Instructions of a step above which its machine code does so: written out it takes longer to compile, and to run."""
+"""Above this number of instructions, machine code of a step also calls functions: written out it compiles and runs more slowly."""
 _EXPLICIT_STEPS = 5000.0
-"""With more explicit steps than this in sight, forced by stability alone, a run begins with the implicit method."""
+"""A run starts with the implicit method if stability alone would require more explicit steps than this."""
 
 
 class Prepared:
-    """The functions of a :class:`HybridDae`, bound to one memory; what they are called for is in ``engine`` and ``loop``."""
+    """The functions of a :class:`HybridDae`, bound to one memory; ``engine`` and ``loop`` call them."""
 
     def __init__(self, dae: HybridDae, method: Method = "auto", compile: Compile = False) -> None:
         if method not in _METHODS:
@@ -80,7 +80,7 @@ class Prepared:
         self.zeno = Zeno(dae, self.memory) if resetting(dae) else None
 
     def stepper(self, name: str, numeric: bool = False) -> Calls:
-        """The steps of a method for both directions of the double buffer; ``numeric`` takes the sparse solver that pivots at run time."""
+        """The step of a method from either side of the double buffer; ``numeric`` uses the sparse solver with pivoting at run time."""
         if name == "rodas5p" and (numeric or self.large):
             name = "sparse"
         if name not in self._steps:
@@ -96,7 +96,7 @@ class Prepared:
 
     @property
     def specializes(self) -> bool:
-        """Whether steps for given modes are worth their building: machine code and long vectors gain little from fewer instructions."""
+        """Whether steps for given modes are worth building: machine code and long vectors gain little from fewer instructions."""
         return not self.compile and sum(self.sizes[:2]) <= _MANY
 
     def _special(self, method: str, modes: list[float]) -> Calls:
@@ -123,11 +123,11 @@ class Prepared:
         return calls
 
     def _written(self, method: str) -> ca.Function | None:
-        """The step as a list of instructions, where it has few unknowns."""
+        """The step as a list of instructions, for few unknowns."""
         return steps.step(self._shared(), method) if sum(self.sizes[:2]) <= _MANY else None
 
     def first_method(self, span: float) -> str:
-        """The method a run begins with, from the start that memory holds."""
+        """The method with which a run starts, from the initial values in memory."""
         if self.method != "auto":
             return self.method
         n, nz, _, _ = self.sizes
@@ -144,7 +144,7 @@ class Prepared:
         return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
 
     def _bound(self, functions: dict[str, ca.Function], method: str) -> Calls:
-        """A step in both directions of the double buffer."""
+        """A step from either side of the double buffer."""
         if "advance" in functions:
             parts = Parts(functions, self.memory)
             self._kept.append(parts)
@@ -187,7 +187,7 @@ class Prepared:
             memory.m[law.index] = float(value) > 0.0 and not becomes
 
     def _solve_start(self, t: float) -> None:
-        """The algebraic unknowns where the pivots are chosen; with laws whose modes are not known yet there may be no solution."""
+        """Solve for the algebraic unknowns at which pivots are chosen; while modes are unknown there may be no solution."""
         assert self.algebra is not None
         guess = self.memory.y[0].copy()
         try:
@@ -211,7 +211,7 @@ class Prepared:
         return min(later) if later else np.inf
 
     def _known_instants(self) -> list[float]:
-        """The instants of the timed laws, for the present held values."""
+        """The instants of the timed laws for the present held values."""
         if not self.timed:
             return []
         self.instants.call()
@@ -282,7 +282,7 @@ class Prepared:
         self._ready = True
 
     def _called(self, model: steps.Common) -> dict[str, ca.Function]:
-        """What the loop calls besides steps, by name."""
+        """The functions that the loop calls besides steps, by name."""
         functions = {"fresh": steps.fresh(model), "rest": steps.rest(model)}
         functions |= {"locate": steps.locate(model), "update": steps.update(model)}
         if self.timed:
@@ -294,7 +294,7 @@ class Prepared:
         return functions
 
     def functions(self, method: str) -> dict[str, ca.Function]:
-        """All functions of a run with one method, for other drivers than ``loop``; after a start was loaded."""
+        """All functions of a run with one method, for other drivers than ``loop``; a start must have been loaded."""
         model = self._shared()
         step = self._written(method)
         if step is None or _long(step):
@@ -307,17 +307,17 @@ class Prepared:
     def _finished(
         self, functions: dict[str, ca.Function], fast: Mapping[str, Compilable], install: Install
     ) -> dict[str, ca.Function]:
-        """The functions as they are run at first; ``fast`` are those for the compiler, given to ``install`` when they come later."""
+        """The functions to start with; the compiled ones, ``fast``, are passed to ``install`` when they are ready later."""
         if self.compile == "background":
             return self._builds.finished(functions, fast, install)
         return compile_functions(fast) if self.compile else functions
 
     def _rebuild(self, functions: dict[str, ca.Function]) -> None:
-        """Bind what every method needs to machine code at the next start."""
+        """Bind the compiled functions at the next start."""
         self._functions, self._ready = functions, False
 
     def adopt(self) -> None:
-        """Take the machine code that was built since the last run."""
+        """Use the machine code that was built since the last run."""
         self._builds.adopt()
 
 
@@ -326,13 +326,13 @@ def _long(step: ca.Function) -> bool:
 
 
 def _bends(indicators: Sequence[Indicator]) -> dict[int, int]:
-    """Indicators of laws whose values bend and do not jump: which one -> the place of the law's mode."""
+    """Indicators of laws whose values have a kink but no jump: index of the indicator -> index of the law's mode."""
     laws = [(k, indicator.law) for k, indicator in enumerate(indicators)]
     return {k: law.index for k, law in laws if isinstance(law, Switch) and law.continuous}
 
 
 def vector(name: str, values: ArrayLike, size: int) -> Array:
-    """The numbers as a flat array of this size. Raises ValueError for another size."""
+    """The numbers as a flat array of this size. Raises ValueError if the size differs."""
     vector = np.asarray(values, dtype=np.float64).ravel()
     if vector.size != size:
         raise ValueError(f"{name} has {vector.size} entries instead of {size}")

@@ -1,4 +1,4 @@
-"""The running segments of piecewise linear time signals, and the instants at which they change."""
+"""The current segments of piecewise linear time signals, and the instants at which they change."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from powertrain.numerics.buffers import Array
 
 
 def just_after(t: float) -> float:
-    """The latest time that is the instant ``t``, within rounding."""
+    """The latest time that still counts as the instant ``t``, within rounding."""
     return t + NOW * max(1.0, abs(t))
 
 
 class Schedules:
-    """All schedules of a model; breakpoints in time order. A repeated abscissa is a jump, its right limit holds at the instant."""
+    """All schedules of a model, with breakpoints in time order. A repeated time is a jump; its right limit holds at the instant."""
 
     def __init__(self, schedules: Sequence[TimeSignal]) -> None:
         self._schedules = schedules
@@ -30,12 +30,12 @@ class Schedules:
 
     @property
     def segments(self) -> list[tuple[list[float], list[Array]]]:
-        """Of each schedule the start times, and one row (t0, y0, slope) more: the first holds before the first time."""
+        """For each schedule the start times and one row (t0, y0, slope) more than starts: the first row holds before the first time."""
         return self._segments
 
     @property
     def breakpoints(self) -> list[tuple[float, int, bool]]:
-        """Time, place of its schedule, and whether that jumps there, in time order."""
+        """Time, index of the schedule, and whether it jumps there, in time order."""
         pairs = zip(self._times, self._owners, strict=True)
         return [(t, k, (k, t) in self._jumps) for t, k in pairs]
 
@@ -43,7 +43,7 @@ class Schedules:
         return bool(self._schedules)
 
     def enter(self, m: Array, t: float) -> None:
-        """Set the segments that run from ``t`` on."""
+        """Set the segments that hold from ``t`` on."""
         for k in range(len(self._schedules)):
             self._set(m, k, t)
 
@@ -67,7 +67,7 @@ class Schedules:
 
 
 def _segments(schedule: TimeSignal) -> tuple[list[float], list[Array]]:
-    """Start times, and one row (t0, y0, slope) more than starts: the first holds before the first time."""
+    """Start times, and one row (t0, y0, slope) more than starts: the first row holds before the first time."""
     times, values = [float(v) for v in schedule.times], [float(v) for v in schedule.values]
     starts: list[float] = []
     rows = [(times[0], values[0], 0.0)]

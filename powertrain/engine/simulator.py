@@ -1,4 +1,4 @@
-"""The simulation engine of one compiled model: consistent starts, runs, and runs that go on."""
+"""The simulator of one compiled model: consistent starts, runs, continued runs."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from powertrain.numerics.buffers import Array
 
 
 class Simulator(Prepared):
-    """Runs a :class:`HybridDae` any number of times. Functions are built at their first use; one instance serves one thread.
+    """Runs a :class:`HybridDae` any number of times. Functions are built on first use; one instance serves one thread.
 
-    ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto", which begins with the first
-    where it can and begins with or changes to the second where the model is stiff. ``compile`` passes the functions through the C compiler,
-    "background" while runs go on, for those that begin later.
+    ``method``: "dopri5" (not stiff, no algebraic unknowns), "rodas5p" (stiff, algebraic unknowns) or "auto". "auto" starts with "dopri5" if
+    possible; for stiff models it starts with "rodas5p" or changes to it. ``compile`` compiles the functions as C, "background" while runs
+    continue, for runs that start later.
     """
 
     def run(
@@ -37,9 +37,9 @@ class Simulator(Prepared):
         max_step: float = np.inf,
         progress: Progress | None = None,
     ) -> Trajectory:
-        """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns are resolved at the start from the guesses.
+        """Simulate from ``start`` to ``stop`` (s). Modes and algebraic unknowns at the start are found from the guesses.
 
-        Raises SimulationError with the trajectory so far as ``result``, InitializationError if the start cannot be made consistent.
+        Raises SimulationError with the trajectory so far as ``result``, InitializationError if there is no consistent start.
         """
         if not stop >= start:
             raise ValueError(f"stop = {stop:g} s lies before start = {start:g} s")
@@ -62,7 +62,7 @@ class Simulator(Prepared):
         max_step: float,
         jumped: bool,
     ) -> Trajectory:
-        """Simulate on from the end of another run; ``jumped``: signals of time were changed since. Raises SimulationError."""
+        """Continue from the end of another run; ``jumped``: time signals have changed since. Raises SimulationError."""
         self._load(start, x, z, m, p, rtol, atol)
         self.memory.m[: self.sizes[2]] = vector("m", m, self.sizes[2])
         if jumped:
@@ -76,7 +76,7 @@ class Simulator(Prepared):
         return Run(self, start, stop, rtol, max_step, None).execute(resumed=not jumped)
 
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
-        """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
+        """The modes of all laws at one instant, from the guess ``m``, and consistent (x, z, m). Raises InitializationError."""
         self._load(t, x, z, m, p, 1e-6, 1e-8)
         side = self._settle(t)
         self.fresh[side].call()
@@ -96,7 +96,7 @@ class Simulator(Prepared):
         return self.memory.y[0][n : n + self.dae.z.numel()].copy()
 
     def _guess_modes(self) -> None:
-        """Laws that move slide: with implicit unknowns the equations need not have a solution for other modes."""
+        """Let moving laws slide: with implicit unknowns, the equations may have no solution in other modes."""
         dae, memory = self.dae, self.memory
         if self._speeds is None:
             speeds = ca.densify(ca.vertcat(*[law.w for law in dae.frictions]))
@@ -110,7 +110,7 @@ class Simulator(Prepared):
                 memory.m[law.index] = 1.0 if w > 0.0 else -1.0
 
     def _settle(self, t: float) -> int:
-        """Resolve the modes of a start on side 0 of the buffers."""
+        """Find the modes of a start on side 0 of the buffers."""
         if self.algebra is not None and self.dae.frictions:
             self._guess_modes()
         self.memory.jumped[0] = 1.0

@@ -1,4 +1,4 @@
-"""What a run leaves behind: its steps with their dense output, its modes, and its events with both limits."""
+"""The record of a run: its steps with dense output, its modes, and its events with both limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from powertrain.numerics.buffers import Array, Memory
 
 @dataclass(frozen=True)
 class Event:
-    """One law that changed at one instant; ``old`` and ``new`` are its mode before and after, ``kind`` what it is."""
+    """One law that changed at one instant: ``old`` and ``new`` are its modes before and after, ``kind`` the kind of law."""
 
     time: float
     name: str
@@ -25,11 +25,11 @@ class Event:
 
 _FREE = 2.0
 _BEGINNING = 1e-9
-"""Laws that are no longer free this soon (s) after the start begin with it."""
+"""Laws that cease to be free within this time (s) after the start are engaged from the start."""
 
 
 class Instant(NamedTuple):
-    """All that happened at one instant: unknowns and held values of both sides. ``extra`` are (name, kind) of impacts and resets."""
+    """Everything that happened at one instant: unknowns and held values on both sides. ``extra``: (name, kind) of impacts and resets."""
 
     time: float
     left: Array
@@ -39,7 +39,7 @@ class Instant(NamedTuple):
     extra: tuple[tuple[str, str], ...] = ()
 
     def begins(self, start: float) -> bool:
-        """Whether laws that were free begin with the run here: that is no event."""
+        """Whether laws that were free are engaged here at the start of the run, which is no event."""
         soon = self.time <= start + _BEGINNING * max(1.0, abs(self.time))
         return soon and not self.extra and bool((self.held_left[self.held_left != self.held_right] == _FREE).all())
 
@@ -49,8 +49,8 @@ class Trajectory:
     """The accepted steps of one run.
 
     Step i starts at ``times[i]`` with ``dense[i]`` (5 columns of y = (x, z) in powers of (t - times[i]) / sizes[i]) and lasts until the
-    next one starts; ``held[mode_of_step[i]]`` are its held values. ``rests``: see ``powertrain.engine.catalogue``. ``notes`` says
-    what is not unique in the result.
+    next one starts; ``held[mode_of_step[i]]`` are its held values. ``rests``: see ``powertrain.engine.catalogue``. ``notes`` says what
+    is not unique in the result.
     """
 
     times: Array
@@ -75,7 +75,7 @@ class Trajectory:
 
     @property
     def events(self) -> list[Event]:
-        """What switched when, in time order; events of one instant in the order of the laws."""
+        """All changes of laws in time order; events of one instant in the order of the laws."""
         found: list[Event] = []
         for instant in self.instants:
             for index, name, kind in self.laws:
@@ -86,7 +86,7 @@ class Trajectory:
         return found
 
     def _shown(self, held: Array, index: int) -> float:
-        """The mode of a law; 0 where it rests at a limit."""
+        """The mode of a law; 0 if it rests at a limit."""
         at_rest = index in self.rests and held[self.rests[index]] > 0.0
         return 0.0 if at_rest else float(held[index])
 
@@ -95,8 +95,8 @@ class Trajectory:
     ) -> tuple[Array, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Times, states, algebraic unknowns and held values (one row per time).
 
-        With events, the instants of all events are added, each twice: its left limit, then its right one. Without, a requested time at
-        which an event happens gives the right limit. Times beyond what was reached are left out.
+        With events, the instants of all events are added twice: the left limit, then the right limit. Without, a requested time at which an
+        event happens gives the right limit. Times after the end of the run are left out.
         """
         asked = np.atleast_1d(np.asarray(times, dtype=np.float64))
         ordered = bool((asked[1:] >= asked[:-1]).all())
@@ -117,7 +117,7 @@ class Trajectory:
         return y[places], held[places]
 
     def _evaluate(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Unknowns and held values at ascending times, one row per time; each column of the unknowns lies in one piece."""
+        """Unknowns and held values at ascending times, one row per time; each column of the unknowns is contiguous."""
         if not len(self.times):
             return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
         counts = np.empty(len(self.times), np.int64)
@@ -139,7 +139,7 @@ class Trajectory:
         return y.T, held
 
     def _merged(self, times: Array) -> tuple[Array, NDArray[np.int64]]:
-        """The ascending times with the instants of all events twice, and the places of those."""
+        """The ascending times with the instants of all events added twice, and the indices of those."""
         when = np.array([instant.time for instant in self.instants])
         before, after = times.searchsorted(when), times.searchsorted(when, side="right")
         pieces: list[Array] = []
@@ -175,7 +175,7 @@ class TrajectoryRecorder:
         return len(self.rows) // self._record.nbytes
 
     def enter(self, held: Array) -> None:
-        """The held values from the next step on, which are kept."""
+        """Keep the held values that apply from the next step on."""
         self._record[0] = len(self.held)
         self.held.append(held)
 

@@ -1,4 +1,4 @@
-"""How long a step may be while laws follow sines of time: what is at rest integrates nothing that would limit it."""
+"""Limits the step size while laws follow sines of time: a model at rest integrates nothing that would limit it."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from powertrain.modes.indicators import Indicator
 from powertrain.numerics.buffers import Array, Evaluated
 
 PART = 1 / 8
-"""Part of a period that a step may take: a parabola through a sine's samples at quarters of it is right to 5e-5 of its amplitude.
+"""Share of a period that a step may take: a parabola through a sine sampled at quarters of it is accurate to 5e-5 of the amplitude.
 
-Where such a parabola ends nearer to zero, steps are halved (``survey``)."""
+If such a parabola comes closer to zero than that, steps are halved (``survey``).
+"""
 
 
 class Waves:
@@ -35,7 +36,7 @@ class Waves:
 
     @cached_property
     def function(self) -> ca.Function:
-        """The longest step (s) as a function of (t, stop, m, p), for the modes in m; infinite where none of them follows a sine."""
+        """The longest step (s) as a function of (t, stop, m, p) in the modes m; infinite if no law follows a sine."""
         t, m, p = self._symbols
         stop, fastest, k = ca.SX.sym("stop"), ca.SX(0.0), 0
         now, then = (self._speeds(at, m, p) for at in (t, stop))
@@ -59,9 +60,9 @@ class Waves:
 
 
 def _follows(law: object, t: ca.SX, m: ca.SX) -> ca.SX:
-    """Whether a law's condition is one of time alone: where it moves, what it moves is integrated.
+    """Whether a law's condition follows time alone in its mode. A law that moves is integrated, which limits the step anyway.
 
-    A gap that depends on time is not: what a signal moves towards a stop need not move anything else before it is there.
+    A gap that depends on time always counts: a signal may move towards a stop without moving anything else before it arrives.
     """
     if isinstance(law, Friction):
         mode = m[law.index]  # stuck or free
@@ -72,25 +73,25 @@ def _follows(law: object, t: ca.SX, m: ca.SX) -> ca.SX:
 
 
 class _Speeds:
-    """The rates (rad/s) of the angles whose sine or cosine expressions take, where these are functions of time alone.
+    """The rates (rad/s) of angles that are functions of time alone and appear in a sine or cosine.
 
-    One pass finds those of all expressions, as they share most of what they are computed from.
+    One pass finds those of all expressions, which share most of their operations.
     """
 
     def __init__(self, dae: HybridDae, expressions: Sequence[ca.SX]) -> None:
         self._time, self._states = dae.t, set(map(key, ca.vertsplit(ca.vertcat(dae.x, dae.z))))
         self._symbols = free_symbols(column(list(expressions)))
-        self._values: dict[int, ca.SX] = {}  # of the instructions that no state enters
+        self._values: dict[int, ca.SX] = {}  # of instructions that do not depend on states
         self._speeds: list[ca.SX] = []
         self._found = marks(expressions, self._mark)
 
     def of(self, i: int) -> list[ca.SX]:
-        """Those in the i-th expression, each once."""
+        """The rates in the i-th expression, each once."""
         mine = [speed for k, speed in enumerate(self._speeds) if self._found[i] >> k & 1]
         return list({key(speed): speed for speed in mine}.values())
 
     def _mark(self, tape: ca.Function, k: int, _: list[int]) -> int:
-        """A bit of its own for each sine of time."""
+        """A separate bit for each sine of time."""
         code, operands = tape.instruction_id(k), self._operands(tape, k)
         value = None if operands is None else _value(tape, k, operands)
         for target in tape.instruction_output(k):
@@ -106,7 +107,7 @@ class _Speeds:
         return 1 << (len(self._speeds) - 1)
 
     def _operands(self, tape: ca.Function, k: int) -> list[ca.SX] | None:
-        """What an operation is done on (a symbol on itself), or None where a state or a call enters."""
+        """The operands of an operation (of a symbol: itself), or None if it depends on a state or a call."""
         code, sources = tape.instruction_id(k), tape.instruction_input(k)
         if code == ca.OP_INPUT:
             symbol = self._symbols[sources[1]]

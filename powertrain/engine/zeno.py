@@ -1,9 +1,9 @@
-"""Resets that follow each other in ever shorter intervals: infinitely many of them in a finite time, which no run can pass (Zeno).
+"""Resets that follow each other at ever shorter intervals: infinitely many in a finite time, which no run can pass (Zeno).
 
-A reset of states that turns its own condition back throws it like a ball. With the rate g' of the condition before and after it and the
-acceleration g'' after it, the condition comes back after the time 2|g'+|/g''+ and swings g'+^2/(2 g''+) below zero on the way. Close to
-where events accumulate a swing is a parabola, so that the next intervals are each e = |g'+|/g'- times the one before: a geometric series,
-with the sum 2|g'+|/g''+/(1 - e). A run can follow it as long as the swings are larger than the hysteresis of events.
+A reset of states that reverses its own condition throws it like a ball. With the rate g' of the condition before and after it and the
+acceleration g'' after it, the condition returns after the time 2|g'+|/g''+ and swings g'+^2/(2 g''+) below zero meanwhile. Near the point
+where events accumulate, each swing is a parabola, and each interval is e = |g'+|/g'- times the one before: a geometric series with the
+sum 2|g'+|/g''+/(1 - e). A run can follow it as long as the swings exceed the hysteresis of events.
 K. H. Johansson, M. Egerstedt, J. Lygeros, S. Sastry, On the regularization of Zeno hybrid automata, Systems & Control Letters 38 (1999).
 """
 
@@ -20,11 +20,11 @@ from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _RESOLVED = 10 * EPS
-"""How far below zero a condition has to swing for its next event to be found."""
+"""A condition must swing this far below zero for its next event to be found."""
 
 
 class Zeno:
-    """Looks at the resets of a run for the next one that would be missed."""
+    """Checks the resets of a run for one whose successor would be missed."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self._memory, self._sizes = memory, (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
@@ -35,13 +35,13 @@ class Zeno:
         self._motions = Evaluated(ca.Function("powertrain_zeno", inputs, [ca.densify(motions)]))
 
     def check(self, instant: Instant) -> None:
-        """SimulationError where a reset at this instant turns its condition back for a swing that is too small to be seen."""
+        """Raise SimulationError if a reset at this instant reverses its condition for a swing too small to be detected."""
         before = self._values(instant.time, instant.left, instant.held_left)
         after = self._values(instant.time, instant.right, instant.held_right)
         for k, (when, _) in enumerate(self._conditions):
             if (when.name, "reset") not in instant.extra or max(abs(before[0, k]), abs(after[0, k])) > _RESOLVED:
                 continue
-            way = -1.0 if before[1, k] < 0.0 else 1.0  # a comparison may have to fail for the whole condition to hold
+            way = -1.0 if before[1, k] < 0.0 else 1.0  # the whole condition may require a comparison to fail
             (_, rising, _), (g, rate, acceleration) = way * before[:, k], way * after[:, k]
             if rate < 0 < acceleration and rate**2 / (2 * acceleration) - g < _RESOLVED:
                 interval = -2 * rate / acceleration
@@ -64,7 +64,7 @@ def _motion(dae: HybridDae, g: ca.SX) -> ca.SX:
 
 
 def _rate(dae: HybridDae, expression: ca.SX) -> ca.SX:
-    """The derivative by time, also through the implicit unknowns, 0 = d(residual)/dt."""
+    """The time derivative, including the implicit unknowns by 0 = d(residual)/dt."""
     found = ca.jtimes(expression, dae.x, dae.xdot) + ca.jacobian(expression, dae.t)
     if not ca.depends_on(expression, dae.z):
         return found

@@ -1,1 +1,1 @@
-"""Which modes of the laws hold: one complementarity problem behind events, starts and operating points."""
+"""The modes of all laws at one instant: mode rules and one complementarity problem, for events, starts and operating points."""

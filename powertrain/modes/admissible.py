@@ -1,4 +1,4 @@
-"""What modes that fit together may still not be: motion against a torque without limit, rest where no torque is determined."""
+"""Consistent modes that are still rejected: motion against an unlimited torque, and rest where nothing determines the torque."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from powertrain.numerics.buffers import Memory
 
 
 class Admissible:
-    """Looks at the modes after they were resolved.
+    """Checks modes that have been found.
 
-    A friction law that its torque cannot move, at rest, may carry any torque between its bounds; no loss or energy depends on it. Where its
-    speed may change (a pause in a cycle) the smallest torque is taken and noted. Where that is constant, or other parts move by the torque
-    (through a sensor), the law is refused.
+    A stuck friction law whose torque cannot move it may carry any torque between its bounds; no loss or energy depends on it. If its
+    speed may change (a pause in a cycle), the smallest torque is used and a note says so. If its speed is constant, or if the torque affects
+    other parts (through a sensor), the law is rejected.
     """
 
     def __init__(self, dae: HybridDae, memory: Memory, notes: list[str]) -> None:
@@ -35,7 +35,7 @@ class Admissible:
         ]
 
     def check(self, side: int) -> None:
-        """Refuse what cannot be, note what is not unique."""
+        """Reject inadmissible modes; note torques that are not unique."""
         self._self_locking.check(side)
         held = self.memory.m
         for _, law, mode in self._one_way:
@@ -46,7 +46,7 @@ class Admissible:
                 self._rests(k, law, refused, side)
 
     def check_speeds(self, side: int) -> None:
-        """Refuse speeds that no modes allow."""
+        """Reject speeds that no mode allows."""
         speeds = law_values(self.dae, self.memory, side)[:, 0] if self._one_way else ()
         for k, law, mode in self._one_way:
             if mode * speeds[k] > ZONE:

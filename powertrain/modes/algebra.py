@@ -1,4 +1,4 @@
-"""The algebraic unknowns at one instant, by damped Newton steps with pivoting, for starts and after events."""
+"""The algebraic unknowns at one instant, by damped Newton steps with pivoting, at starts and after events."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from powertrain.numerics.newton import newton
 
 _ITERATIONS = 60
 _ROUNDING = 1e-9
-"""Where Newton's method does not converge (at a kink), the nearest point is taken if it is as close as the modes of laws are resolved."""
+"""If Newton's method does not converge (at a kink), the nearest point is accepted up to this residual, the accuracy of the modes."""
 
 
 class NotConsistent(ArithmeticError):
-    """The algebraic equations have no solution near the guess; the message names the equation that stays open."""
+    """The algebraic equations have no solution near the guess; the message quotes the unsatisfied equations."""
 
 
 class AlgebraicSolver:
@@ -40,7 +40,7 @@ class AlgebraicSolver:
         self._bound = [Bound(self.function, [memory.time, side, memory.m, memory.p], results) for side in memory.y]
 
     def hasten(self, function: ca.Function, memory: Memory) -> None:
-        """Try this function first, of (time, y, m, p): z after Newton's steps, and 0 where these end as those of ``solve`` would."""
+        """Try ``function`` first: (time, y, m, p) -> z after a few Newton steps, and 0 if ``solve`` would give the same z."""
         results = [self._nearer, self._unsettled]
         self._quick = [Bound(function, [memory.time, side, memory.m, memory.p], results) for side in memory.y]
 
@@ -69,13 +69,13 @@ class AlgebraicSolver:
             self._refuse(side)
 
     def _equations(self, side: int, trial: Array) -> tuple[Array, Array]:
-        """The matrix and the values of the equations at a trial, as of one system of many."""
+        """Matrix and values of the equations at a trial, shaped as a batch of one system."""
         self._y[side][self.n :] = trial
         self._bound[side].call()
         return self._jacobian.reshape(1, self.nz, self.nz).transpose(0, 2, 1).copy(), self._residual[None].copy()
 
     def _closed(self, errors: Array) -> bool:
-        """Whether the equations are zero but for what ``errors`` of the unknowns make of them; of stiff ones round-off is all there is."""
+        """Whether each residual is no larger than ``errors`` of the unknowns explain; stiff equations cannot do better than round-off."""
         with np.errstate(invalid="ignore"):
             terms = np.abs(self._jacobian.reshape(self.nz, self.nz, order="F")) @ errors
         return bool(np.all(np.abs(self._residual) <= terms))

@@ -1,13 +1,13 @@
 """The modes of all laws at one instant, from one linear complementarity problem.
 
-For given torques tau the rates of the laws' speeds and their bounds are affine, v = a - G tau and L(tau) <= tau <= U(tau). Laws that slide
-have tau = U (w > 0) or tau = L (w < 0); of those at rest
+For given torques tau, the rates of the laws' speeds and their bounds are affine: v = a - G tau and L(tau) <= tau <= U(tau). Sliding laws
+have tau = U (w > 0) or tau = L (w < 0). Laws at rest satisfy
 
-    tau = L + q,   v = v+ - v-,   0 <= q  complementary to  v- >= 0,   0 <= U - tau  complementary to  v+ >= 0,
+    tau = L + q,   v = v+ - v-,   0 <= q  complementary to  v- >= 0,   0 <= U - tau  complementary to  v+ >= 0.
 
-and a bound that bends where a condition g of torques changes its sign is affine in g+, with g = g+ - g- and both complementary. A contact
-is a law that transmits minus its force, between -inf and 0, against the acceleration of its gap. Each law at rest has the compliance of
-``powertrain.compiler.torques``, so that the torques are unique where laws hold the same motion. Rates are counted as torques, v_i/G_ii.
+Where a condition g on torques changes sign, a bound has a kink: the bound is affine in g+, with g = g+ - g- and g+ complementary to g-. A
+contact is a law with the torque -force between -inf and 0; its rate is the acceleration of its gap. Each law at rest has the compliance of
+``powertrain.compiler.torques``; it makes the torques unique if several laws hold the same motion. Rates are scaled to torques, v_i/G_ii.
 
 R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, SIAM 2009; B. Brogliato, Nonsmooth Mechanics, Springer 2016,
 chapter 5 (the principle of Gauss with friction).
@@ -34,7 +34,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Point:
-    """Where modes are sought: time, states, implicit unknowns, held values (with the present modes), parameters."""
+    """Where modes are sought: time, states, implicit unknowns, held values (including the present modes), parameters."""
 
     t: float
     x: Array
@@ -45,7 +45,7 @@ class Point:
 
 @dataclass(frozen=True)
 class LinearLaws:
-    """Laws at one point for torques near ``tau``: value + slope (tau' - tau) for every quantity, the implicit unknowns moved along."""
+    """Laws at one point for torques near ``tau``: value + slope (tau' - tau) for every quantity, with the implicit unknowns eliminated."""
 
     speed: Array
     rate: Array
@@ -63,7 +63,7 @@ class LinearLaws:
 
 @dataclass(frozen=True)
 class Answer:
-    """``modes`` (index in m: mode) and torques; or the laws (places in ``tau``) of the ray on which the method ended."""
+    """``modes`` (index in m: mode) and torques, or the laws (positions in ``tau``) of the ray on which Lemke's method ended."""
 
     modes: dict[int, float]
     tau: Array | None
@@ -71,7 +71,7 @@ class Answer:
 
 
 class TorqueLaws(Protocol):
-    """Laws as functions of their torques, with their places in m (frictions, then contacts), and those of the conditions."""
+    """Laws as functions of their torques: their indices in m (frictions, then contacts) and those of the switches."""
 
     count: int
     frictions: int
@@ -84,7 +84,7 @@ class TorqueLaws(Protocol):
         ...
 
     def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
-        """The laws whose motion is to be found; of the others the speed says it."""
+        """The laws whose direction of motion is unknown; the others slide in the direction of their speed."""
         ...
 
 
@@ -135,7 +135,7 @@ class Laws:
         return LinearLaws(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
 
     def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
-        """The laws whose motion is not decided by their speed; contacts that are closed, or that close without an impact."""
+        """Friction laws whose speed does not decide their mode; contacts that are closed or close without an impact."""
         rest: Mask = (np.abs(near.speed) <= zone) | self.algebraic
         for k, contact in enumerate(self.dae.contacts, self.frictions):
             rest[k] = point.m[contact.index] > 0.5
@@ -145,7 +145,7 @@ class Laws:
 
 @dataclass(frozen=True)
 class _Bends:
-    """Conditions of torques in the bounds and rates, and what each adds for g > 0, per unit of g."""
+    """Conditions on torques at which bounds and rates have kinks, and the change of slope that each adds for g > 0, per unit of g."""
 
     places: list[int]
     rate: Array
@@ -165,14 +165,14 @@ class Complementarity:
         self._known = Evaluated(ca.Function("powertrain_known", inputs, [ca.densify(known)]))
 
     def known(self, point: Point) -> Array:
-        """How well the torques of all laws are known with the present modes [N.m, N]."""
+        """Uncertainty of the torques of all laws in the present modes [N.m, N]."""
         return self._known(point.t, point.x, point.z, point.m, point.p)[0].ravel()
 
     def solve(self, point: Point, tau: Array, zone: float, bends: bool, known: Array | float = 0.0) -> Answer:
         """The modes for laws that are linear near ``tau``.
 
-        ``bends``: conditions of torques are part of the problem, else held. ``known``: how far beyond its bounds a law at rest may be held,
-        the hysteresis of the mode rules.
+        ``bends``: kinks of the bounds are part of the problem; otherwise conditions keep their sides. ``known``: how far a law at rest may
+        exceed its bounds, the hysteresis of the mode rules.
         """
         laws = self.laws
         near = laws.at(point, tau)
@@ -184,21 +184,21 @@ class Complementarity:
         base = laws.at(replace(point, m=m), tau) if places else near
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
-        holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # what is stuck has to be broken away
+        holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # a stuck law must exceed its peak
         wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
         answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
         for law, hold in zip(self.dae.frictions, holds, strict=False):
-            if law.rests is not None and hold > 1.0:  # at its peak it does not slide yet
+            if law.rests is not None and hold > 1.0:  # at its peak, but not sliding yet
                 answer.modes[law.rests] = float(abs(answer.modes.get(law.index, 0.0)) == 1.0)
         return answer
 
     def bending(self, near: LinearLaws) -> list[int]:
-        """The continuous conditions that depend on torques, by their places among the switches."""
+        """The continuous conditions that depend on torques, as positions in ``switches``."""
         moving = np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0)
         return [int(k) for k in moving if self.continuous[k]]
 
     def _bends(self, point: Point, tau: Array, base: LinearLaws, places: list[int]) -> _Bends:
-        """Where a bound bends, its slopes on both sides differ by a multiple of the slope of the condition."""
+        """Slope changes at the kinks: the slopes of a bound on both sides differ by a multiple of the slope of the condition."""
         found = [np.zeros((self.laws.count, len(places))) for _ in range(3)]
         for j, k in enumerate(places):
             m = point.m.copy()
@@ -216,7 +216,7 @@ class Complementarity:
 
 
 def _widened(near: LinearLaws, bend: _Bends, factor: Array, added: Array) -> tuple[LinearLaws, _Bends]:
-    """The same with all bounds multiplied by ``factor``, and farther apart by ``added`` on both sides."""
+    """The same laws with all bounds multiplied by ``factor`` and then moved apart by ``added`` on both sides."""
     rows = factor[:, None]
     wide = replace(
         near,
@@ -229,7 +229,7 @@ def _widened(near: LinearLaws, bend: _Bends, factor: Array, added: Array) -> tup
 
 
 class _Problem:
-    """The problem at one point: unknowns tau of all laws, of which those that slide are put in."""
+    """The problem at one point: the torques of all laws, those of sliding laws already substituted."""
 
     def __init__(self, laws: TorqueLaws, near: LinearLaws, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
         size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
@@ -239,12 +239,12 @@ class _Problem:
         lower, upper = _finite(near.lower), _finite(near.upper)
         self.forward = (near.speed > zone) & ~rest
         slope_l, slope_u = np.nan_to_num(near.lower_slope), np.nan_to_num(near.upper_slope)
-        near_tau: Long = tau.astype(np.longdouble)  # what bounds add cancels again, and a compliance must be left
+        near_tau: Long = tau.astype(np.longdouble)  # large terms cancel, and the effect of the compliance must survive
         l0, u0 = lower - slope_l @ near_tau, upper - slope_u @ near_tau
-        # tau = base + own q + added g+: laws at rest lower + q, those that slide at their bound
+        # tau = base + own q + added g+: laws at rest have lower + q, sliding laws are at their bound
         bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
         added = np.where(self.forward[:, None], bend.upper, bend.lower)
-        # a law at rest without lower limit is counted from its upper one, downwards; an open contact has both limits zero here
+        # a law at rest without a lower limit is measured downwards from its upper limit; an open contact has both limits at zero here
         self.hangs = rest & np.isinf(near.lower)
         bound = np.where(self.hangs, u0, bound)
         slope = np.where(self.hangs[:, None], slope_u, slope)
@@ -260,7 +260,7 @@ class _Problem:
         self.g_0 = near.g[bend.places] / size - self.g_slope @ near_tau
 
     def answer(self, switches: list[int]) -> Answer:
-        """The modes of the laws at rest, of those that slide, and of the bending conditions."""
+        """The modes of laws at rest, of sliding laws and of the conditions with kinks."""
         M, q, scale = self._matrices()
         if not (np.isfinite(M).all() and np.isfinite(q).all()):
             return Answer({}, None, ())
@@ -275,7 +275,7 @@ class _Problem:
         second = {int(k): r + j for j, k in enumerate(self.two)}
         modes: dict[int, float] = {}
         for i, k in enumerate(self.places.tolist()):
-            # it slides where a rate is basic; one that is zero is a law at rest
+            # a law slides if its rate is basic and positive; with a rate of zero it is at rest
             at_first = i in found.basic and w[i] > 0.0
             at_other = k in second and n + second[k] in found.basic and z[second[k]] > 0.0
             first = 1.0 if self.hangs[k] else -1.0
@@ -283,18 +283,18 @@ class _Problem:
             modes[self.laws.index[k]] = mode if k < self.laws.frictions else float(mode == 0.0)
         free = self.laws.may_free & (
             self.width_0 + self.width_slope @ tau <= NO_WIDTH
-        )  # their torques may change limits
+        )  # their torques may change the limits
         for k in np.flatnonzero(~self.rest).tolist():
             if k < self.laws.frictions:
                 modes[self.laws.index[k]] = 2.0 if free[k] else 1.0 if self.forward[k] else -1.0
         nothing = LEAST_TORQUE + ALONE * scale
         for j, k in enumerate(self.bend.places, r + t):
-            if z[j] > nothing or w[j] * scale > nothing:  # a condition that is zero keeps its side
+            if z[j] > nothing or w[j] * scale > nothing:  # a condition at zero keeps its side
                 modes[switches[k]] = 1.0 if z[j] > nothing else 0.0
         return Answer(modes, tau.astype(np.float64), ())
 
     def _matrices(self) -> tuple[Long, Long, float]:
-        """The problem in (q, v+ of laws with two limits, g+), with rates as torques, and the scale of its vector."""
+        """Matrix, vector and scale of the problem in (q, v+ of laws with two limits, g+), with rates scaled to torques."""
         R, T, s = self.places, self.two, len(self.bend.places)
         r, t = R.size, T.size
         size = self.near.reach[R]
@@ -322,7 +322,7 @@ class _Problem:
 
 
 def _inverse(matrix: Array) -> Long:
-    """The inverse in extended precision, by one step of Newton's method from that in double precision."""
+    """The inverse in extended precision: one Newton step from the inverse in double precision."""
     found = np.linalg.inv(matrix).astype(np.longdouble)
     better: Long = found @ (2 * np.eye(len(matrix)) - matrix @ found)
     return better

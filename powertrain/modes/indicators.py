@@ -1,4 +1,4 @@
-"""The oriented event indicators of the laws: positive while a law keeps its mode, with a hysteresis far above the location tolerance."""
+"""Event indicators of the laws: positive while a law keeps its mode, with a hysteresis far above the accuracy of event location."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from powertrain.modes.tolerances import EPS, INTEGRATED, LIMIT, NO_WIDTH
 
 @dataclass(frozen=True)
 class Indicator:
-    """An expression that falls through zero where law ``law`` has to change its mode; ``known`` is how well it is known."""
+    """An expression that falls through zero when ``law`` must change its mode; ``known`` is its uncertainty."""
 
     law: Friction | Switch | Contact | When | Guard
     value: ca.SX
@@ -20,12 +20,12 @@ class Indicator:
 
     @property
     def scaled(self) -> ca.SX:
-        """The value as a speed or a gap that is known to EPS: torques cannot be located to less than their own rounding."""
+        """The value scaled so that its uncertainty is EPS: a torque cannot be located more precisely than its own round-off."""
         return self.value * (EPS / self.known)
 
 
 def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
-    """All indicators that are located as state events; relations with a known instant are left to the time events."""
+    """All indicators that are located as state events; conditions with a known instant are time events."""
     found: list[Indicator] = []
     for friction in dae.frictions:
         slow = speed_tolerance(dae, friction)
@@ -56,14 +56,14 @@ def switch_margin(dae: HybridDae, switch: Switch) -> ca.SX:
 
 
 def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
-    """``g``, affine in time, as the time since (until) its zero, so that its hysteresis is one of time."""
+    """``g``, affine in time, divided by its slope: its hysteresis becomes a time."""
     return g / (ca.fabs(ca.jacobian(g, dae.t)) + 1e-300)
 
 
 def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
-    """Distances of a stuck torque from the lower and the upper limit, the hysteresis included.
+    """Distances of a stuck torque from the lower and the upper limit, including the hysteresis.
 
-    Bounds that stand the wrong way round wait for a switch that is about to follow the torque: no reason to break loose.
+    If the bounds are in the wrong order, a switch is about to follow the torque; this is no reason to break loose.
     """
     high = friction.peak * ca.fmax(friction.upper, friction.lower)
     low = friction.peak * ca.fmin(friction.upper, friction.lower)
@@ -71,19 +71,19 @@ def torque_margins(friction: Friction) -> tuple[ca.SX, ca.SX]:
 
 
 def speed_tolerance(dae: HybridDae, friction: Friction) -> float:
-    """Hysteresis of the speed of a law: what nothing sets to zero has the error of the integration."""
+    """Hysteresis of the speed of a law: a speed that no law sets to zero has the error of the integration."""
     integrated = friction.prescribed and ca.depends_on(friction.w, ca.vertcat(dae.x, dae.z))
     return INTEGRATED if integrated else EPS
 
 
 def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
-    """Loose: the speed keeps its sign. Stuck: the torque keeps within its limits, or a prescribed speed stays zero."""
+    """Sliding: the speed keeps its sign. Stuck: the torque stays within its limits, or a prescribed speed stays zero."""
     mode = dae.m[friction.index]
     below, above = torque_margins(friction)
     known = speed_tolerance(dae, friction)
     stuck = 2 * known - ca.fabs(friction.w) if friction.prescribed else ca.fmin(below, above)
     loose = mode * friction.w + known
-    if friction.algebraic:  # between bounds that no torque can tell apart the way it slides makes no difference
+    if friction.algebraic:  # if the bounds coincide, the direction of sliding makes no difference
         loose = ca.fmax(loose, friction.hysteresis - ca.fabs(friction.upper - friction.lower))
     if friction.may_free:
         loose = ca.if_else(mode == 2, 1.0, loose)
@@ -93,18 +93,18 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
 
 
 def held_margin(dae: HybridDae, friction: Friction) -> ca.SX:
-    """What others hold at a limit stays there while, as stiff as they are, it would take more; the hysteresis included."""
+    """A law at a limit that others hold at rest stays there while its share of the load exceeds the limit; including the hysteresis."""
     return dae.m[friction.index] * (friction.share - friction.torque) + friction.hysteresis
 
 
 def _by_torque(dae: HybridDae, friction: Friction) -> ca.SX:
-    """Whether the torque of a law tells how long it keeps its mode, not its speed."""
+    """Whether the torque of a law, and not its speed, decides how long it keeps its mode."""
     stuck = dae.m[friction.index] == 0
     return stuck if friction.rests is None or not friction.unloads else ca.logic_or(stuck, dae.m[friction.rests])
 
 
 def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:
-    """The law transmits torque while upper - lower > 0; free again above twice the hysteresis only."""
+    """The law transmits torque while upper - lower > 0; from free, it engages only above twice the hysteresis."""
     width = friction.upper - friction.lower
     return ca.if_else(dae.m[friction.index] == 2, 2 * NO_WIDTH - width, width - NO_WIDTH)
 
@@ -116,7 +116,7 @@ def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
 
 
 def approaching(contact: Contact) -> ca.SX:
-    """The gap closes, not counting the noise of a speed around zero, nor that of the acceleration where friction holds both sides."""
+    """Whether the gap closes, ignoring noise of a speed around zero, and of the acceleration if friction holds both sides."""
     slow = ca.logic_and(contact.speed < 0, contact.acceleration < -contact.known)
     return ca.logic_or(contact.speed < -EPS, slow)
 

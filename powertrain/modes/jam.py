@@ -1,4 +1,4 @@
-"""What to say where the modes of the laws have no solution, or several, or are not found."""
+"""Messages for modes that have no solution, have several, or were not found."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]
 
 
 def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
-    """No modes of these laws (indices in m) are consistent, whichever of the ``pieces`` of their bounds holds."""
+    """The error if no modes of these laws (indices in m) are consistent in any of the ``pieces`` of their bounds."""
     known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
     parts = ", ".join(law.name for law in known if law.index in laws)
     lines = _quoted(dae, memory, side, laws)
@@ -40,7 +40,7 @@ def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], 
 
 
 def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], laws: Sequence[int]) -> str:
-    """Several modes of these laws (indices in m) are consistent, with different torques."""
+    """The error if several modes of these laws (indices in m) are consistent, with different torques."""
     known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
     names = {law.index: law.name for law in known}
     sliding = {law.index for law in dae.frictions}
@@ -56,7 +56,7 @@ def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[A
 
 
 def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> str:
-    """Modes were sought in vain, and nothing proves that there are none."""
+    """The error if no modes were found, although nothing proves that there are none."""
     known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
     parts = ", ".join(law.name for law in known if law.index in laws)
     return "\n".join(
@@ -69,7 +69,7 @@ def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[
 
 
 def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> list[str]:
-    """One line for each law among these, and for each whose bounds follow a switch among these, such as the side that drives a mesh."""
+    """One line for each of these laws, and for each law whose bounds depend on one of these switches (the driving side of a mesh)."""
     if not dae.frictions:
         return []
     return [
@@ -84,7 +84,7 @@ def _mode(name: str, value: float, friction: bool) -> str:
 
 
 def resting_note(law: Friction, torque: float, lower: float, upper: float, t: float) -> str:
-    """A law at rest that its torque cannot move."""
+    """The note for a law at rest that its torque cannot move."""
     return (
         f"from t = {t:.9g} s: {law.name} is stuck where nothing can move; its torque is not unique: "
         f"{torque + 0.0:.6g} {law.unit} is used, but any torque from {lower:.6g} to {upper:.6g} {law.unit} is possible"

@@ -1,8 +1,8 @@
-"""Lemke's method for the linear complementarity problem, with the lexicographic rule: it ends in a solution or on a ray, never in a circle.
+"""Lemke's method for the linear complementarity problem. The lexicographic rule prevents cycling: it ends in a solution or on a ray.
 
     w = q + M z,   w >= 0,   z >= 0,   w'z = 0
 
-A tableau in extended precision: what a tiny compliance leaves must not be mistaken for round-off, nor the other way round.
+The tableau has extended precision, to distinguish the effect of a tiny compliance from round-off.
 
 R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, SIAM 2009, algorithm 4.4.5 and section 4.9.
 """
@@ -18,23 +18,23 @@ Array = NDArray[np.float64]
 Long = NDArray[np.longdouble]
 
 PIVOT = 1e-13
-"""Entries below this share of the largest of their column are round-off."""
+"""Entries below this share of the largest in their column are round-off."""
 ROUND_OFF = 1e-13
-"""How far values may be led below zero, for vectors of the order of one."""
+"""How far values may fall below zero, for vectors of the order of one."""
 LARGE = 0.01
-"""Of rows that are tied those count whose pivot is at least this share of the largest."""
+"""Among tied rows, only pivots of at least this share of the largest are considered."""
 TIE = 1e-15
 """Entries that differ by less than this share are tied in the lexicographic order."""
 _MOST = 50
-"""Pivots per variable after which round-off must have led the method in a circle."""
+"""Pivots per variable after which round-off must have made the method cycle."""
 
 
 @dataclass(frozen=True)
 class Solution:
     """``z`` and ``w`` solve the problem, and ``basic`` are the variables (0 .. n-1: w, n .. 2n-1: z) that may be positive.
 
-    Without a solution ``z`` is None, and ``ray`` are the pairs that grow along the ray on which the method ended; for a copositive-plus
-    ``M`` a ray proves that there is none. ``ray`` is empty where round-off ended the search.
+    Without a solution ``z`` is None, and ``ray`` lists the pairs that grow along the ray on which the method ended. For a copositive-plus
+    ``M`` a ray proves that there is no solution. ``ray`` is empty if round-off ended the search.
     """
 
     z: Long | None
@@ -45,13 +45,13 @@ class Solution:
 
 
 def lemke(M: Array | Long, q: Array | Long) -> Solution:
-    """A solution of the problem with the matrix ``M`` (n, n) and the vector ``q`` (n), whose entries are of the order of one."""
+    """Solve the problem with the matrix ``M`` (n, n) and the vector ``q`` (n), whose entries are of the order of one."""
     n = q.size
     if not (q < 0.0).any():
         return Solution(np.zeros(n, np.longdouble), q.astype(np.longdouble), frozenset(range(n)), (), 0)
     tableau: Long = np.hstack([np.eye(n), -M, -np.ones((n, 1)), q[:, None]]).astype(np.longdouble)
     basis, artificial = list(range(n)), 2 * n
-    row = int(n - 1 - np.argmin(q[::-1]))  # of equal ones the last: its perturbation is the smallest
+    row = int(n - 1 - np.argmin(q[::-1]))  # among equal ones the last: its perturbation is the smallest
     leaving = _exchange(tableau, basis, row, artificial)
     for pivots in range(1, _MOST * n):
         entering = leaving + n if leaving < n else leaving - n
@@ -70,10 +70,10 @@ def lemke(M: Array | Long, q: Array | Long) -> Solution:
 
 
 def _leaving_row(tableau: Long, rows: NDArray[np.intp], entering: int, artificial: int) -> int:
-    """The row of the least ratio; of tied ones that of the artificial variable, else the lexicographically least.
+    """The row with the least ratio; among tied rows the artificial variable's, else the lexicographically least.
 
-    Rows are tied that lead no value below zero by more than round-off, and small pivots are avoided among them: P. M. J. Harris, Pivot
-    selection methods of the Devex LP code, Mathematical Programming 5 (1973) 1.
+    Rows count as tied if they let no value fall below zero by more than round-off; small pivots are avoided among them. P. M. J. Harris,
+    Pivot selection methods of the Devex LP code, Mathematical Programming 5 (1973) 1.
     """
     column, values = tableau[:, entering], tableau[:, -1]
     longest = ((np.maximum(values[rows], 0.0) + ROUND_OFF) / column[rows]).min()
@@ -90,7 +90,7 @@ def _leaving_row(tableau: Long, rows: NDArray[np.intp], entering: int, artificia
 
 
 def _exchange(tableau: Long, basis: list[int], row: int, entering: int) -> int:
-    """Brings a variable into the basis; returns the one that leaves."""
+    """Bring a variable into the basis; return the one that leaves."""
     tableau[row] /= tableau[row, entering]
     factors = tableau[:, entering].copy()
     factors[row] = 0.0

@@ -1,7 +1,7 @@
-"""Exactly zero speed of stuck laws: the smallest correction of the states.
+"""Sets the speeds of stuck laws exactly to zero, by the smallest correction of the states.
 
-With the speeds w(x) of the stuck laws and W = dw/dx the correction of least norm is -W'λ with W W'λ = w. A second one removes what
-rounding, and speeds that are not linear, have left.
+With the speeds w(x) of the stuck laws and W = dw/dx, the correction of least norm is -W'λ with W W'λ = w. A second correction removes
+what rounding and nonlinear speeds leave.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import column
 
 _DEPENDENT = 1e-13
-"""Rows of W that others leave less than this share of their square belong to motions that those hold already."""
+"""A row of W is dependent if elimination leaves less than this share of its square."""
 
 
 def at_rest(dae: HybridDae) -> ca.SX:
@@ -35,7 +35,7 @@ def at_rest(dae: HybridDae) -> ca.SX:
 
 
 def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
-    """The states with the speeds of these laws set to zero, where they are stuck; those that are not ``free`` stay."""
+    """The states with the speeds of the stuck laws among these set to zero; states that are not ``free`` stay."""
     stuck, speeds = column([held for held, _ in laws]), column([w for _, w in laws])
     inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
     values = ca.Function("speeds", inputs, [speeds, ca.jacobian(speeds, dae.x)])
@@ -54,7 +54,7 @@ def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca
 
 
 def _semidefinite(A: ca.SX) -> Callable[[ca.SX], ca.SX]:
-    """Solves with a symmetric matrix by L D L'; the unknowns of rows that depend on those before them are zero."""
+    """Solve with a symmetric matrix by L D L'; unknowns of rows that depend on earlier rows are zero."""
     n = A.rows()
     rows: list[dict[int, ca.SX]] = [{} for _ in range(n)]
     for i, j in zip(*A.sparsity().get_triplet(), strict=True):

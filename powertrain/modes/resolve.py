@@ -1,4 +1,4 @@
-"""All modes of all laws at one instant, found together: semismooth Newton, else one complementarity problem."""
+"""Finds the modes of all laws at one instant together: semismooth Newton first, then the complementarity problem."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from powertrain.numerics.buffers import PREFIX, Array, Bound, Evaluated, Memory,
 _PASSES = 20
 _ROUNDS = 10_000
 _LINEARIZED = 16
-"""How often the complementarity problem is linearised anew where laws are not linear in the torques, or conditions of speeds follow."""
+"""Linearisations of the complementarity problem, if laws are nonlinear in the torques or conditions on speeds change."""
 _MOST_PIECES = 12
-"""Conditions of torques in the bounds: with more their combinations are too many to be looked at one by one."""
+"""Conditions on torques in the bounds; with more there are too many combinations to try."""
 _MOST_COMBINATIONS = 5000
-"""Of modes that are tried one by one where bounds follow torques: a second of time."""
+"""Combinations of modes that are tried one by one if bounds depend on torques: about one second."""
 _ROUNDING = 1e-9
-"""Share of the speed at an impact that counts as nothing after it."""
+"""Speeds after an impact below this share of the speeds before count as zero."""
 
 
 class ModeResolver:
@@ -58,7 +58,7 @@ class ModeResolver:
         self._flags = view(memory.flags)
 
     def resolve(self, side: int) -> None:
-        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; ``memory.fire`` and ``memory.jumped`` are used and cleared."""
+        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire`` and ``memory.jumped``."""
         memory = self.memory
         self.extra, self._unsolved = [], None
         for _ in range(_ROUNDS):
@@ -73,9 +73,9 @@ class ModeResolver:
         )
 
     def _note_rest(self, side: int) -> bool:
-        """Mark the laws at a limit that others hold; False where that changes torques or rates, so that modes are to be found anew.
+        """Mark the laws at a limit that others hold at rest; False if this changes torques or rates, so modes must be found again.
 
-        One that was marked and is held no longer may slide; one that has come to rest has its peak.
+        A marked law that is no longer held may slide. A law that has come to rest has its peak torque.
         """
         m = self.memory.m
         marked = {place for place in self._rests if m[place]}
@@ -92,7 +92,7 @@ class ModeResolver:
         return same and all(m[place] for place in marked)
 
     def _found(self, side: int) -> bool:
-        """Modes from the present ones, else from rest, else from the complementarity problem; False if a reset or an impact happened."""
+        """Modes starting from the present ones, then from rest, then from the complementarity problem; False after a reset or an impact."""
         happened = self._newton(side)
         if self._problem is None:
             return self._complementary(side) if happened is None else happened
@@ -101,9 +101,9 @@ class ModeResolver:
         return happened
 
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
-        """Semismooth Newton: all laws by their rules from the same torques.
+        """Semismooth Newton: the rules of all laws are applied at the same torques.
 
-        True where these modes are consistent, False if a reset or an impact happened, None if the iteration does not end.
+        True if the resulting modes are consistent, False after a reset or an impact, None if the iteration does not converge.
         """
         memory, flags = self.memory, self._flags
         seen: set[bytes] = set()
@@ -125,9 +125,9 @@ class ModeResolver:
         return None
 
     def _from_rest(self, side: int, consistent: bool) -> bool:
-        """Newton's method once more, with all laws at rest stuck, so that their compliance says how they share a load; else the problem.
+        """Newton's method with all laws at rest stuck, so that their compliance decides how they share a load; then the problem.
 
-        Where modes are ``consistent`` already, they stay if none are found that last; False if a reset or an impact happened.
+        Modes that are ``consistent`` already are kept unless lasting ones are found. False after a reset or an impact.
         """
         m, modes = self.memory.m, self.memory.m.copy()
         self._forget_rest()
@@ -149,7 +149,7 @@ class ModeResolver:
         return found is not False
 
     def _lasts(self, side: int) -> bool:
-        """Whether no law that others hold at a limit would leave it at once; one with a peak is stuck first."""
+        """Whether every law that others hold at a limit would stay there; a law with a peak is stuck first."""
         assert self._problem is not None
         m, modes = self.memory.m, self.memory.m.copy()
         held = resting(self.dae, self._problem, self._point(side))
@@ -162,14 +162,14 @@ class ModeResolver:
         return not leaves or any(peak > 1.0 for _, peak in held)
 
     def _stick(self, side: int) -> None:
-        """Laws at a limit whose motion has come to rest are stuck; one with a peak has that only if it rested before."""
+        """Set laws at a limit that have come to rest to stuck; a law with a peak stays at its limit, unless it was marked as resting."""
         m, values = self.memory.m, law_values(self.dae, self.memory, side).tolist()
         for law, (w, *_, peak) in zip(self.dae.frictions, values, strict=True):
             if abs(m[law.index]) == 1.0 and abs(w) <= ZONE and peak <= 1.0 and not law.prescribed:
                 m[law.index] = 0.0
 
     def _forget_rest(self) -> None:
-        """Laws that rest at a limit are stuck as others are, until the search says who is at a limit."""
+        """Treat laws that rest at a limit as stuck, until the search decides which of them are at a limit."""
         for law in self.dae.frictions:
             if law.rests is not None and self.memory.m[law.rests] > 0.0:
                 self.memory.m[law.rests] = self.memory.m[law.index] = 0.0
@@ -179,7 +179,7 @@ class ModeResolver:
         return None if self.dae.opened is None else Complementarity(self.dae)
 
     def _complementary(self, side: int) -> bool:
-        """Solve the complementarity problem of all laws; False if a reset or an impact happened."""
+        """Solve the complementarity problem of all laws; False after a reset or an impact."""
         if self._problem is None:
             return self._jam(side, set(), 1)
         start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
@@ -188,7 +188,7 @@ class ModeResolver:
             return found
         if len(pieces) > _MOST_PIECES:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
-        for piece in product((0.0, 1.0), repeat=len(pieces)):  # each is a problem of its own
+        for piece in product((0.0, 1.0), repeat=len(pieces)):  # each piece is a separate problem
             self.memory.m[:] = start
             self.memory.m[pieces] = piece
             found, ray = self._linearized(side, held=True)
@@ -199,7 +199,7 @@ class ModeResolver:
         return self._tried(side, start, laws, against)
 
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
-        """All modes of the laws on a ray and of those ``against`` it, in all pieces: a ray is no proof where bounds follow torques."""
+        """Try all modes of ``laws`` (on a ray) and ``against``, in all pieces: if bounds depend on torques, a ray proves nothing."""
         m, pieces = self.memory.m, self.uniqueness.pieces
         places = {f.index for f in self.dae.frictions} | {c.index for c in self.dae.contacts}
         varied = laws | (against & places)
@@ -207,7 +207,7 @@ class ModeResolver:
         touching = sorted(varied - set(rubbing))
         options: list[tuple[float, ...]] = [
             (start[i], 1.0 - start[i]) for i in pieces
-        ]  # in the pieces before the event first
+        ]  # the pieces before the event come first
         options += [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * len(touching)
         for modes in islice(product(*options), _MOST_COMBINATIONS):
             m[:] = start
@@ -219,10 +219,10 @@ class ModeResolver:
         return self._jam(side, laws, 2 ** len(pieces))
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
-        """Modes of the laws linearised where the last solution was, until these are consistent.
+        """Linearise the laws at the last solution and solve for their modes, until these are consistent.
 
-        True, False or None as ``_newton``, and the laws of the ray on which the search ended. Bounds that bend with torques are part of
-        the first problem, unless ``held``.
+        Returns True, False or None as ``_newton`` does, and the laws of the ray on which the search ended. The first problem includes the
+        kinks of the bounds, unless ``held``.
         """
         memory, problem = self.memory, self._problem
         assert problem is not None
@@ -239,7 +239,7 @@ class ModeResolver:
             for index, mode in answer.modes.items():
                 m[index] = mode
             modes = m.copy()
-            happened = self._newton(side, slack=1.0)  # exact but for the compliance
+            happened = self._newton(side, slack=1.0)  # exact except for the compliance
             if happened is not None:
                 return happened, ray
             m[:] = modes
@@ -253,7 +253,7 @@ class ModeResolver:
         return None, ray
 
     def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
-        """No modes of these laws, and of those that contradict themselves, are consistent."""
+        """Raise the error that no modes of these laws, and of those with contradictory rules, are consistent."""
         if self._unsolved is not None and not laws:
             raise self._unsolved
         against = np.flatnonzero(self.memory.m != self.memory.held).tolist()
@@ -264,7 +264,7 @@ class ModeResolver:
         return Point(t, *(value.copy() for value in values))
 
     def check_unique(self, side: int) -> None:
-        """Refuse modes beside which others are possible with other torques."""
+        """Reject modes if other modes with other torques are also consistent."""
         others = self.uniqueness.others(side, lambda: self._consistent(side))
         if self.uniqueness.pieces and self._solvable(side):
             self._apply_rules(side)
@@ -273,11 +273,11 @@ class ModeResolver:
             raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
 
     def forget(self) -> None:
-        """Drop what the last run left."""
+        """Drop the notes of the last run."""
         self.notes.clear()
 
     def _solvable(self, side: int) -> bool:
-        """Solve the algebraic equations for the present modes; whether they have a solution."""
+        """Solve the algebraic equations for the present modes; False if they have no solution."""
         if self.algebra is None:
             return True
         try:
@@ -288,13 +288,13 @@ class ModeResolver:
         return True
 
     def _apply_rules(self, side: int, slack: float = 0.0) -> None:
-        """One pass of the mode rules; with ``slack`` 1 a law at rest may slide with a rate below zero, within what is known of it."""
+        """One pass of the mode rules. With ``slack`` 1 a law at rest may count as sliding with a negative rate, within its uncertainty."""
         self.memory.jumped[1] = slack
         self._update[side].call()
         self.memory.jumped[1] = 0.0
 
     def _consistent(self, side: int) -> bool:
-        """Whether the present modes are consistent, with rates that are finite."""
+        """Whether the present modes are consistent, with finite rates."""
         if not self._solvable(side):
             return False
         self._fresh[side].call()
@@ -319,13 +319,13 @@ class ModeResolver:
 
 
 def reset_values(dae: HybridDae) -> ca.Function:
-    """The right sides of all resets of all laws, one after the other: (t, x, z, m, p) -> values."""
+    """The right-hand sides of all resets of all laws in order: (t, x, z, m, p) -> values."""
     values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
     return ca.Function(PREFIX + "resets", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
 
 
 class _Events:
-    """Values of resets and impacts, evaluated when one happens."""
+    """Evaluates resets and impacts when they happen."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory, self.barriers = dae, memory, dae.barriers
@@ -343,7 +343,7 @@ class _Events:
             count += len(when.resets)
 
     def reset(self, side: int, rising: Sequence[When]) -> None:
-        """Assign all right sides, evaluated with the values before."""
+        """Assign all right-hand sides, evaluated with the values before the reset."""
         values = self._resets(*self.memory.instant(side))[0].ravel()
         for when in rising:
             self.memory.m[when.index] = 1.0
@@ -352,13 +352,13 @@ class _Events:
                 target[reset.index] = values[k]
 
     def impact(self, side: int, struck: Sequence[int]) -> list[str]:
-        """Moreau's impact law for the barriers that are struck and all at rest: impulses I lead from the speeds v to v'.
+        """Moreau's impact law for the struck barriers together with all those at rest: impulses I change the speeds v to v'.
 
             v' = v + G I,   0 <= I,   0 <= v' + e min(v, 0),   I' (v' + e min(v, 0)) = 0.
 
-        Returns those that felt it; slow rebounds stay closed (e = 0). A motion away from a barrier, v > 0, is not part of it: with a
-        rebound elsewhere its impulse might add energy, I (v + v')/2 > 0. If it is led backward, it is struck next. J. J. Moreau,
-        Unilateral contact and dry friction in finite freedom dynamics, CISM 302, Springer 1988, section 12.
+        Returns the names of barriers with a noticeable impulse. Slow rebounds are suppressed (e = 0). Restitution ignores motion away from
+        a barrier, v > 0: with a rebound elsewhere its impulse might add energy, I (v + v')/2 > 0. A barrier that this throws backward is
+        struck next. J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, CISM 302, Springer 1988, section 12.
         """
         barriers, m = self.barriers, self.memory.m
         speed, restitution, rests, on_x, on_a = self._impact(*self.memory.instant(side))
@@ -377,7 +377,7 @@ class _Events:
         return [barriers[k].name for k, some in zip(touching, felt, strict=True) if some]
 
     def _impulses(self, effect: Array, goal: Array, barriers: Sequence[Barrier]) -> Array:
-        """The impulses I >= 0 that lead no goal + effect I below zero, nor above it where they act."""
+        """The impulses I >= 0 for which goal + effect I >= 0, with equality where they act."""
         size = np.sqrt(np.diag(effect))
         size[size == 0.0] = 1.0
         largest = np.abs(goal / size).max()

@@ -1,11 +1,11 @@
-"""Laws at a limit of their torque that do not slide, because laws that are stuck and contacts that are closed hold what they move.
+"""Laws at a limit of their torque that do not slide, because stuck laws and closed contacts hold what they move.
 
-A mass that is pressed against a stop harder than its friction can take: friction is at its limit, yet the mass rests. The speed of such a
-law follows from those of the laws that hold, w = c w_C, so that its rate a = b - G tau is the same combination of theirs,
+Example: a mass is pressed against a stop harder than its friction can resist. Friction is at its limit, yet the mass rests. The speed of
+such a law follows from those of the holding laws, w = c w_C, so its rate a = b - G tau is the same combination of theirs:
 
-    G_i - c G_C = 0,  b_i - c b_C = 0,  c = G_iC G_CC^+,
+    G_i - c G_C = 0,  b_i - c b_C = 0,  c = G_iC G_CC^+.
 
-and it stays at rest for as long as they hold. A prescribed motion beside them leaves a difference in b alone.
+It stays at rest as long as they hold. A prescribed motion leaves a difference in b only.
 (See ``powertrain.modes.complementarity`` for G.)
 """
 
@@ -19,13 +19,13 @@ from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.tolerances import INTEGRATED
 
 _SINGULAR = 1e-10
-"""Motions that the laws that hold leave free by less than this share of all of them are held; so well, then, is c known."""
+"""A motion counts as held if the holding laws leave it free by less than this share; c has the same accuracy."""
 NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
 
 def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tuple[int, float]]:
-    """The friction laws (places in ``dae.frictions``) at a limit that others hold at rest at ``point``, and their peaks."""
+    """The friction laws (positions in ``dae.frictions``) at a limit that others hold at rest at ``point``, with their peaks."""
     modes, count = point.m[problem.laws.index], problem.laws.frictions
     holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
     limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
@@ -41,7 +41,7 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tupl
 
 
 def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:
-    """Whether each of these rates is a combination of the rates of the laws that hold."""
+    """Whether each of these rates is a combination of the rates of the holding laws."""
     size = np.sqrt(np.abs(np.diag(G)))
     scaled = G / np.maximum(np.outer(size, size), 1e-300)
     c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds][:, rows], rcond=_SINGULAR)[0]

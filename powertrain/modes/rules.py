@@ -1,4 +1,4 @@
-"""One pass of the mode rules as symbolic functions: all laws updated from the same evaluation, and what follows a resolved mode vector."""
+"""One pass of the mode rules as symbolic functions: all laws are updated from the same evaluation."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SWIFT, ZONE
 
 @dataclass(frozen=True)
 class Pass:
-    """The next held values, and what they ask for.
+    """The next held values and what must follow.
 
-    ``flags``: entries that change, whens with a rising edge, barriers that are struck, sum of all torques, laws at a limit that others
-    hold at rest and that did not rest there before, and above zero where a law slides with its limits the wrong way round.
+    ``flags``: number of entries that change; whens with a rising edge; barriers that are struck; sum of all torques; laws at a limit newly
+    held at rest by others; and a value above zero if a law slides with its limits in the wrong order.
     """
 
     held: ca.SX
@@ -37,7 +37,7 @@ class Pass:
 
 
 def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
-    """The instants of all laws with a known one (switches first, then relations, then whens), and their indices in the held values."""
+    """The known instants of laws (switches, then relations, then whens), and the indices of these laws in the held values."""
     laws: list[Switch | When] = [*dae.switches, *dae.relations, *dae.whens]
     known = [(law.time, law.index) for law in laws if law.time is not None]
     return ca.vertcat(ca.SX(0, 1), *[time for time, _ in known]), [index for _, index in known]
@@ -46,12 +46,11 @@ def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
 def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     """The mode rules.
 
-    ``fire`` marks timed laws whose instant is now; ``jumped`` says that speeds may have jumped since modes were found, and above 1 that
-    a reset or an impact did it; a law at rest may
-    count as sliding while its acceleration is above ``-slack`` (0 except for modes from the complementarity problem or a single trial, and
-    for laws that rest at a limit already).
-    A closed contact opens where its force would pull, and where a reset has moved one of its sides away; it is struck where a reset throws
-    its sides at each other, as a one-way law is that a reset or an impact throws backward.
+    ``fire`` marks timed laws whose instant is now. ``jumped`` is above 0 if speeds may have jumped since modes were found, above 1 if by a
+    reset or an impact. A law at rest may count as sliding while its acceleration is above ``-slack``; this is 0 except for modes from the
+    complementarity problem or a single trial, and for laws already resting at a limit.
+    A closed contact opens if its force would pull, or if a reset has moved one of its sides away. It is struck if a reset throws its sides
+    at each other. A one-way law is struck if a reset or an impact throws it backward.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
     instants = zip(timed(dae)[1], ca.vertsplit(timed(dae)[0]), strict=True)
@@ -101,12 +100,12 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
 
 
 def _fires(dae: HybridDae, fire: ca.SX, instant: ca.SX) -> ca.SX:
-    """Whether the instant of a marked law is now: a reset may have moved it since."""
+    """Whether the instant of a marked law is now; a reset may have moved it."""
     return ca.logic_and(fire > 0, ca.fabs(instant - dae.t) <= NOW * ca.fmax(1, ca.fabs(dae.t)))
 
 
 def idles(dae: HybridDae, friction: Friction) -> ca.SX:
-    """Whether a law at a limit of its torque has come to rest, held by others: how they share the torque is open then."""
+    """Whether a law at a limit of its torque has come to rest, held by others; how they share the torque is then undecided."""
     mode, width = dae.m[friction.index], friction.upper - friction.lower
     known = _rests(dae, friction)
     still = ca.logic_and(ca.fabs(friction.w) <= ZONE, ca.fabs(friction.rate) <= friction.reach * friction.hysteresis)
@@ -114,12 +113,12 @@ def idles(dae: HybridDae, friction: Friction) -> ca.SX:
 
 
 def _rests(dae: HybridDae, friction: Friction) -> ca.SX:
-    """1 where a law at a limit of its torque was found to be at rest, held by others."""
+    """1 if a law at a limit of its torque was found at rest, held by others."""
     return ca.SX(0) if friction.rests is None else dae.m[friction.rests]
 
 
 def _breaks_away(dae: HybridDae, friction: Friction, new: ca.SX) -> ca.SX:
-    """Whether a law reaches its peak at rest: it keeps it as long as others hold what it moves, which is tried first."""
+    """Whether a law at rest reaches its peak. It keeps the peak while others hold what it moves; this is tried first."""
     leaves = ca.logic_and(dae.m[friction.index] == 0, ca.fabs(new) == 1)
     return ca.logic_and(ca.logic_and(leaves, ca.fabs(friction.w) <= ZONE), friction.peak > 1)
 
@@ -135,7 +134,7 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
     else:
         stuck = ca.if_else(above <= 0, 1.0, ca.if_else(below <= 0, -1.0, 0.0))
         still = ca.SX(1) if friction.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
-        allowed = ca.fmax(slack, _rests(dae, friction))  # what others hold goes neither way
+        allowed = ca.fmax(slack, _rests(dae, friction))  # a held law moves in neither direction
         least = allowed * friction.reach * friction.hysteresis + (EPS if friction.algebraic else 0)
         nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.hysteresis)
         forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
@@ -154,9 +153,9 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
 
 
 def _prescribed(dae: HybridDae, friction: Friction) -> ca.SX:
-    """The next mode of a law that moves as it is told: near rest its rate tells.
+    """The next mode of a law with a prescribed speed: near rest its rate decides.
 
-    Where the speed has the error of the integration, as behind a filter, a low rate tells nothing, and the law keeps its mode.
+    If the speed has the error of the integration, as behind a filter, a low rate decides nothing, and the law keeps its mode.
     """
     mode, w, rate = dae.m[friction.index], friction.w, friction.rate
     known = speed_tolerance(dae, friction)
@@ -169,9 +168,9 @@ def _prescribed(dae: HybridDae, friction: Friction) -> ca.SX:
 
 
 def _error(friction: Friction, mode: ca.SX, jumped: ca.SX) -> ca.SX:
-    """Whether a law moves against its mode, or where its torque has no limit, by the error of the integration alone.
+    """Whether only the error of the integration makes a law move against its mode, or where its torque is unlimited.
 
-    Without a jump nothing else brings it there, but for the little by which its event is found late.
+    Without a jump the only other cause is the small delay with which the event is located.
     """
     w, smooth = friction.w, ca.logic_not(jumped)
     little = ca.fabs(w) <= INTEGRATED

@@ -1,7 +1,7 @@
-"""Sliding laws that draw themselves in, as a wedge or a brake shoe does: their limit grows with their own torque, and faster.
+"""Self-locking sliding laws, such as a wedge or a brake shoe: the limit grows faster than the torque itself.
 
-A law that slides forward has the torque T = upper(T). Where d(upper)/dT > 1, no torque is large enough: an equation solved all the same
-gives a torque of the other sign, upper < lower, with which friction would drive.
+A law that slides forward has the torque T = upper(T). If d(upper)/dT > 1, no torque is large enough. Solving the equation anyway
+gives a torque of the other sign with upper < lower: friction would drive.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 
 
 class SelfLocking:
-    """Looks at the laws whose limits depend on torques."""
+    """Checks laws whose limits depend on torques."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self._dae, self._memory = dae, memory
@@ -26,7 +26,7 @@ class SelfLocking:
         self._bound_slopes: list[Bound] = []
 
     def check(self, side: int) -> None:
-        """SimulationError for a law that slides although its limits stand the wrong way round, as the last mode rules found."""
+        """Raise SimulationError if the last pass of the mode rules found a law sliding with its limits in the wrong order."""
         if self._memory.flags[5] <= 0.0:
             return
         for law, row in zip(self._dae.frictions, law_values(self._dae, self._memory, side).tolist(), strict=True):
@@ -38,7 +38,7 @@ class SelfLocking:
                 )
 
     def found(self, side: int) -> str:
-        """What to say of laws whose own equation has no solution; '' where there are none."""
+        """The message for self-locking laws whose equation has no solution; empty if there are none."""
         if not self._laws:
             return ""
         if not self._bound_slopes:
@@ -48,7 +48,7 @@ class SelfLocking:
         return f"{'; '.join(locked)}. {_ADVICE}" if locked else ""
 
     def _bound(self, rows: Sequence[ca.SX], results: Array) -> list[Bound]:
-        """A function of these rows for either side."""
+        """A function of these rows, bound to either side of the buffers."""
         dae, memory, n = self._dae, self._memory, self._dae.x.numel()
         time, y = ca.SX.sym("time", 2), ca.SX.sym("y", n + dae.z.numel())
         inner = ca.Function(PREFIX + "limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*rows))])
@@ -59,7 +59,7 @@ class SelfLocking:
 
 _LARGE = 1e6
 _CLEARLY = 1e-6
-"""Limits that cross by less than this share of the largest torque do so by round-off, or by the hysteresis of a switch of theirs."""
+"""Limits that cross by less than this share of the largest torque do so because of round-off or the hysteresis of a switch."""
 _ADVICE = "Start it at rest, or add a stiffness to the path of the force that presses it, so that this force changes gradually."
 
 
@@ -68,7 +68,7 @@ def _said(law: Friction) -> str:
 
 
 def inverted(dae: HybridDae) -> ca.SX:
-    """Above zero where a law slides with its limits the wrong way round."""
+    """Above zero if a law slides with its limits in the wrong order."""
     return ca.SX(ca.mmax(ca.vertcat(-1.0, *[_inverted(dae, law) for law in _laws(dae)])))
 
 
@@ -85,7 +85,7 @@ def _inverted(dae: HybridDae, law: Friction) -> ca.SX:
 
 
 def _slope(dae: HybridDae, law: Friction) -> ca.SX:
-    """By how much the limit of a sliding law grows with its own torque where that is large, as far as it is an implicit unknown."""
+    """Slope of the limit of a sliding law with respect to its own large torque, if that is an implicit unknown."""
     forward = dae.m[law.index] >= 0
     limit = ca.if_else(forward, law.upper, law.lower)
     way = ca.densify(ca.jacobian(law.torque, dae.z)) / (ca.sumsqr(ca.jacobian(law.torque, dae.z)) + 1e-300)

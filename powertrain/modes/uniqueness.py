@@ -1,4 +1,4 @@
-"""Whether the driving sides of lossy meshes are the only possible ones: a mesh that can lock itself may carry two different torques."""
+"""Checks whether other driving sides of lossy meshes are possible: a mesh that can lock itself may carry two different torques."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from powertrain.numerics.buffers import Array, Memory
 
 _MOST = 6
 _SAME = 1e-6
-"""Torques that differ by less than this share are one: twice the slack with which modes are tried."""
+"""Torques that differ by less than this share are equal: twice the slack with which modes are tried."""
 
 
 class Uniqueness:
-    """Tries the pieces of bounds (switches that depend on torques) against those that were found."""
+    """Compares the pieces of the bounds (switches that depend on torques) that were found with all others."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory = dae, memory
@@ -26,7 +26,7 @@ class Uniqueness:
         self.pieces = [s.index for s in dae.switches if s.time is None and dae.frictions and ca.depends_on(s.g, laws)]
 
     def others(self, side: int, consistent: Callable[[], bool]) -> list[Array]:
-        """Consistent modes with other torques than the present ones; ``memory`` is left as it was but for what ``consistent`` computes."""
+        """Other consistent modes with other torques; ``memory`` is restored, except for what ``consistent`` computes."""
         if not 0 < len(self.pieces) <= _MOST:
             return []
         m = self.memory.m
