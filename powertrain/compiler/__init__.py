@@ -1,1 +1,1 @@
-"""From a model's text to the hybrid DAE: flatten, alias, index, blocks, torques, assemble."""
+"""From a model to the hybrid DAE: flatten, alias, index, blocks, torques, assemble."""

@@ -2,8 +2,8 @@
 
     a = k * der^n(b) + c          k, c depend on parameters only
 
-Connections, rigid flanges, w == der(phi), gear ratios, unconnected flows are of this kind; taking them out first leaves a model a
-fraction of the size, in which parts that are joined rigidly already share one angle.
+Connections, rigid flanges, w == der(phi), gear ratios and unconnected flows have this form. Eliminating them first leaves a much smaller
+model, in which rigidly connected parts already share one angle.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from powertrain.errors import ModelError
 from powertrain.language.symbols import Symbol, column, key, time
 
 Coefficient = float | Symbol
-"""A number where it is one, else an expression of parameters."""
+"""A number if possible, else an expression of parameters."""
 Base = tuple[int, int]
-"""A variable by the key of its symbol, and the order of its derivative."""
+"""A variable, by the key of its symbol, and the order of its derivative."""
 CONSTANT = -1
-"""Stands in ``ties`` for what makes a variable constant."""
+"""Marks in ``ties`` an equation that makes a variable constant."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Affine:
 
 @dataclass(frozen=True)
 class Reduced:
-    """The model after the aliases are out: ``equations`` contain only roots and their derivatives.
+    """The model after eliminating aliases: ``equations`` contain only roots and their derivatives.
 
-    ``originals`` are the same equations as they were said; ``ties`` lists, for each equation that became an alias, its variables.
+    ``originals`` are the same equations before elimination; ``ties`` lists the variables of each equation that became an alias.
     """
 
     flat: Flat
@@ -72,7 +72,7 @@ class Reduced:
         return root if alias.plain else alias.factor * root + offset
 
     def tied_by(self, variables: Sequence[int]) -> list[Equation]:
-        """The equations behind the aliases on the shortest ways between the variables; from a constant to what makes it one."""
+        """The equations behind the aliases on the shortest paths between the variables; from a constant to what makes it constant."""
         users: dict[int, list[int]] = {}
         for i, bases in self.ties.items():
             for base in bases:
@@ -95,7 +95,7 @@ class Reduced:
         return [self.flat.equations[i] for i in found]
 
     def _reach(self, first: int, users: dict[int, list[int]]) -> dict[int, tuple[int, int]]:
-        """What is tied to ``first``: for each variable the equation and the variable it was reached by."""
+        """Everything tied to ``first``: for each variable the equation and the variable through which it was reached."""
         came: dict[int, tuple[int, int]] = {}
         queue = deque([first])
         fixed = self._is_fixed(first)
@@ -145,7 +145,7 @@ class _Row:
 
 
 def eliminate_aliases(flat: Flat, parameters: dict[int, float]) -> Reduced:
-    """Solves every affine equation that it can for one variable with a numeric coefficient, until none is left.
+    """Solve every suitable affine equation for one variable with a numeric coefficient, until none is left.
 
     ``parameters`` are the values used to tell a redundant equation from a contradiction.
     """
@@ -177,7 +177,7 @@ class _Elimination:
         self.parametric = False
 
     def resolve(self, base: int) -> Affine:
-        """The alias of ``base`` with its root followed to the end."""
+        """The alias of ``base``, followed to its final root."""
         path = []
         while (
             (alias := self.reduced.aliases.get(base)) is not None
@@ -192,7 +192,7 @@ class _Elimination:
         return result
 
     def solve(self, index: int) -> set[int]:
-        """Uses one equation if it can be used; returns the equations that may have become usable."""
+        """Use one equation if possible; return the equations that may have become usable."""
         if index in self.used:
             return set()
         row = self.rows[index]
@@ -209,14 +209,14 @@ class _Elimination:
         return set()
 
     def _closes_loop(self, row: _Row, terms: dict[Base, Coefficient]) -> bool:
-        """Whether a rigid loop leaves (expression of parameters) * variable = 0. Torques may be zero, motions are not meant to be."""
+        """Whether a rigid loop leaves (expression of parameters) * variable = 0. A torque may be zero; a motion should not."""
         moving = sum(self.resolve(base).root is not None for _, (base, _) in row.terms)
         if len(terms) > 1 or moving < 2 or len(terms) >= moving or isinstance(next(iter(terms.values())), float):
             return False
         return not any(self.reduced.flat.unknowns[base].flow for _, (base, _) in row.terms)
 
     def _allowed(self, base: Base, others: list[Base], terms: dict[Base, Coefficient]) -> bool:
-        """Not in terms of itself, and not a torque as inertia times acceleration: torques stay to be seen as torques."""
+        """Reject aliases in terms of themselves, and torques as inertia times acceleration: torques remain explicit unknowns."""
         if not others:
             return True
         numeric = isinstance(terms[others[0]], float)
@@ -260,7 +260,7 @@ class _Elimination:
         return {i for i in woken if i not in self.used and len(self.rows[i].terms) <= 4}
 
     def _redundant(self, index: int, terms: dict[Base, Coefficient], constant: Coefficient) -> None:
-        """An equation between variables that others already tie together: it repeats them or contradicts them."""
+        """An equation between variables that are already tied: it repeats or contradicts other equations."""
         flat = self.reduced.flat
         left = next(iter(terms.values()), constant)
         bases = [base for _, (base, _) in self.rows[index].terms]
@@ -289,7 +289,7 @@ class _Elimination:
 
 
 def quote(equations: Sequence[Equation], most: int = 10) -> str:
-    """The lines of equations for a message, connections only where there is nothing else to show."""
+    """Source lines of equations for a message; connections only if there are no others."""
     lines = list(dict.fromkeys(str(e.place) for e in equations))
     telling = [line for line in lines if "connect(" not in line] or lines
     return "\n  ".join(telling[:most] + ["..."] * (len(telling) > most))

@@ -1,4 +1,4 @@
-"""From a model's text to the reduced hybrid DAE: runs the passes in their order and assembles what they give."""
+"""From a model to the reduced hybrid DAE: runs the passes in order and assembles their results."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ class SignalEntry:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The reduced model and everything that names its parts.
+    """The reduced model with the names of its parts.
 
-    Analyses read these fields. ``flat`` is for those that read texts: selectors, ``energy()`` and ``loss()``, connections.
-    ``discretes``: which of the held values m a discrete variable is. ``resolve`` gives expressions of the model's variables in
+    Analyses read these fields. ``flat`` serves those that read the model's source: selectors, ``energy()`` and ``loss()``, connections.
+    ``discretes``: index in the held values m of each discrete variable. ``resolve`` gives expressions of the model's variables in
     (t, x, z, m, p), ``open`` the same for given torques of the laws.
     """
 
@@ -68,7 +68,7 @@ class Compiled:
 
 
 def compile_model(model: Component) -> Compiled:
-    """Flattens, reduces and solves the model symbolically. Raises ModelError where the text does not describe a solvable model."""
+    """Flatten, reduce and solve the model symbolically. Raises ModelError if the model is not solvable."""
     return compile_flat(flatten(model))
 
 
@@ -106,7 +106,7 @@ def schedule_inputs(flat: Flat) -> Flat:
 
 
 def _preferences(reduced: Reduced, torques: list[LawTorque], others: list[tuple[Place, Law]]) -> dict[int, int]:
-    """How much each variable is wanted as a state: what has a start, relative motions, speeds of friction laws, what a when resets."""
+    """The preference of each variable as a state: variables with a start, relative motions, speeds of friction laws, reset variables."""
     preferences: dict[int, int] = {}
     bases = reduced.flat.recorder.bases
 
@@ -196,7 +196,7 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
 
 
 def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> tuple[float, ...]:
-    """The usual sizes of variables, from those that the text gives to them and to their multiples."""
+    """Nominal sizes of variables, from those declared for them and for their multiples."""
     found: dict[Base, float] = {}
     for k, unknown in reduced.flat.unknowns.items():
         alias = reduced.aliases.get(k, Affine(1.0, k, 0, 0.0))
@@ -215,7 +215,7 @@ def _derivative_name(name: str, order: int) -> str:
 
 
 def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str, SignalEntry]:
-    """The states that are derivatives to which the text gives no name."""
+    """States that are derivatives without a name in the model."""
     named = {unknown.name for unknown in reduced.flat.unknowns.values()}
     found = {}
     for name, (root, order), symbol in zip(dae.state_names, states, ca.vertsplit(dae.x) if states else (), strict=True):

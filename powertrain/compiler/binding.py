@@ -1,9 +1,9 @@
-"""Parameters that the whole gives a value: they are replaced by the expression, and must stay in their range like all others.
+"""Parameters set by an enclosing model: they are replaced by the expression and must stay in their range like all others.
 
     self.axle.J == 2 * self.J        a part's parameter in terms of the whole's
 
-``Limits`` looks at everything that is said of parameters, for every set of values: the ranges of those that are bound, the conditions
-of ``check()``, and ``within`` where it is about parameters alone.
+``Limits`` checks every set of parameter values: the ranges of bound parameters, the conditions of ``check()``, and ``within`` if it
+concerns parameters only.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from powertrain.language.units import told_apart, with_unit
 
 
 def bind_parameters(flat: Flat) -> Flat:
-    """The model with every bound parameter replaced by its value, in ``bindings`` too. ModelError where they go in a circle."""
+    """The model with every bound parameter replaced by its value, also in ``bindings``. ModelError if definitions are circular."""
     if not flat.bindings:
         return flat
     order = _ordered(flat)
@@ -49,7 +49,7 @@ def bind_parameters(flat: Flat) -> Flat:
 
 
 def _ordered(flat: Flat) -> list[int]:
-    """The bound parameters, each after those that it is given by."""
+    """The bound parameters, each after those on which it depends."""
     order: dict[int, None] = {}
     for first in flat.bindings:
         path = [first] if first not in order else []
@@ -68,12 +68,12 @@ def _ordered(flat: Flat) -> list[int]:
 def _circle(flat: Flat, circle: Sequence[int]) -> str:
     names = [flat.bindings[k][0].name() for k in (*circle, circle[0])]
     quoted = "\n  ".join(str(flat.binding_places[k]) for k in circle)
-    return f"parameters are given by each other in a circle: {' by '.join(names)}; give one of them a value\n  {quoted}"
+    return f"circular definition of parameters: {' by '.join(names)}; give one of them a value\n  {quoted}"
 
 
 @dataclass(frozen=True)
 class _Limit:
-    """low <= value <= high for an expression of parameters; ``constant`` is the bound parameter that has the value."""
+    """low <= value <= high for an expression of parameters; ``constant`` is the bound parameter with this value."""
 
     value: Symbol
     place: Place
@@ -85,7 +85,7 @@ class _Limit:
 
 
 class Limits:
-    """What must hold for the values of all free parameters of a model."""
+    """The conditions on the values of all free parameters of a model."""
 
     def __init__(self, flat: Flat) -> None:
         self.parameters = flat.parameters
@@ -107,12 +107,12 @@ class Limits:
 
     @property
     def names(self) -> set[str]:
-        """The parameters that something is said of together with others."""
+        """The parameters in conditions with others."""
         concerned = set().union(*self._symbols)
         return {c.name for c in self.parameters if key(c.symbol) in concerned}
 
     def check(self, p: NDArray[np.float64]) -> None:
-        """ParameterError for values, one set a column, that are not allowed."""
+        """Raise ParameterError if values, one set per column, are not allowed."""
         if not self._limits:
             return
         values = np.asarray(self._values(p), float).reshape(len(self._limits), 3, -1)
@@ -139,7 +139,7 @@ class Limits:
 
 
 def _said(limit: _Limit, value: float, low: float, high: float) -> str:
-    """What is wrong with a quantity that has a name; a condition speaks for itself."""
+    """The violation in words: a quantity is named; a condition speaks for itself."""
     if not limit.name:
         return ""
     shown, allowed = told_apart(value, (low, high)), f"[{low:g}, {high:g}]"

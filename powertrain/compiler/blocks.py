@@ -1,7 +1,7 @@
 """From the index-reduced equations to an ordered list of assignments: matching, block lower triangular form, linear blocks, tearing.
 
-Blocks that are linear in their unknowns are eliminated symbolically. In the others as many unknowns as possible are assigned in turn;
-the few that tear the rest stay algebraic unknowns z, each with a residual.
+Blocks that are linear in their unknowns are eliminated symbolically. In other blocks as many unknowns as possible are assigned in turn;
+the few tearing variables remain algebraic unknowns z, each with a residual.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from powertrain.numerics.sparse_lu import SingularBlock, solve
 
 @dataclass
 class Solved:
-    """``names[i]`` := ``expressions[i]`` in order; ``implicit`` unknowns make ``residuals`` zero."""
+    """``names[i]`` := ``expressions[i]`` in order; the ``implicit`` unknowns make the ``residuals`` zero."""
 
     names: list[Symbol] = field(default_factory=list)
     expressions: list[Symbol] = field(default_factory=list)
@@ -34,7 +34,7 @@ class Solved:
 
 @dataclass
 class _SquareSystem:
-    """The square system: residuals, unknowns, and the entries of the Jacobian by row with their values at the reference point."""
+    """Residuals, unknowns, and the entries of the Jacobian by row with their values at the reference point."""
 
     residuals: list[Symbol]
     places: list[Place]
@@ -46,7 +46,7 @@ class _SquareSystem:
 
 
 def solve_blocks(system: Differentiated, states: list[Base], values: dict[int, float]) -> Solved:
-    """Assigns every unknown that is not a state."""
+    """Assign every unknown that is not a state."""
     square = _square(system, states, values)
     matching = Matching(lambda e: _candidates(square, e))
     for e in sorted(range(len(square.residuals)), key=lambda e: len(square.entries[e])):
@@ -123,7 +123,7 @@ def _solve_linear(
 
 
 def _tear(square: _SquareSystem, rows: list[int], columns: list[int], solved: Solved) -> None:
-    """Assigns, in turn, every unknown that stands alone and linearly in some equation; where none does, one unknown becomes implicit."""
+    """Assign every unknown that appears alone and linearly in some equation; if there is none, make one unknown implicit."""
     open_rows, open_columns = list(rows), set(columns)
     while open_columns:
         step = _next_assignment(square, open_rows, open_columns)

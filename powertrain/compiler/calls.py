@@ -1,7 +1,7 @@
-"""Expressions that call functions, as maps do: what CasADi's algebra does not get right for them, done another way.
+"""Replaces CasADi operations that fail for expressions with function calls, such as maps.
 
-``ca.substitute_inplace`` gives garbage where an expression calls a function, and a derivative in forward direction calls it for
-symbols that are not among its arguments too, so that what stands linearly in an equation no longer looks so.
+``ca.substitute_inplace`` gives wrong results for an expression with a call. Forward derivatives call functions even for symbols that are
+not among their arguments, so an equation that is linear in such a symbol no longer looks linear.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ def calling(expressions: Sequence[Symbol]) -> list[int]:
 
 
 def marks(expressions: Sequence[Symbol], mark: Callable[[ca.Function, int, list[int]], int]) -> list[int]:
-    """For each expression the marks (bits) of all instructions it is computed by.
+    """For each expression the marks (bits) of all instructions that compute it.
 
-    ``mark`` gives those of the k-th instruction, from the marks of its operands.
+    ``mark`` gives the marks of the k-th instruction from those of its operands.
     """
     everything = column(list(expressions))
     rows = everything.sparsity().row()
@@ -44,7 +44,7 @@ def marks(expressions: Sequence[Symbol], mark: Callable[[ca.Function, int, list[
 
 
 def jacobian(rows: Sequence[Symbol], unknowns: Symbol) -> Symbol:
-    """The Jacobian of scalar rows, without calls in the entries of symbols that no call depends on."""
+    """The Jacobian of scalar rows, free of calls in the columns of symbols on which no call depends."""
     full = ca.jacobian(column(list(rows)), unknowns)
     pieces, done = [], 0
     for i in calling(rows):
@@ -54,7 +54,7 @@ def jacobian(rows: Sequence[Symbol], unknowns: Symbol) -> Symbol:
 
 
 def substituted_in_place(names: Sequence[Symbol], expressions: Sequence[Symbol]) -> list[Symbol]:
-    """``expressions``, each with the names before it replaced by their own expressions."""
+    """``expressions``, in each of which the names before it are replaced by their own expressions."""
     callers = calling(expressions)
     others = np.setdiff1d(np.arange(len(expressions)), callers).tolist()
     plain = column([names[i] for i in others])

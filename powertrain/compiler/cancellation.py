@@ -1,4 +1,4 @@
-"""How large an expression would be if none of its terms cancelled another: its round-off is some 1e-16 of that."""
+"""The size of an expression if none of its terms cancelled; its round-off is about 1e-16 of that."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from powertrain.numerics.tape import CallsFunction, operations
 
 
 def terms(expression: Symbol) -> Symbol:
-    """The sum of the sizes of a scalar's terms; its own size where it calls a function."""
+    """The sum of the sizes of a scalar's terms; the scalar's own size if it calls a function."""
     symbols = free_symbols(expression)
     sizes: dict[int, Symbol] = {}
     result = Symbol(0)
@@ -29,7 +29,7 @@ def terms(expression: Symbol) -> Symbol:
 
 
 def _size(operation: int, sizes: Sequence[Symbol], values: Sequence[Symbol]) -> Symbol | None:
-    """The size of an operation's result, None where that is the result's own."""
+    """The size of an operation's result; None if it is the magnitude of the result."""
     if operation in (ca.OP_ADD, ca.OP_SUB):
         return sizes[0] + sizes[1]
     if operation == ca.OP_MUL:

@@ -1,7 +1,7 @@
-"""What must not jump: variables whose derivative the equations contain, and that signals of time give instead of a state.
+"""Variables that must not jump: their derivative appears in the equations, and time signals determine them instead of a state.
 
-A jump of such a variable is an impulse: an exact speed source whose signal steps while an inertia turns with it, or a ratio that steps
-between two inertias. A polygon into an exact position is one in the speed.
+A jump of such a variable is an impulse. Examples: an exact speed source whose signal steps while an inertia turns with it, or a ratio
+that steps between two inertias. A polygon as an exact position is a step in speed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NAMES = 4
 def smooth_variables(
     reduced: Reduced, tops: Mapping[int, int], states: Sequence[Base], resolver: Resolver, held: set[int]
 ) -> tuple[Smooth, ...]:
-    """The variables below their highest derivative (``tops``) that depend on ``held`` values. ModelError where a signal makes one jump."""
+    """Variables below their highest derivative (``tops``) that depend on ``held`` values. ModelError if a signal makes one jump."""
     known = set(states)
     bases = [(b, order) for b, top in tops.items() for order in range(top) if (b, order) not in known]
     expressions = resolver.now([reduced.derivative(reduced.symbols[b], order) for b, order in bases])
@@ -39,7 +39,7 @@ def smooth_variables(
 
 
 def _names(reduced: Reduced, base: Base) -> tuple[str, str]:
-    """What a variable is called in the text, and its unit."""
+    """The name of a variable in the model, and its unit."""
     named: list[tuple[str, str]] = []
     for k, unknown in reduced.flat.unknowns.items():
         alias = reduced.aliases.get(k)
@@ -53,7 +53,7 @@ def _names(reduced: Reduced, base: Base) -> tuple[str, str]:
 
 
 def _check(entry: ScheduleEntry, expression: Symbol, inside: set[int], smooth: Smooth) -> None:
-    """Refuses a table whose jump certainly makes the variable jump."""
+    """Reject a table whose jump certainly makes the variable jump."""
     y0, t, y = entry.held[1], entry.times, entry.values
     if key(y0) not in inside:
         return

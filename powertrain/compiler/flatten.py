@@ -1,8 +1,8 @@
 """From the tree of components to one list of variables, equations and laws.
 
-Every component is bound to a path ('wheels[0].hub'), its quantities become symbols of that name, its equations are read once.
-Connections become equalities of potentials and one balance of flows for each node; what is not connected has zero flow, or is held
-at the reference potential where it is a support.
+Every component gets a path ('wheels[0].hub'), its quantities become symbols with that name, and its equations are read once. Connections
+become equal potentials and one balance of flows per node. An unconnected port has zero flow, or the reference potential if it is a
+support.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class ModelVariable:
 
 @dataclass(frozen=True)
 class ModelConstant:
-    """A parameter (tunable) or a discrete variable of the model; ``check`` refuses values outside the range."""
+    """A parameter (tunable) or a discrete variable of the model; ``check`` rejects values outside the range."""
 
     name: str
     symbol: Symbol
@@ -54,7 +54,7 @@ class ModelConstant:
 
 @dataclass(frozen=True)
 class Equation:
-    """residual == 0, and where it was said."""
+    """residual == 0, with its source line."""
 
     residual: Symbol
     place: Place
@@ -62,19 +62,19 @@ class Equation:
 
 @dataclass(frozen=True)
 class ParameterCondition:
-    """What must hold between parameters: true or false, and where it was said."""
+    """A condition between parameters, true or false, with its source line."""
 
     holds: Symbol
     place: Place
 
 
 Face = tuple[str, bool]
-"""A port seen from outside its component, or (True) from inside it, where its component's own parts are connected to it."""
+"""A port seen from outside its component, or (True) from inside, where the component's own parts are connected to it."""
 
 
 @dataclass(frozen=True)
 class Flat:
-    """A model without hierarchy. ``given``: unknowns that stand alone on the left of an equation, and whose text that is."""
+    """A model without hierarchy. ``given``: unknowns alone on the left of an equation, with the path of the component that states it."""
 
     recorder: Recorder = field(default_factory=Recorder)
     unknowns: dict[int, ModelVariable] = field(default_factory=dict)
@@ -96,7 +96,7 @@ class Flat:
 
 
 def rewritten(flat: Flat, change: Callable[[list[Symbol]], Sequence[Symbol]]) -> Flat:
-    """The same model with all its expressions changed."""
+    """The same model with all expressions changed."""
     old: list[Symbol] = []
 
     def collect(expression: Symbol) -> Symbol:
@@ -122,7 +122,7 @@ def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
 
 
 def flatten(model: Component) -> Flat:
-    """The flat model of ``model``; ModelError quotes the line that cannot be read."""
+    """The flat model of ``model``; a ModelError quotes the line that cannot be read."""
     checked_model(model)
     flat, nodes = Flat(), _Nodes()
     root = _bind(model, "", flat)
@@ -156,7 +156,7 @@ def checked_model(model: Any) -> Any:
 
 
 def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = ()) -> Component:
-    """A copy of ``component`` whose quantities are symbols named by their path."""
+    """A copy of ``component`` whose quantities are symbols with the names of their paths."""
     if id(component) in above:
         raise ModelError(
             f"{path}: {type(component).__name__} contains itself; a component may not contain itself as a part"
@@ -239,7 +239,7 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
 
 
 class _Nodes:
-    """The sets of joined ports. A port has two faces: outward, to its component's surroundings, and inward, for a component's own parts."""
+    """Sets of joined ports. A port has two faces: outward, to the surroundings of its component, and inward, for the component's parts."""
 
     def __init__(self) -> None:
         self.parent: dict[Face, Face] = {}
@@ -263,7 +263,7 @@ class _Nodes:
             self.parent[self.find(face)] = self.find(faces[0])
 
     def write(self, flat: Flat, root: Component) -> None:
-        """Adds the equations of all nodes and of all ports that are not connected."""
+        """Add the equations of all nodes and of all unconnected ports."""
         sets: dict[Face, list[Face]] = {}
         for face in self.ports:
             sets.setdefault(self.find(face), []).append(face)
@@ -295,7 +295,7 @@ class _Nodes:
             self._write_outside(flat, [self.ports[f] for f in faces if not f[1]], place)
 
     def _write_outside(self, flat: Flat, ports: Sequence[Connector], place: Place) -> None:
-        """An input from outside that is connected to other inputs gives all of them their value."""
+        """An external input that is connected to other inputs gives all of them its value."""
         sources = [p for p in ports if isinstance(p, Input) and p.outside and "." in p._path]
         if len(sources) > 1:
             raise ModelError(
@@ -317,7 +317,7 @@ def _write_unconnected(flat: Flat, port: Connector, spec: Port, top: bool) -> No
 
 
 def _given_by_whole(flat: Flat, port: Signal) -> bool:
-    """Whether an equation of a component above says  part.input.value == expression."""
+    """Whether an equation of an enclosing component says  part.input.value == expression."""
     path, owner = flat.given.get(key(port._symbols["value"])), port._path.rpartition(".")[0]
     return path is not None and path != owner and f"{owner}.".startswith(f"{path}." if path else "")
 

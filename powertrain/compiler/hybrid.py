@@ -1,11 +1,11 @@
-"""The reduced hybrid DAE: what compilation hands to initialisation, simulation and every analysis.
+"""The reduced hybrid DAE: the result of compilation, used by initialisation, simulation and every analysis.
 
     der(x) = xdot(t, x, z, m, p)
     0      = residual(t, x, z, m, p)
 
-``x`` are the differential states, ``z`` the algebraic unknowns that stay implicit, ``p`` the parameters and ``m`` the held values
-(modes of the laws, discrete variables, segments of schedules), which change at events only. Every expression is a scalar or column
-``casadi.SX`` of these five symbols; for given modes all linear algebra is already eliminated.
+``x`` are the differential states, ``z`` the algebraic unknowns that remain implicit, ``p`` the parameters and ``m`` the held values (modes
+of the laws, discrete variables, segments of schedules), which change only at events. Every expression is a scalar or column ``casadi.SX``
+of these five symbols; linear systems are already eliminated, for any given modes.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from powertrain.modes.tolerances import EPS, LEAST_TORQUE, ZONE
 class Friction:
     """w > 0: torque = upper; w < 0: torque = lower; w = 0: stuck, torque in [peak*lower, peak*upper] so that rate = 0.
 
-    ``prescribed``: no torque of this law ever moves it; ``acts``: yet other motions follow that torque.
-    ``limitless``: modes in which its own torque has no limit, so that it cannot move that way.
-    ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``rounding``: what the rounding of angles and positions
-    adds to that; ``reach``: G_ii.
-    ``rests``: where other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest all the same;
-    ``share`` is then what its compliance would have it take, no less than its limit (of laws whose limits follow no torque).
+    ``prescribed``: no torque of this law ever moves it; ``acts``: other motions nevertheless depend on that torque.
+    ``limitless``: modes in which its own torque has no limit, so it cannot move in that direction.
+    ``known``: uncertainty of its torque, see ``powertrain.modes.tolerances``; ``rounding``: the part of it due to rounding of angles and
+    positions; ``reach``: G_ii.
+    ``rests``: if other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest;
+    ``share`` is then the torque that its compliance would give it, at least its limit (if the limits depend on no torques).
     """
 
     name: str
@@ -54,20 +54,20 @@ class Friction:
 
     @property
     def hysteresis(self) -> ca.SX:
-        """How well its torque is known at the present states."""
+        """Uncertainty of its torque at the present states."""
         return self.known + self.rounding
 
     @property
     def unloads(self) -> bool:
-        """Whether it leaves its limit where others hold more of the load: limits that follow torques fall with them instead."""
+        """Whether it leaves its limit if others take more of the load; limits that depend on torques fall with the load instead."""
         return self.rests is not None and self.may_free
 
 
 @dataclass(frozen=True)
 class Switch:
-    """m[index] is 1 while g > 0 and 0 otherwise; ``time`` is the instant of the change where g is affine in time.
+    """m[index] is 1 while g > 0 and 0 otherwise; ``time`` is the instant of the change if g is affine in time.
 
-    ``known`` is how well g is known.
+    ``known`` is the uncertainty of g.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Contact:
-    """gap >= 0, force >= 0, one of them zero; speed and acceleration are the derivatives of gap; ``known`` is how well the latter is."""
+    """gap >= 0, force >= 0, one of them zero; speed and acceleration are derivatives of gap, ``known`` the latter's uncertainty."""
 
     name: str
     where: str
@@ -96,10 +96,10 @@ class Contact:
 
 @dataclass(frozen=True)
 class Barrier:
-    """What a motion cannot pass, so that an impulse stops it there: a contact, or a friction law where its torque has no limit.
+    """An obstacle at which an impulse stops the motion: a contact, or a friction law in a direction without a torque limit.
 
-    ``speed`` is that of the law times ``way``, so that impulses keep it from falling below zero. ``rests``: whether it is at the barrier
-    already. m[index] is ``held`` while the barrier holds, and ``left`` while the motion leads away from it.
+    ``speed`` is that of the law times ``way``; impulses keep it from falling below zero. ``rests``: whether it is at the barrier already.
+    m[index] is ``held`` while the barrier holds, and ``left`` while the motion leads away from it.
     """
 
     name: str
@@ -126,8 +126,8 @@ class Reset:
 class When:
     """When g becomes positive, apply the resets; m[index] holds whether g was positive.
 
-    ``relations``: where several comparisons are combined, the places of their modes, of which g consists. ``initially``: g that is positive
-    at the start of a run becomes so there.
+    ``relations``: the indices of the modes that make up g, if several comparisons are combined. ``initially``: a g that is positive at the
+    start of a run triggers the resets there.
     """
 
     name: str
@@ -142,7 +142,7 @@ class When:
 
 @dataclass(frozen=True)
 class TimeSignal:
-    """A piecewise linear signal of time; m[index:index+3] = (t0, y0, slope) of the running segment."""
+    """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment."""
 
     name: str
     index: int
@@ -152,7 +152,7 @@ class TimeSignal:
 
 @dataclass(frozen=True)
 class Guard:
-    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside."""
+    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside the limits."""
 
     name: str
     where: str
@@ -165,7 +165,7 @@ class Guard:
 
 @dataclass(frozen=True)
 class Smooth:
-    """A variable of which the equations contain a derivative, given by signals: a jump of its ``value`` would be an impulse."""
+    """A variable given by signals whose derivative appears in the equations: a jump of its ``value`` would be an impulse."""
 
     names: str
     unit: str
@@ -176,10 +176,10 @@ class Smooth:
 class Opened:
     """The model for given torques ``tau`` of its laws, friction first, then contacts; in (t, x, z, m, p, tau).
 
-    ``residual`` are the equations of the first entries of ``z``, those of the model; the others are torques. ``speed`` and ``rate`` are
-    those of the laws; what a law transmits against its motion, tau for friction and minus the force for a contact, lies between
-    ``lower`` and ``upper``, times ``peak`` while it is stuck; ``reach`` is how much it changes its own rate, and ``compliance`` how much
-    it yields, relative to ``COMPLIANCE``. ``conditions`` are those of the switches.
+    ``residual`` are the model's own equations, for the first entries of ``z``; the other entries are torques. ``speed`` and ``rate`` are
+    those of the laws. The torque against the motion, tau for friction and -force for a contact, lies between ``lower`` and ``upper``, times
+    ``peak`` while the law is stuck. ``reach`` is the effect of the torque on the law's own rate. ``compliance`` is relative to
+    ``COMPLIANCE``. ``conditions`` are those of the switches.
     """
 
     tau: ca.SX
@@ -199,10 +199,10 @@ class Opened:
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
-    ``opened`` is the same for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of the states and of the
-    barriers' speeds to their impulses. ``residual_places`` are the lines of text behind the residuals. ``smooth`` must not jump.
-    ``nominal`` are the usual sizes of x and z, the units of their absolute tolerance; ones where there is none. ``relations`` are the
-    comparisons that the conditions of ``whens`` combine: nothing else depends on their modes.
+    ``opened`` is the model for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of the states and of the
+    barriers' speeds to their impulses. ``residual_places`` are the source lines of the residuals. ``smooth`` variables must not jump.
+    ``nominal`` are the nominal sizes of x and z, the scale of their absolute tolerance; ones by default. ``relations`` are the comparisons
+    combined in the conditions of ``whens``; nothing else depends on their modes.
     """
 
     t: ca.SX
@@ -230,14 +230,14 @@ class HybridDae:
 
     @property
     def sizes(self) -> NDArray[np.float64]:
-        """The usual sizes of (x, z)."""
+        """The nominal sizes of (x, z)."""
         return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))
 
     @property
     def barriers(self) -> tuple[Barrier, ...]:
-        """Contacts first, then friction laws that are one-way; none where no speed can jump.
+        """Contacts first, then one-way friction laws; empty if no speed can jump.
 
-        A law that acts on no inertia, or moves as it is told, takes part in no impulse.
+        A law that acts on no inertia, or has a prescribed speed, takes part in no impulse.
         """
         if not (self.contacts or any(not reset.discrete for when in self.whens for reset in when.resets)):
             return ()
@@ -246,17 +246,17 @@ class HybridDae:
         return (*contacts, *(_one_way_barrier(self.m, law, -blocked) for law in laws for blocked in law.limitless))
 
     def equation(self, k: int) -> str:
-        """The k-th algebraic equation for a message: the line it comes from."""
+        """The source line of the k-th algebraic equation, for messages."""
         return self.residual_places[k] if k < len(self.residual_places) else f"equation {k + 1} of {self.z.numel()}"
 
 
 def _contact_barrier(m: ca.SX, contact: Contact) -> Barrier:
-    """A contact: what is closed is at the barrier."""
+    """A contact; if it is closed, it is at the barrier."""
     c = contact
     return Barrier(c.name, c.where, c.index, 1.0, c.speed, m[c.index], c.restitution, held=1.0, left=0.0)
 
 
 def _one_way_barrier(m: ca.SX, law: Friction, way: float) -> Barrier:
-    """A friction law that can move one way only, without rebound."""
+    """A friction law that can move in one direction only, without rebound."""
     rests = ca.logic_or(m[law.index] == 0, ca.fabs(law.w) <= ZONE)
     return Barrier(law.name, law.where, law.index, way, way * law.w, rests, ca.SX(0), held=0.0, left=way)

@@ -1,7 +1,7 @@
-"""Index reduction: which equations must be differentiated (Pantelides), and which variables become states (dummy derivatives).
+"""Index reduction: equations to differentiate (Pantelides), and variables that become states (dummy derivatives).
 
 C. C. Pantelides, SIAM J. Sci. Stat. Comput. 9 (1988) 213; S. E. Mattsson and G. Soderlind, SIAM J. Sci. Comput. 14 (1993) 677.
-Rigid gears, planetaries, rolling wheels and relative angles join inertias by constraints; they are the normal case.
+Rigid gears, planetary gears, rolling wheels and relative angles constrain inertias; this is the normal case.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
 
 VARYING = 35
-"""Ten times the preference for a variable whose coefficient in a constraint varies: above friction speeds, below what a reset sets."""
+"""Ten times the preference of a variable with a varying coefficient in a constraint: above friction speeds, below reset variables."""
 
 
 class Differentiated:
@@ -34,7 +34,7 @@ class Differentiated:
         self.matching = Matching(self._highest)
 
     def copied(self) -> Differentiated:
-        """A system of its own, to which equations can be added."""
+        """A separate system to which equations can be added."""
         other = Differentiated(self.reduced, self.known)
         other.top, other.chains = dict(self.top), [list(chain) for chain in self.chains]
         other.places, other.incidence = list(self.places), list(self.incidence)
@@ -46,7 +46,7 @@ class Differentiated:
         return [b for b, order in self.incidence[e] if order == self.top[b]]
 
     def bases(self, expression: Symbol) -> list[Base]:
-        """The variables in an expression and the orders of their derivatives, without what is known (laws' torques, parameters)."""
+        """The variables in an expression with the orders of their derivatives, except known ones (torques of laws, parameters)."""
         recorder = self.reduced.flat.recorder
         found: dict[Base, None] = {}
         for s in free_symbols(expression):
@@ -58,7 +58,7 @@ class Differentiated:
         return list(found)
 
     def add(self, equation: Equation) -> None:
-        """Adds an equation and differentiates until the system is structurally regular again."""
+        """Add an equation and differentiate until the system is structurally regular again."""
         self.chains.append([equation.residual])
         self.places.append(equation.place)
         self.incidence.append(self.bases(equation.residual))
@@ -101,7 +101,7 @@ class Differentiated:
 
 
 def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
-    """Runs Pantelides' algorithm; ``known`` are the variables that laws determine."""
+    """Run Pantelides' algorithm; ``known`` are the variables that laws determine."""
     system = Differentiated(reduced, known)
     for equation in reduced.equations:
         for base, order in system.bases(equation.residual):
@@ -117,9 +117,9 @@ def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
 def select_states(system: Differentiated, preference: dict[int, int], values: dict[int, float]) -> list[Base]:
     """The states: variables below their highest derivative that no constraint determines.
 
-    For each level below the highest, the differentiated equations determine as many derivatives ("dummies"); these are chosen by
-    sparse elimination with numeric pivots at the point ``values``, first among the variables with the lowest ``preference``. A variable
-    whose coefficient in a constraint varies stays a state if it can: to find it from the others would divide by what may pass through zero.
+    At each level below the highest, the differentiated equations determine as many derivatives ("dummies"). These are chosen by sparse
+    elimination with numeric pivots at the point ``values``, first among the variables with the lowest ``preference``. A variable with a
+    varying coefficient in a constraint stays a state if possible: solving for it would divide by a coefficient that may pass through zero.
     """
     dummies: set[int] = set(system.top)
     states: list[Base] = []
@@ -166,7 +166,7 @@ def _pivots(
 
 
 def _involved(matrix: ca.DM, free: list[int]) -> list[int]:
-    """The rows without a pivot, and those that they can be made of."""
+    """The rows without a pivot, and those of which they are combinations."""
     full = np.array(matrix)
     others = [i for i in range(len(full)) if i not in free]
     shares = np.linalg.lstsq(full[others].T, full[free].T, rcond=None)[0]
@@ -178,11 +178,11 @@ def _repeated(reduced: Reduced, equations: list[int]) -> str:
     bases = reduced.flat.recorder.bases
     named = dict.fromkeys(key(bases.get(key(s), (s, 0))[0]) for e in said for s in free_symbols(e.residual))
     ties = reduced.tied_by([b for b in named if b in reduced.flat.unknowns])
-    return f"these constraints repeat or contradict each other; one of them has to go\n  {quote([*said, *ties])}"
+    return f"these constraints repeat or contradict each other; remove one of them\n  {quote([*said, *ties])}"
 
 
 def generic(symbol: Symbol) -> float:
-    """A value without special meaning, the same for the same name."""
+    """A value without special meaning, always the same for the same name."""
     return 0.3 + 0.4 * (_hash(symbol.name()) % 1000) / 1000
 
 
@@ -194,7 +194,7 @@ def _hash(name: str) -> int:
 
 
 def _eliminate(table: list[dict[int, float]], preference: list[int]) -> tuple[list[int], list[int]]:
-    """Pivot columns of full row rank, taken from the lowest preference first, and rows without a pivot; it chooses and solves nothing."""
+    """Pivot columns of full row rank, lowest preference first, and rows without a pivot. It only chooses; it solves nothing."""
     holders: dict[int, set[int]] = {}
     for i, row in enumerate(table):
         for j in row:

@@ -1,6 +1,6 @@
-"""What stands in equations and laws must be continuous, or be declared: an undeclared jump has no event, and its derivative is zero.
+"""Rejects undeclared jumps in equations and laws: such a jump has no event, and its derivative is zero.
 
-Values that only events change (parameters, modes, discrete variables, and variables that follow from these alone) may jump at will.
+Values that change only at events (parameters, modes, discrete variables, and variables that depend on these alone) may jump freely.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 
 _JUMPS, _CALLS, _NAN, _MOVES, _BENDS = 1, 2, 4, 8, 16
 _TOLD = JUMPING | KINKS | {ca.OP_DIV, ca.OP_TAN}
-"""Operations that add a mark to those of their operands."""
+"""Operations that add marks to those of their operands."""
 _LONGEST = 60
 _REPEATS = (
     "for a signal of time write schedule(times, values), or switch(time >= t, a, b); for one that repeats count the periods in a discrete "
@@ -39,7 +39,7 @@ _EQUAL = (
 
 
 def refuse_jumps(flat: Flat) -> Flat:
-    """ModelError for a jump that is not declared. What depends on held values alone stands in the result in terms of these."""
+    """ModelError for an undeclared jump. In the result, variables that depend on held values alone are expressed by these."""
     texts = list(_texts(flat))
     found = _marks(flat, [e for _, e in texts])
     held = _Held(flat) if any(mark & _JUMPS for mark in found) else None
@@ -59,7 +59,7 @@ def refuse_jumps(flat: Flat) -> Flat:
 
 
 def _marks(flat: Flat, expressions: Sequence[Symbol]) -> list[int]:
-    """For each expression whether it may jump, calls a function, or is not a number."""
+    """For each expression, whether it may jump, calls a function, or is not a number."""
     symbols = free_symbols(column(list(expressions)))
     moves = [_MOVES * (key(s) not in flat.recorder.constants) for s in symbols]
 
@@ -80,7 +80,7 @@ def _marks(flat: Flat, expressions: Sequence[Symbol]) -> list[int]:
 
 
 def _texts(flat: Flat) -> Iterator[tuple[Place, Symbol]]:
-    """Every expression that is integrated, solved or watched for events."""
+    """Every expression that is integrated, solved or monitored for events."""
     yield from ((e.place, e.residual) for e in flat.equations)
     for place, law in flat.laws:
         if isinstance(law, WhenLaw):
@@ -93,7 +93,7 @@ def _texts(flat: Flat) -> Iterator[tuple[Place, Symbol]]:
 
 
 def _check_calls(expression: Symbol, place: Place) -> None:
-    """ModelError for a call of a function that has no derivatives, or that hides a jump."""
+    """ModelError for a call of a function that has no derivatives or hides a jump."""
     for node in nodes_of(expression):
         if node.is_output():
             for function in _inside(node.dep(0).which_function()):
@@ -101,7 +101,7 @@ def _check_calls(expression: Symbol, place: Place) -> None:
 
 
 def _inside(function: ca.Function) -> Iterator[ca.Function]:
-    """A function and those that it calls."""
+    """A function and all functions that it calls."""
     yield function
     if function.class_name() == "MXFunction":
         for k in range(function.n_instructions()):
@@ -130,7 +130,7 @@ def _check_function(function: ca.Function, place: Place) -> None:
 
 
 class _Held:
-    """What stays between events: parameters, held values, and the variables that equations give by these alone."""
+    """Values that are constant between events: parameters, held values, and variables that equations determine by these alone."""
 
     def __init__(self, flat: Flat) -> None:
         self.constants = flat.recorder.constants
@@ -140,7 +140,7 @@ class _Held:
         starts = {key(d.symbol): d.value for d in flat.discretes}
 
         def draw(symbol: Symbol, generator: np.random.Generator, k: int) -> float:
-            """The value of the model on every third line; then others that are allowed, and for held values whole numbers."""
+            """The model's own value on every third line, otherwise other allowed values; whole numbers for held values."""
             constant, normal = numbers.get(key(symbol)), float(generator.normal())
             if constant is None:
                 return (starts.get(key(symbol), 0.0), float(round(3 * normal)), 3 * normal)[k % 3]
@@ -160,7 +160,7 @@ class _Held:
         return key(symbol) not in self.constants
 
     def settled(self, expression: Symbol) -> Symbol:
-        """The expression with held values in place of the variables that decide where it jumps, as far as they are known."""
+        """The expression with held values for the variables that decide where it jumps, if these are known."""
         inside = [s for s in behind_jumps(expression) if key(s) in self.values]
         if not inside:
             return expression
@@ -168,7 +168,7 @@ class _Held:
         return Symbol(found)
 
     def _find(self, flat: Flat) -> None:
-        """Follows the equations that have one variable, and that one linearly, beside held values."""
+        """Follow equations that are linear in one variable and otherwise contain only held values."""
         open_: list[set[int]] = []
         users: dict[int, list[int]] = {}
         for i, e in enumerate(flat.equations):
@@ -203,7 +203,7 @@ class _Held:
 
 
 def _said(jump: Jump, place: Place, held: _Held) -> str:
-    """The line, the operation that jumps, and what to write."""
+    """The message: the line, the operation that jumps, and what to write instead."""
     text = str(jump.operation)
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
     moving = {key(s) for s in free_symbols(jump.operation) if held.moves(s)}

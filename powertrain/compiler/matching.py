@@ -1,4 +1,4 @@
-"""Bipartite matching of equations to variables by augmenting paths, and the strongly connected components of what follows."""
+"""Bipartite matching of equations to variables by augmenting paths; strongly connected components."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class Matching:
         self.seen_variables: set[int] = set()
 
     def release(self, variable: int) -> int | None:
-        """Frees a variable; returns the equation that held it."""
+        """Free a variable; return the equation matched to it."""
         equation = self.equation_of.pop(variable, None)
         if equation is not None:
             del self.variable_of[equation]
         return equation
 
     def augment(self, start: int) -> bool:
-        """Finds a variable for equation ``start`` along a shortest path; ``seen_*`` keep what a failed search reached."""
+        """Find a variable for equation ``start`` along a shortest path; after a failure ``seen_*`` hold what was reached."""
         via: dict[int, int] = {}
         self.seen_equations, self.seen_variables = {start}, set()
         queue = deque([start])
@@ -54,7 +54,7 @@ class Matching:
 
 
 def components(successors: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Strongly connected components of a directed graph, each after all that it points to (Tarjan, without recursion)."""
+    """Strongly connected components of a directed graph, each after all to which it points (Tarjan, without recursion)."""
     n = len(successors)
     order, low, on_stack = [-1] * n, [0] * n, [False] * n
     stack: list[int] = []

@@ -1,4 +1,4 @@
-"""The operations of an expression that jump, and the expression with them laid open."""
+"""Operations of an expression that jump, and the expression with these made explicit."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ JUMPING = COMPARISONS | EQUALITIES | LOGIC | STEPS | SIDES
 KINKS = frozenset(
     {ca.OP_FABS, ca.OP_SQRT, ca.OP_FMIN, ca.OP_FMAX, ca.OP_HYPOT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_ASIN, ca.OP_ACOS}
 )
-"""Operations that are not smooth. Where dividend and divisor vanish together and one has a kink, the quotient jumps: |w|/w."""
+"""Operations that are not smooth. If dividend and divisor vanish together and one has a kink, the quotient jumps: |w|/w."""
 _TRUTHS = COMPARISONS | EQUALITIES | LOGIC - {ca.OP_IF_ELSE_ZERO}
 
 
 @dataclass(frozen=True)
 class JumpingOperation:
-    """An operation that jumps: ``code`` changes where it does. ``side`` is zero there; at that point itself it has the value ``alone``."""
+    """An operation that jumps where ``code`` changes. ``side`` is zero there; at that point itself the value is ``alone``."""
 
     node: Symbol
     code: Symbol
@@ -53,7 +53,7 @@ def nodes_of(expression: Symbol) -> Iterator[Symbol]:
 
 
 def operands(node: Symbol) -> list[Symbol]:
-    """What an operation is done on."""
+    """The operands of an operation."""
     if node.is_symbolic() or node.is_constant():
         return []
     source = node.dep(0) if node.is_output() else node
@@ -67,14 +67,14 @@ def operation(node: Symbol) -> int:
 
 @dataclass(frozen=True)
 class Ways:
-    """How the value of an operation changes: whether it moves, and whether it has a kink that moves."""
+    """How the value of an operation varies: whether it changes between events, and whether it has a kink that does."""
 
     moves: bool = False
     bends: bool = False
 
     @classmethod
     def of(cls, op: int, inner: Sequence[Ways]) -> Ways:
-        """Those of an operation from those of its operands."""
+        """The ways of an operation from those of its operands."""
         moves = any(n.moves for n in inner)
         return cls(moves, any(n.bends for n in inner) or (moves and op in KINKS))
 
@@ -87,7 +87,7 @@ def may_jump(op: int, inner: Sequence[Ways]) -> bool:
 
 
 def behind_jumps(expression: Symbol) -> list[Symbol]:
-    """The symbols that decide where operations of the expression jump."""
+    """The symbols that decide where operations in the expression jump."""
     deciding = [
         operands(n)[:1] if operation(n) == ca.OP_IF_ELSE_ZERO else operands(n)
         for n in nodes_of(expression)
@@ -97,7 +97,7 @@ def behind_jumps(expression: Symbol) -> list[Symbol]:
 
 
 def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[JumpingOperation], Symbol]:
-    """The operations that jump, and the expression with a symbol in place of each that has a value of its own at one point."""
+    """The operations that jump, and the expression with a symbol for each that has a special value at a single point."""
     found: list[JumpingOperation] = []
     new: dict[int, Symbol] = {}
     truths: dict[int, Symbol] = {}
@@ -109,7 +109,7 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Ju
         return symbol
 
     def truth(node: Symbol) -> Symbol:
-        """What stands where true or false is meant; a number is true where it is not zero."""
+        """The operand as a truth value; a number is true if it is not zero."""
         if not ways[key(node)].moves or operation(node) in _TRUTHS:
             return new[key(node)]
         if key(node) not in truths:
@@ -153,7 +153,7 @@ def _stepping(node: Symbol, inner: Sequence[Symbol], op: int) -> JumpingOperatio
 
 
 def _quotient(node: Symbol, inner: Sequence[Symbol], ways: Mapping[int, Ways]) -> JumpingOperation:
-    """Where the divisor passes zero; one with a kink may only touch it, as |w| does, and the sign of the dividend tells the sides apart."""
+    """A quotient jumps where the divisor passes zero; if the divisor only touches zero, as |w| does, the dividend's sign decides."""
     code = ca.sign(inner[1])
     return JumpingOperation(node, code + 3 * ca.sign(inner[0]) if ways[key(inner[1])].bends else code)
 

@@ -1,4 +1,4 @@
-"""The laws of a reduced model as the records of the hybrid DAE, with their places among the values that change only at events."""
+"""The laws of a reduced model as records of the hybrid DAE, with their indices in the held values."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from powertrain.modes.tolerances import alone_tolerance
 
 @dataclass(frozen=True)
 class Held:
-    """The values that change only at events: modes, discrete variables, signals of time, and whether a law at its limit is at rest.
+    """Values that change only at events: modes, discrete variables, time signals, and marks of laws at rest at their limit.
 
-    ``flags`` belong to the ``when`` laws in their order, ``rests`` to the modes of laws that others may hold.
+    ``flags`` belong to the ``when`` laws in order, ``rests`` to the modes of laws that others may hold.
     """
 
     symbols: tuple[Symbol, ...]
@@ -35,14 +35,14 @@ class Held:
     layout: dict[int, int]
 
     def place(self, symbol: Symbol) -> int:
-        """Where the value of a symbol is kept."""
+        """The index of a symbol in the held values."""
         return self.layout[key(symbol)]
 
 
 def held_values(
     flat: Flat, torques: Sequence[LawTorque], others: Sequence[tuple[Place, Law]], resolver: Resolver
 ) -> Held:
-    """All values of a model that change only at events, with those at the start."""
+    """All values of a model that change only at events, with their start values."""
     recorder = flat.recorder
     flags = [recorder.hold(f"{place.path}.{law.name}") for place, law in others if isinstance(law, WhenLaw)]
     rests = {
@@ -86,7 +86,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
 
 
 def opened_record(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
-    """The model for given torques; None without laws."""
+    """The model for given torques; None if there are no laws."""
     laws = [t for t in resolver.laws if isinstance(t.law, FrictionLaw)]
     contacts = [t for t in resolver.laws if isinstance(t.law, UnilateralLaw)]
     if not laws and not contacts:
@@ -114,14 +114,14 @@ def contact_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Cont
     assert isinstance(law, UnilateralLaw)
     known = resolver.reach(k) * alone_tolerance(
         resolver.largest([k])
-    )  # finer than what friction at its limit is known to
+    )  # finer than the uncertainty of friction at its limit
     return Contact(
         t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution, known
     )
 
 
 def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:
-    """The responses of the states and of the barriers' speeds to impulses: those of their derivatives to forces and torques."""
+    """Add the responses of the states and of the barriers' speeds to impulses: those of their derivatives to forces and torques."""
     if not dae.barriers:
         return dae
     place = {held.place(t.mode): k for k, t in enumerate(resolver.laws)}
@@ -154,13 +154,13 @@ def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Hel
 
 
 def guard_record(g: GuardEntry, resolver: Resolver) -> Guard:
-    """Limits of a quantity."""
+    """The limits of a quantity."""
     value, low, high = resolver.model([g.value, g.low, g.high])
     return Guard(g.name, str(g.place), value, low, high, g.unit, g.action)
 
 
 def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: Held, x: list[Symbol]) -> When:
-    """What happens where a condition becomes true. ModelError for a reset of something that is no state."""
+    """A condition with its resets. ModelError for a reset of something that is not a state."""
     assert isinstance(law, WhenLaw)
     reduced, flat = resolver.reduced, resolver.reduced.flat
     position = {key(s): i for i, s in enumerate(x)}
@@ -194,16 +194,16 @@ def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: 
 
 
 def _lasting(resolver: Resolver) -> set[int]:
-    """What is constant but for resets and signals of time: all that is held, but for the modes of laws."""
+    """Values that are constant except for resets and time signals: all held values except the modes of laws."""
     recorder = resolver.reduced.flat.recorder
     switches = [*recorder.switches, *recorder.relations]
     return recorder.constants - {key(t.mode) for t in resolver.laws} - {key(s.mode) for s in switches}
 
 
 def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:
-    """The instant where g, affine in time and free of states, changes its sign.
+    """The instant at which g, affine in time and independent of states, changes sign.
 
-    None where modes are part of it: with these the instant moves, and one that has just become the present would be missed.
+    None if modes are involved: the instant moves with them, and an instant that moves to the present would be missed.
     """
     if any(key(s) not in constants and key(s) != key(time) for s in free_symbols(g)):
         return None

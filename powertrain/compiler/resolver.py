@@ -30,7 +30,7 @@ from powertrain.modes.tolerances import alone_tolerance, condition_tolerance, ro
 
 
 class Resolver:
-    """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques solved for."""
+    """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques substituted."""
 
     def __init__(
         self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol, values: dict[int, float]
@@ -61,7 +61,7 @@ class Resolver:
         return self._in_torques(_substituted(expressions, self.names, self._opened))
 
     def close(self, expressions: list[Symbol]) -> list[Symbol]:
-        """Opened expressions with the torques of the laws put in."""
+        """Opened expressions with the torques of the laws substituted."""
         return _substituted(expressions, column(self.tau), self.torque)
 
     def now(self, expressions: list[Symbol]) -> list[Symbol]:
@@ -69,7 +69,7 @@ class Resolver:
         return self.close(self._in_torques(_substituted(expressions, self.names, self._opened)))
 
     def _in_torques(self, expressions: list[Symbol]) -> list[Symbol]:
-        """Expressions of the roots behind the torques in terms of the torques."""
+        """Expressions of the torques' root variables, in terms of the torques."""
         return _substituted(expressions, self.roots, self._given)
 
     def model(self, expressions: list[Symbol]) -> list[Symbol]:
@@ -84,18 +84,18 @@ class Resolver:
         )
 
     def model_opened(self, expressions: list[Symbol]) -> list[Symbol]:
-        """The same, and of the torques of the laws, which are given."""
+        """The same for given torques of the laws."""
         found = self.opened(self.reduced.rewrite(expressions)) if expressions else []
         return [self.model([e])[0] if self._not_assigned([o]) else o for e, o in zip(expressions, found, strict=True)]
 
     def _not_assigned(self, expressions: list[Symbol]) -> list[Symbol]:
-        """Derivatives that the equations do not contain and that therefore have no assignment."""
+        """Derivatives that do not appear in the equations and therefore have no assignment."""
         bases = self.reduced.flat.recorder.bases
         known = {key(s) for group in (self.x, self.names) for s in free_symbols(group)}
         return [s for s in free_symbols(column(expressions)) if key(s) in bases and key(s) not in known]
 
     def _derived(self, symbol: Symbol) -> Symbol:
-        """A derivative that the equations do not contain, along the motion: d/dt by the chain rule."""
+        """A derivative that does not appear in the equations: d/dt along the motion by the chain rule."""
         base, order = self.reduced.flat.recorder.bases[key(symbol)]
         (value,) = self.model([self.reduced.derivative(base, order - 1)])
         return self._along(value)
@@ -129,25 +129,25 @@ class Resolver:
         return [_mapped(law, self.close) for law in self.laws]
 
     def acts(self, k: int) -> bool:
-        """Whether anything that moves follows the torque of this law, be it through a sensor."""
+        """Whether any motion depends on the torque of this law, even through a sensor."""
         rates = [*self._open_rates(), *self.opened([*self._residuals])]
         rates += [law.rate for i, law in enumerate(self.laws) if i != k]
         slopes = [e for rate in rates for e in ca.vertsplit(ca.densify(ca.jacobian(rate, self.tau[k])))]
         return any(not e.is_zero() and not cancels(e) for e in slopes)
 
     def residuals(self) -> list[Symbol]:
-        """The equations of the implicit unknowns ``z``: of the model, and of laws that are not linear in the torques."""
+        """The equations of the implicit unknowns ``z``: the model's own, and those of laws that are nonlinear in the torques."""
         return self.now([*self._residuals]) + self.close([*self._implicit_laws])
 
     def meeting(self, opened: Symbol) -> Symbol:
-        """The sizes of what the laws' torques add to an opened expression, sum_j |d/dtau_j tau_j|."""
+        """The sizes of the contributions of the laws' torques to an opened expression, sum_j |d/dtau_j tau_j|."""
         slopes = ca.jacobian(opened, column(self.tau)) if self.tau else Symbol(1, 0)
         places = slopes.sparsity().get_col()
         parts = [ca.fabs(slopes.nz[k] * self.tau[j]) for k, j in enumerate(places)]
         return self.close([sum(parts, Symbol(0))])[0]
 
     def largest(self, places: Iterable[int]) -> Symbol:
-        """The size of the largest torque or force of the laws that meet those at ``places``, directly or through others."""
+        """The largest torque or force of the laws that interact with those at ``places``, directly or through others."""
         groups = frozenset(self._groups[k] for k in places)
         if groups not in self._largest:
             size = Symbol(0)
@@ -157,13 +157,13 @@ class Resolver:
         return self._largest[groups]
 
     def _follows(self, opened: list[Symbol]) -> list[int]:
-        """The laws whose torques opened expressions follow."""
+        """The laws on whose torques the opened expressions depend."""
         found = ca.which_depends(column(opened), column(self.tau), 1, False) if opened and self.tau else []
         return [k for k, one in enumerate(found) if one]
 
     @cached_property
     def _groups(self) -> list[int]:
-        """Of every law the first of those that it meets: torques of one group take no part in the motions and limits of another."""
+        """The group of every law, named by its first law: torques of one group do not affect motions and limits of another."""
         groups, through = list(range(len(self.laws))), self._follows(self._residuals)
         for k, law in enumerate(self.laws):
             limits = [law.law.lower, law.law.upper] if isinstance(law.law, FrictionLaw) else []
@@ -172,21 +172,21 @@ class Resolver:
         return groups
 
     def known(self, k: int) -> Symbol:
-        """How well the torque of a law is known: to round-off, unless others take part in its motion."""
+        """Uncertainty of the torque of a law: round-off, unless others take part in its motion."""
         if not self.shares(k):
             return alone_tolerance(self.largest([k]))
         return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest([k]))
 
     def condition_known(self, opened: Symbol) -> Symbol:
-        """How well an opened condition is known."""
+        """Uncertainty of an opened condition."""
         return condition_tolerance(self.meeting(opened), self.largest(self._follows([opened])))
 
     def rounding(self, k: int) -> Symbol:
-        """How well the torque of a law is known for the digits that angles and positions have."""
+        """Uncertainty of the torque of a law due to the rounding of angles and positions."""
         return rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
 
     def _from_positions(self, opened: Symbol) -> Symbol:
-        """The sizes of what angles and positions add to an opened expression, sum_j |d/dx_j x_j|; they grow with the way."""
+        """The sizes of the contributions of angles and positions, sum_j |d/dx_j x_j|; they grow with the distance travelled."""
         unknowns = self.reduced.flat.unknowns
         positions = [s for s in ca.vertsplit(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")]
         slopes = ca.jacobian(opened, column(positions))
@@ -202,7 +202,7 @@ class Resolver:
         return held_by_others(self.laws[k], self.tau[k], column(self.tau))
 
     def reach(self, k: int) -> Symbol:
-        """How much the torque of a law changes its own rate; 1 where it does not."""
+        """The effect of the torque of a law on its own rate; 1 if there is none."""
         return self._reaches[k]
 
     @cached_property
@@ -216,13 +216,13 @@ class Resolver:
         return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
 
     def share(self, k: int) -> Symbol:
-        """The torque at which a law would yield as it is moved, before and by the proximal step; at a limit it would take no less."""
+        """The torque due to the law's compliance, before and after the proximal step; at a limit it is at least the limit."""
         rate = self.laws[k].rate
         yielded = _substituted([rate], column(self.tau), self._yielding)[0] + self.close([rate])[0]
         return yielded / (COMPLIANCE * self.close([self.open_compliance(k)])[0])
 
     def open_compliance(self, k: int) -> Symbol:
-        """How much a law yields while it is stuck, for given torques."""
+        """The compliance of a stuck law for given torques."""
         return compliance(self.laws[k], self.tau[k], column(self.tau))
 
     def open_residuals(self) -> list[Symbol]:
@@ -241,12 +241,12 @@ class Resolver:
 
 
 def _torque_symbols(torques: list[LawTorque]) -> tuple[Symbol, list[Symbol], Symbol]:
-    """The roots behind the torques of all laws, the torques, and the roots in terms of these."""
+    """The root variables of the torques of all laws, the torques, and the roots in terms of these."""
     tau, given = [], []
     for t in torques:
         value = t.law.torque if isinstance(t.law, FrictionLaw) else t.law.force
         slope = ca.jacobian(value, t.symbol)
-        if value.is_symbolic() or slope.is_zero():  # the symbol is the torque itself, or an equation says that it is
+        if value.is_symbolic() or slope.is_zero():  # the symbol is the torque itself, or equals it by an equation
             own, root = t.symbol, t.symbol
         else:
             own = Symbol.sym(f"{t.mode.name()}.torque")

@@ -1,4 +1,4 @@
-"""Whether there are as many equations as unknowns, everywhere in the model; what is too much or missing is said in its own words."""
+"""Checks that there are as many equations as unknowns everywhere in the model; the error names what is redundant or missing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from powertrain.language.symbols import free_symbols, key
 
 
 def check_structure(reduced: Reduced, torques: list[LawTorque]) -> None:
-    """As many equations as variables, and every variable in reach of an equation; says what is too much or missing."""
+    """As many equations as variables, and every variable matched to an equation; the error names what is redundant or missing."""
     _check_open_ends(reduced)
     known = {key(t.symbol) for t in torques}
     system = Differentiated(reduced, known)
@@ -30,10 +30,10 @@ def check_structure(reduced: Reduced, torques: list[LawTorque]) -> None:
 
 
 def _check_open_ends(reduced: Reduced) -> None:
-    """ModelError for a part that transmits nothing because an end of it is open, and whose end does not turn with the others either."""
+    """ModelError for a part that transmits nothing because one of its ends is not connected."""
     for part, end in reduced.flat.open_ports:
         if any(not isinstance(inner, Connector) for _, inner in children(part)):
-            continue  # what it has inside may do something
+            continue  # its own parts may have an effect
         named = [part.__dict__[n] for n, spec in part._fields.items() if isinstance(spec, Port)]
         ports = [p for p in named if p.kind() is end.kind()]
         flows = [key(p._symbols[n]) for p in ports for n, q in p._fields.items() if isinstance(q, Variable) and q.flow]
@@ -83,7 +83,7 @@ def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torqu
     n = len(equations)
     count = f"{n} equation{'s' * (n != 1)} for the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}"
     what = count if names else "this is already known from the other equations"
-    return f"over-determined: {what}; one of these has to go\n  {quoted}"
+    return f"over-determined: {what}; remove one of these\n  {quoted}"
 
 
 def _too_little(reduced: Reduced, free: list[int]) -> str:
@@ -95,7 +95,7 @@ def _too_little(reduced: Reduced, free: list[int]) -> str:
 
 
 def _with_aliases(reduced: Reduced, base: int) -> str:
-    """A variable and some that are multiples of it or of its derivative."""
+    """A variable and a few that are multiples of it or of its derivative."""
     flat = reduced.flat
     tied = [flat.unknowns[k].name for k, alias in reduced.aliases.items() if alias.root == base and k in flat.unknowns]
     tied.sort(key=lambda name: (name.count("."), name))

@@ -1,4 +1,4 @@
-"""Reading the text of a component: what it yields with its line, and what it raises as a ModelError."""
+"""Reads the equations of a component: what it yields with its line, and its exceptions as ModelErrors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _NOT_TEXT = (
 
 
 def read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
-    """What the text of a component yields, with its line."""
+    """What the equations of a component yield, with the source line."""
     active.path, active.text = component._path, text
     where = component._path or "the model"
     if not isinstance(text, Iterable):
@@ -49,7 +49,7 @@ def read(component: Component, text: Equations, active: Recorder) -> Iterator[tu
 
 
 def _not_yielded(active: Recorder, where: str = "") -> str:
-    """What is wrong with a law that was written without ``yield``; ``where`` stands for its line if that is not known."""
+    """The message for a law written without ``yield``; ``where`` replaces an unknown line."""
     if not active.written:
         return ""
     place, word, _ = active.written[0]
@@ -58,7 +58,7 @@ def _not_yielded(active: Recorder, where: str = "") -> str:
 
 @contextmanager
 def guarded(component: Component) -> Iterator[None]:
-    """Turns what the text of a component raises into a ModelError with the component and the line."""
+    """Turn exceptions in a component's equations into a ModelError with the component and the line."""
     try:
         yield
     except PowertrainError:
@@ -67,13 +67,13 @@ def guarded(component: Component) -> Iterator[None]:
         inner: BaseException | None = error
         while inner is not None and not isinstance(inner, PowertrainError):
             inner = inner.__cause__ or inner.__context__
-        if inner is not None:  # another library gave its own word on what was said already
+        if inner is not None:  # a library has replaced our message by its own
             raise inner from None
         raise ModelError(f"{_raised_at(error, component._path)}: {_reason(error)}") from error
 
 
 def _reason(error: Exception) -> str:
-    """What an exception in a component's text means."""
+    """The meaning of an exception in a component's equations."""
     owner = error.obj if isinstance(error, AttributeError) else None
     if isinstance(error, RuntimeError) and "truth value" in str(error):
         return "a Python if/and/or/not, max or min cannot decide on a symbol; use switch(condition, a, b), casadi.fmax or casadi.fmin"
@@ -85,7 +85,7 @@ def _reason(error: Exception) -> str:
             f"{owner._path or 'the model'} ({type(owner).__name__}) has no {error.name}"  # type: ignore[attr-defined]
             f"{suggestion(str(error.name), known)} (it has {', '.join(known)})"  # type: ignore[attr-defined]
         )
-    if "Possible prototypes" in str(error):  # CasADi lists all that it would take
+    if "Possible prototypes" in str(error):  # CasADi lists all signatures
         said = str(error).splitlines()
         had = next((line.strip() for line in said if "You have" in line), "")
         return f"CasADi cannot compute this: {said[0].rstrip('.')} {had}"
@@ -95,7 +95,7 @@ def _reason(error: Exception) -> str:
 
 
 def _raised_at(error: BaseException, path: str) -> Place:
-    """The last line of the model's text in a traceback."""
+    """The last line of the model's source in a traceback."""
     inner = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_TEXT)]
     return Place(path, inner[-1].filename, inner[-1].lineno or 0) if inner else Place(path)
 

@@ -1,16 +1,15 @@
-"""The torques and forces of friction laws and contacts: one unknown each, found together at every instant from the modes of the laws.
+"""The torques and forces of friction laws and contacts: one unknown each, solved together from the modes of the laws.
 
-With the motion solved for given torques tau, the rates of the laws' speeds are affine, v = a - G tau, with G symmetric and positive
-semidefinite. A sliding law gives its torque; a stuck one makes its rate zero. Where stuck laws hold the same motion G is singular, and
-only the sum of their torques follows from v = 0. So each stuck law that others may hold has a compliance, tiny against the inertia it
-acts on,
+For given torques tau, the rates of the laws' speeds are affine, v = a - G tau, with G symmetric and positive semidefinite. A sliding law
+gives its torque; a stuck law makes its rate zero. If stuck laws hold the same motion, G is singular, and v = 0 determines only the sum of
+their torques. Each stuck law that others may hold therefore has a compliance, tiny compared with the inertia on which it acts,
 
     v_i - eps G_ii (tau_i - q_i) = 0,
 
-first with q = 0, then with q = the torques found (a proximal point step). Laws that hold the same motion then share its torque as equally
-stiff springs would, and what a stuck law creeps by is eps^2 of what its torque accelerates: round-off. Where the other laws leave little of
-its mobility the creep is larger, (eps G_ii/G_left)^2. With a light part between a clutch and a brake in series G_left is its share of the
-inertia; but these hold no common motion, and laws that others cannot hold have no compliance (``set_apart``).
+first with q = 0, then with q = the torques found (a proximal point step). Laws that hold the same motion then share its torque like equally
+stiff springs. A stuck law creeps by eps^2 of what its torque accelerates, which is round-off. If the other laws leave little of its
+mobility, the creep is larger, (eps G_ii/G_left)^2. For a light part between a clutch and a brake in series, G_left would be its share of
+the inertia; but these hold no common motion, and laws that others cannot hold have no compliance (``set_apart``).
 
 R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14 (1976) 877.
 """
@@ -36,20 +35,20 @@ from powertrain.language.symbols import Symbol, column, free_symbols, key, total
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
 COMPLIANCE = 1e-8
-"""eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""
+"""eps: creep of a stuck law relative to its own G_ii. Its square is round-off; round-off over eps is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
-"""eps of laws that are not linear in the torques: they are solved with pivoting, and without the second step."""
+"""eps of laws that are nonlinear in the torques: they are solved with pivoting and without the proximal step."""
 _GIVEN = 1e-12
-"""A law's own motion counts as given by others where its G_ii is below this share of its terms."""
+"""The motion of a law counts as prescribed if its G_ii is below this share of the terms of G_ii."""
 _ROUND_OFF = 1e-13
-"""What is left of terms that cancel each other counts as zero below this part of them."""
+"""What remains of terms that cancel counts as zero below this share of them."""
 
 
 @dataclass(frozen=True)
 class LawTorque:
-    """A friction law or contact, whose torque or force is the unknown ``symbol`` up to factor and offset.
+    """A friction law or contact whose torque or force is the unknown ``symbol`` up to factor and offset.
 
-    ``rests`` is 1 where a friction law is at a limit of its torque, and others hold it at rest. ``apart`` is a law that others cannot hold.
+    ``rests`` is 1 if a friction law is at a limit of its torque while others hold it at rest. ``apart``: others cannot hold this law.
     """
 
     place: Place
@@ -64,9 +63,9 @@ class LawTorque:
 
 
 def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tuple[Place, Law]]]:
-    """One unknown for each friction law and contact: the root of its torque, or a new symbol where the torque is no root.
+    """One unknown for each friction law and contact: the root of its torque, or a new symbol if its torque is not a root.
 
-    The model with the equations of the new symbols, the laws with their torques, and the other laws.
+    Returns the model with equations for the new symbols, the laws with their torques, and the other laws.
     """
     flat, torques, others = reduced.flat, [], []
     symbols, equations = dict(reduced.symbols), list(reduced.equations)
@@ -103,14 +102,14 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
 
 
 def _unlike(named: set[str], name: str) -> str:
-    """The name of a law; a number tells a second one of that name in the same component apart."""
+    """The name of a law, with a number if another law of the component has the same name."""
     found = next(n for n in chain([name], (f"{name}_{k}" for k in count(2))) if n not in named)
     named.add(found)
     return found
 
 
 def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
-    """The torque of a law is constant already, because of a flange that is not connected."""
+    """Reject a law whose torque is already constant, because a flange is not connected."""
     ties = reduced.tied_by([key(s) for s in free_symbols(torque) if key(s) in reduced.flat.unknowns])
     raise ModelError(
         f"loose part: {place}\n  its torque or force is already given by the lines below, so that its motion is not determined; "
@@ -119,9 +118,9 @@ def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
 
 
 def with_rates(system: Differentiated, torques: Sequence[LawTorque]) -> tuple[Differentiated, list[LawTorque]]:
-    """The system with the speeds and rates of the laws, and the laws with them.
+    """The system with the speeds and rates of the laws, and the laws with these.
 
-    A law's rate is the derivative of its relative speed, or the speed itself where it depends on the torque at once.
+    A law's rate is the derivative of its relative speed, or the speed itself if the torque acts on the speed at once.
     """
     system, symbols = system.copied(), dict(system.reduced.symbols)
     rate_of = system.reduced.flat.recorder.derivative
@@ -151,7 +150,7 @@ def with_rates(system: Differentiated, torques: Sequence[LawTorque]) -> tuple[Di
 
 
 def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:
-    """Whether ``speed`` contains an unknown that the equations tie to ``torque`` without an integration between."""
+    """Whether ``speed`` contains an unknown that the equations tie to ``torque`` without an integration."""
     stack = [b for b, order in system.bases(speed) if order == system.top.get(b, -1)]
     seen: set[int] = set()
     while stack:
@@ -169,7 +168,7 @@ def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> b
 
 @dataclass(frozen=True)
 class Motion:
-    """The states, their rates for given torques of the laws, and the unknowns that no expression gives."""
+    """The states, their rates for given torques of the laws, and the unknowns that remain implicit."""
 
     x: Symbol
     rates: Symbol
@@ -177,10 +176,10 @@ class Motion:
 
 
 def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) -> list[LawTorque]:
-    """The laws with those marked that others cannot hold, whatever the parameters: their rows of G depend on no others.
+    """The laws, with a mark on those that others cannot hold for any parameters: their rows of G are independent of the others.
 
-    Such a law moves a state that no other law moves, those found before it left aside. Laws that are independent for most parameters
-    only are not among them (clutches behind two gears, whose ratios may be equal), so that slopes that may become zero do not count.
+    Such a law moves a state that no other law moves, apart from laws already marked. Laws that are independent only for most parameters
+    (clutches behind two gears whose ratios may be equal) are not marked; slopes that may become zero therefore do not count.
     """
     if not laws or not motion.x.numel():
         return list(laws)
@@ -193,14 +192,14 @@ def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) 
 
 
 def _moved(t: LawTorque, motion: Motion) -> set[int]:
-    """The states on which the speed of a law depends; behind an implicit unknown it may be any of them."""
+    """The states on which the speed of a law depends; with an implicit unknown this may be any state."""
     if _contains(t.speed, motion.implicit):
         return set(range(motion.x.numel()))
     return set(ca.jacobian_sparsity(t.speed, motion.x).get_col())
 
 
 def _constantly_moved(t: LawTorque, own: Symbol, motion: Motion) -> set[int]:
-    """The states that the torque of a law moves, and on which its speed depends with a number."""
+    """The states that the torque of a law moves, and on which its speed depends with a constant coefficient."""
     if t.algebraic or _contains(t.speed, motion.implicit):
         return set()
     slopes, driven = ca.jacobian(t.speed, motion.x), set(ca.jacobian_sparsity(motion.rates, own).row())
@@ -215,8 +214,8 @@ def _contains(expression: Symbol, symbols: Symbol) -> bool:
 class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
-    ``first`` are those before the proximal step, with which stuck laws yield. ``implicit`` are the laws that are not linear in the torques
-    (an efficiency that depends on the load): their own ``tau`` stays an unknown, for which ``residuals`` are zero.
+    ``first`` are the torques before the proximal step. ``implicit`` are the laws that are nonlinear in the torques (an efficiency that
+    depends on the load): their own ``tau`` remains an unknown, with the equations ``residuals`` = 0.
     """
 
     tau: list[Symbol]
@@ -252,9 +251,9 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
 
 
 def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
-    """What is zero while the law is stuck or the contact closed.
+    """The expression that is zero while the law is stuck or the contact closed.
 
-    Under a motion that no torque of its own changes, a law takes the smallest torque that its bounds allow.
+    If its torque changes no motion, a law has the smallest torque within its bounds.
     """
     if isinstance(t.law, UnilateralLaw) or not _prescribed(t, own):
         return t.rate
@@ -268,11 +267,11 @@ def _prescribed(t: LawTorque, own: Symbol) -> bool:
 
 
 def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
-    """What is zero while the law slides or the contact is open.
+    """The expression that is zero while the law slides or the contact is open.
 
-    What others hold at rest does not slide: its limit is that of breaking away.
-    At rest under a motion that no torque changes, any torque between the bounds will do: operating points ask for these with modes
-    between -1 and 1.
+    A law held at rest by others does not slide: its limit is the peak torque.
+    If its torque changes no motion, any torque between the bounds is possible at rest: operating points select one by a mode between -1
+    and 1.
     """
     if isinstance(t.law, UnilateralLaw):
         return own
@@ -284,14 +283,14 @@ def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
 
 def breaks_away(law: FrictionLaw) -> bool:
-    """Whether a law may hold more than it transmits when it slides."""
+    """Whether a law may hold more than it transmits when sliding."""
     return not (law.peak.is_constant() and float(law.peak) == 1.0)
 
 
 def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
-    """How much a law yields, relative to eps: as much as its torque changes its own rate.
+    """The compliance of a law relative to eps: the effect of its torque on its own rate.
 
-    A law that others cannot hold shares its torque with none, and yields only where its motion is given by others.
+    A law that others cannot hold shares its torque with none; it has a compliance only if others prescribe its motion.
     """
     slope = ca.jacobian(t.rate, own)
     if slope.is_zero():
@@ -306,32 +305,32 @@ def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
 
 
 def held_by_others(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
-    """Whether other laws may hold the motion of this one, so that its torque does not follow from its own rest."""
+    """Whether other laws may hold the motion of this one; its torque then does not follow from its own rest."""
     return not t.apart and shares(t, own, tau)
 
 
 def mobility(slope: Symbol) -> Symbol:
-    """|G_ii|, how much a law's torque changes its own rate; the size of its terms where the motion is given and they cancel."""
+    """|G_ii|, the effect of a law's torque on its own rate; the size of its terms if the motion is prescribed and they cancel."""
     return _or_terms(slope, ca.fabs(slope))
 
 
 def _or_terms(slope: Symbol, otherwise: Symbol) -> Symbol:
-    """The size of the slope's terms where they cancel."""
+    """The size of the slope's terms if they cancel."""
     size = terms(slope)
     return ca.if_else(ca.fabs(slope) <= _GIVEN * size, size, otherwise)
 
 
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:
-    """Which of the symbols the slopes of the rows depend on."""
+    """The symbols on which the slopes of the rows depend."""
     slopes = ca.jacobian(column(rows), column(symbols))
     inside = {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.vec(slopes.nz[:]))))}
     return [i for i, s in enumerate(symbols) if key(s) in inside]
 
 
 def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tuple[Symbol, Symbol] | None]:
-    """The rows, where they do not look affine with symbols for all parts without torques, and these symbols with their expressions.
+    """The rows; if they do not look affine, with symbols for all parts without torques, and these symbols with their expressions.
 
-    A table of several arguments hides that it does not depend on torques.
+    A table of several arguments hides that it is independent of the torques.
     """
     if not _curved(rows, symbols):
         return rows, None
@@ -342,7 +341,7 @@ def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tu
 
 
 def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> tuple[list[Symbol], list[Symbol]]:
-    """The unknowns of affine rows, each row's own unknown its pivot, before and after one proximal step: row + soft (unknown - q) = 0."""
+    """The unknowns of affine rows before and after one proximal step, row + soft (unknown - q) = 0; each row's own unknown is its pivot."""
     if not rows:
         return [], []
     whole, symbols = column(rows), column(unknowns)

@@ -1,9 +1,9 @@
-"""Whether an expression jumps: the values on both sides of every place where one of its operations does.
+"""Whether an expression jumps: compares its values on both sides of every place where one of its operations jumps.
 
-``sign``, ``floor``, ``fmod``, a comparison or a choice jumps; what is made of them may be continuous all the same, as ``sign(w) w**2``
-or a choice whose branches agree. That is decided by numbers. Along straight lines through the space of the variables, from 1e-6 to 1e9
-in both directions, every change of such an operation is narrowed down to two neighbouring numbers, and the expression is
-compared there. Where it differs by more than round-off it jumps. Declared switches take the branch that belongs to the point.
+``sign``, ``floor``, ``fmod``, comparisons and choices jump; an expression that contains them may still be continuous, such as
+``sign(w) w**2`` or a choice whose branches agree. Numbers decide. Along straight lines through the space of the variables, from 1e-6 to
+1e9 in both directions, every change of such an operation is narrowed down to two neighbouring numbers, and the expression is compared
+there. It jumps if it differs by more than round-off. Declared switches take the branch that belongs to the point.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ _PLACES = np.concatenate([-_FAR[::-1], [0.0], _FAR])
 _HALVINGS = 160
 _SEARCH = 60
 _MOST = 32
-"""So many changes of an operation are looked at, spread over all lines; of all quotients together twice as many."""
+"""The changes of one operation that are examined, spread over all lines; of all quotients together twice as many."""
 _GOLDEN = 0.381966
 _ROUND, _NOISE, _TINY = 1e-8, 1e-14, 1e-280
-"""A jump that counts as none: relative to the values at it, to the largest value on the way to it, and anyway."""
+"""Jumps below these are ignored: relative to the values at the jump, relative to the largest intermediate value, and absolute."""
 _GRAIN = 2.0**-50
 _FAR_APART = 16
-"""The steepness beside a jump is told by places as many times further away."""
+"""The steepness next to a jump is measured this many times further away."""
 
 
 @dataclass(frozen=True)
 class Jump:
-    """An operation of the expression, and its values on both sides where it jumps; for one point alone (``w == 0``) that and beside it."""
+    """An operation of the expression and the values on both sides of its jump; for a jump at one point (``w == 0``), there and beside."""
 
     operation: Symbol
     before: float
@@ -46,11 +46,11 @@ class Jump:
 
 @dataclass(frozen=True)
 class Setting:
-    """What the symbols of an expression stand for.
+    """The meaning of the symbols in an expression.
 
-    ``moves`` tells those that change between events. ``draw(key, generator, k)`` is the value of another one on the k-th line.
-    ``switches``: the held mode of each declared switch and the expression that is positive while it is 1, in their order.
-    ``limits``: low <= value <= high; nothing is asked of an expression where one on its own variables does not hold.
+    ``moves`` selects those that change between events. ``draw(key, generator, k)`` is the value of another one on the k-th line.
+    ``switches``: the held mode of each declared switch and the expression that is positive while it is 1, in order.
+    ``limits``: low <= value <= high; where a limit on its own variables is violated, an expression may do anything.
     """
 
     moves: Callable[[Symbol], bool]
@@ -60,7 +60,7 @@ class Setting:
 
 
 def find_jump(expression: Symbol, setting: Setting) -> Jump | None:
-    """A jump of ``expression`` along what moves, or None."""
+    """A jump of ``expression`` between events, or None."""
     term = _jumping_term(expression, setting)
     if term is None:
         return None
@@ -69,7 +69,7 @@ def find_jump(expression: Symbol, setting: Setting) -> Jump | None:
 
 
 def _jumping_term(expression: Symbol, setting: Setting) -> Symbol | None:
-    """The one term of a sum that holds all operations that jump; None where there is no such operation."""
+    """The only term of a sum that contains operations that jump; None if there are none."""
     holds: dict[int, bool] = {}
     ways: dict[int, Ways] = {}
     for node in nodes_of(expression):
@@ -121,7 +121,7 @@ class _Walk:
         self._draw(setting, r)
 
     def _draw(self, setting: Setting, fixed: list[Symbol]) -> None:
-        """The lines: a point and a direction of what moves, and values of everything else."""
+        """The lines: a point, a direction of the variables that change, and values of everything else."""
         generator = np.random.default_rng(0)
         n = self.moving
         signs = generator.choice([-1.0, 1.0], (n, LINES))
@@ -135,11 +135,11 @@ class _Walk:
         self.fixed = np.array(others, float).reshape(len(fixed), LINES)
 
     def codes(self, line: NDArray[np.intp], place: Array) -> Array:
-        """The codes of all operations, with the switches as they belong."""
+        """The codes of all operations, with the switches on their correct branches."""
         return self._codes(*self._at(line, place))
 
     def sides(self, line: NDArray[np.intp], place: Array) -> Array:
-        """What is zero where the codes change."""
+        """The expressions that are zero where the codes change."""
         return self._sides(*self._at(line, place))
 
     def _at(self, line: NDArray[np.intp], place: Array) -> tuple[Array, Array, Array]:
@@ -157,7 +157,7 @@ class _Walk:
         hidden = [j for j, o in enumerate(self.operations) if o.side is not None and j not in seen]
         return self._hidden(line, place, hidden) if hidden else None
 
-    @np.errstate(invalid="ignore")  # infinite values, whose differences are none
+    @np.errstate(invalid="ignore")  # differences of infinite values
     def _between(self, line: NDArray[np.intp], place: Array) -> tuple[Jump | None, set[int]]:
         """A jump between neighbouring places, and the operations that changed somewhere."""
         code = self.codes(line.ravel(), place.ravel()).reshape(len(self.operations), *place.shape)
@@ -191,7 +191,7 @@ class _Walk:
         a, b = self._values(one, one[2]), self._values(other, one[2])
         c, d = self._values(one, other[2]), self._values(other, other[2])
         allowed = self._round_off(line, low, high, one[2], a, b)
-        # What a declared switch does by itself is no jump: there is one with its branch before and with that after.
+        # A declared switch is not a jump: compare its branch before with that after.
         size = _finite(np.fmin(np.abs(a - b), np.abs(c - d)) - allowed)
         seen = set(np.nonzero((changed & np.isfinite(a + b)).any(1))[0].tolist())
         if (size > 0).any():
@@ -220,14 +220,14 @@ class _Walk:
         return self._value(v, r, m, stand_ins).ravel()
 
     def _apart(self, line: NDArray[np.intp], low: Array, high: Array) -> tuple[Array, Array]:
-        """Places a few numbers further apart, so that what moves differs and no operation is at its jump."""
+        """Places a few numbers further apart: the variables differ, and no operation is exactly at its jump."""
         with np.errstate(divide="ignore", invalid="ignore"):
             grains = np.abs(self.point[:, line] / self.direction[:, line])
         grain = _GRAIN * (np.where(np.isfinite(grains), grains, 0.0).max(0) + np.abs(low)) + (high - low)
         return low - grain, high + grain
 
     def _round_off(self, line: NDArray[np.intp], low: Array, high: Array, m: Array, a: Array, b: Array) -> Array:
-        """How much the expression may differ between two places without a jump: where it is steep, and by what it is computed from."""
+        """The difference between two places that needs no jump: from steepness, and from the round-off of intermediate values."""
         far = _FAR_APART * (high - low)
         before, after = self._values(self._at(line, low - far), m), self._values(self._at(line, high + far), m)
         steep = np.nan_to_num(np.abs(before - a)) + np.nan_to_num(np.abs(after - b))
@@ -238,7 +238,7 @@ class _Walk:
         return np.asarray(allowed + _NOISE * np.where(np.isfinite(inner), inner, 0.0).max((0, 1)), float)
 
     def _hidden(self, line: NDArray[np.intp], place: Array, hidden: list[int]) -> Jump | None:
-        """Operations that changed nowhere: whether they do in a band between two places, where what they compare comes closest."""
+        """Operations without a change so far: look for one in a band between two places, where their operands come closest."""
         side = self.sides(line.ravel(), place.ravel())
         size = np.abs(side.reshape(len(self.operations), *place.shape)[hidden])
         lowest = (size[:, :, 1:-1] <= size[:, :, :-2]) & (size[:, :, 1:-1] <= size[:, :, 2:])
@@ -269,7 +269,7 @@ class _Walk:
 
 
 def _spread(found: NDArray[np.bool_], most: NDArray[np.intp]) -> tuple[NDArray[np.intp], ...]:
-    """Operation, line and place of what was found, at most so many of each operation, evenly from all lines."""
+    """Operation, line and place of the changes found, at most so many per operation, evenly over all lines."""
     picked = []
     for j, own in enumerate(found):
         rows, columns = np.nonzero(own)
@@ -283,7 +283,7 @@ def _finite(size: Array) -> Array:
 
 
 def _function(inputs: list[Symbol], outputs: Callable[[], Symbol]) -> Callable[..., Array]:
-    """A function of rows of values, built when it is called first."""
+    """A function of rows of values, built at its first call."""
     built: list[Lanes] = []
 
     def call(*given: Array) -> Array:
@@ -295,7 +295,7 @@ def _function(inputs: list[Symbol], outputs: Callable[[], Symbol]) -> Callable[.
 
 
 def _limits(expression: Symbol, setting: Setting) -> Symbol:
-    """Whether the limits hold that concern the expression's own variables alone."""
+    """Whether the limits that concern only the expression's own variables hold."""
     inside = {key(s) for s in free_symbols(expression)}
     holds = Symbol(1)
     for value, low, high in setting.limits:
@@ -305,7 +305,7 @@ def _limits(expression: Symbol, setting: Setting) -> Symbol:
 
 
 def _modes(expression: Symbol, switches: Sequence[tuple[Symbol, Symbol]]) -> list[tuple[Symbol, Symbol]]:
-    """The switches that the expression and their own conditions depend on, in their order."""
+    """The switches on which the expression and their own conditions depend, in order."""
     needed = {key(s) for s in free_symbols(expression)}
     picked = []
     for mode, g in reversed(switches):
@@ -316,7 +316,7 @@ def _modes(expression: Symbol, switches: Sequence[tuple[Symbol, Symbol]]) -> lis
 
 
 def _resolved(modes: Sequence[tuple[Symbol, Symbol]]) -> Symbol:
-    """The modes as they belong, without modes in them."""
+    """The modes on their correct branches, with no modes in the expressions."""
     known: list[Symbol] = []
     for k, (_, g) in enumerate(modes):
         inner = ca.substitute(g, column([m for m, _ in modes[:k]]), column(known)) if k else g

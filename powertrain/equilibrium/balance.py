@@ -1,4 +1,4 @@
-"""The conditions of a steady state for given torques of the laws: what is zero, and what the laws say between speeds and torques."""
+"""The conditions of a steady state for given torques of the laws: equations, and the relations of the laws between speeds and torques."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ class Balance:
     """``rows`` are zero at the unknowns ``y`` for the torques ``tau``; all in terms of grid, y, modes, common values and tau.
 
     ``speed`` are the relative speeds of friction laws and the gaps of contacts, ``lower`` and ``upper`` the limits of their torques
-    (minus the force of a contact), times ``peak`` while they are stuck. ``rate_of`` is the unknown whose rate a row is, -1 where it is
-    none.
+    (minus the force of a contact), multiplied by ``peak`` while stuck. ``rate_of`` is the unknown whose rate a row is, or -1.
     """
 
     dae: HybridDae
@@ -59,12 +58,12 @@ def opened(compiled: Compiled, names: Sequence[str]) -> tuple[Symbol, Symbol, Sy
 
 
 def changed(expressions: Sequence[Symbol], old: Sequence[Symbol], new: Sequence[Symbol]) -> list[Symbol]:
-    """Expressions with symbols put in the place of others."""
+    """Expressions with some symbols replaced by others."""
     return list(ca.substitute(list(expressions), [column(list(old))], [column(list(new))])) if expressions else []
 
 
 def start_of(names: Sequence[str], compiled: Compiled, guesses: Mapping[str, float]) -> NDArray[np.float64]:
-    """Where the search for unknowns begins: guesses, parameters as they are, else what the model declares or starts with."""
+    """The start of the search for unknowns: guesses, present parameters, else what the model declares or starts with."""
     given = _initial_values(compiled)
     return np.array([_start(compiled, name, guesses, given) for name in names], float)
 

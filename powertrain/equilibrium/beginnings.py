@@ -1,4 +1,4 @@
-"""What a step of implicit Euler from the start of the unknowns says of each point, before anything is known of its solution."""
+"""What one step of implicit Euler from the start of the unknowns says about each point, before its solution is known."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
 
 SHORT_STEP = 0.1
-"""The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
+"""Step [s] after which laws that hold each other share torques by compliance: too short for motions that nothing holds."""
 SINGULAR = 1e14
-"""Condition beyond which equations do not determine their unknowns."""
+"""Condition number above which equations do not determine their unknowns."""
 GIVEN = 1e-11
-"""A law's own torque moves it where its speed changes by more than this share of the terms."""
+"""A law's own torque moves it if its speed changes by more than this share of the terms."""
 
 
 @dataclass(frozen=True)
 class Beginnings:
-    """For each point: laws that their own torque does not move and how much the others yield; a motion, as a change of the unknowns.
+    """For each point: the laws that their own torque does not move, and the compliances of the others.
 
-    ``sliding`` is the motion that torques change most, by which laws slide at one unit of speed; zero where there is none. ``start``:
-    where the search begins.
+    ``sliding`` is the motion, as a change of the unknowns, that torques affect most, scaled so that laws slide at unit speed; zero if
+    there is none. ``start``: where the search starts.
     """
 
     start: Array
@@ -34,10 +34,10 @@ class Beginnings:
 
 
 def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> tuple[Array, Array]:
-    """What a step of ``step`` seconds adds to the unknowns (point, unknown), and its change with torques (point, unknown, law).
+    """The change of the unknowns in a step of ``step`` seconds (point, unknown), and its derivative by torques (point, unknown, law).
 
-    Where the equations do not determine the unknowns it is the shortest step of least squares: by elimination, round-off alone would
-    say how far they go.
+    Where the equations do not determine the unknowns, it is the least-squares step of least length: elimination would let round-off
+    choose the length.
     """
     n = laws.unknowns
     matrix = _euler(laws, value, step)
@@ -64,7 +64,7 @@ def _row_sizes(matrix: Array) -> Array:
 
 
 def _degenerate(matrix: Array) -> Mask:
-    """Which equations do not determine their unknowns; no unknowns are determined."""
+    """Which equations do not determine their unknowns."""
     if not matrix.shape[1]:
         return np.zeros(len(matrix), bool)
     good = np.isfinite(matrix).all(axis=(1, 2)) & (np.abs(matrix).max(axis=2) > 0.0).all(axis=1)
@@ -76,7 +76,7 @@ def _degenerate(matrix: Array) -> Mask:
 
 
 def _condition_bound(matrix: Array) -> Array:
-    """More than the conditions, by determinants: 2/|det A| (|A|_F^2/n)^(n/2).
+    """An upper bound of the condition numbers, by determinants: 2/|det A| (|A|_F^2/n)^(n/2).
 
     H. W. Guggenheimer, A. S. Edelman, C. R. Johnson, A simple estimate of the condition number of a linear system, College Mathematics
     Journal 26 (1995) 2.
@@ -87,7 +87,7 @@ def _condition_bound(matrix: Array) -> Array:
 
 
 def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
-    """Laws that their own torque does not move, how much it moves the others, and the change of all speeds with all torques."""
+    """Laws that their own torque does not move, the compliances of the others, and the change of all speeds with all torques."""
     n = along.shape[1]
     slope = value.speed_[:, :, n:] + value.speed_[:, :, :n] @ along
     terms = np.abs(value.speed_[:, :, n:]) + np.abs(value.speed_[:, :, :n]) @ np.abs(along)
@@ -97,14 +97,14 @@ def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
 
 
 def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
-    """For the points of ``grid``, a row each."""
+    """The beginnings for the points of ``grid``, one per row."""
     count = len(grid)
     start = np.repeat(laws.balance.start[None], count, 0)
     at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
     value = laws.values(at, lossless=True)
     move, along = euler_step(laws, value, SHORT_STEP)
     degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(move).all(axis=1)
-    if degenerate.any():  # at rest a ratio moves nothing: begin where speeds are as prescribed
+    if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
         at.y[degenerate] += move[degenerate]
         value = laws.values(at, lossless=True)
         along = euler_step(laws, value, SHORT_STEP)[1]
@@ -113,7 +113,7 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
 
 
 def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:
-    """The leading singular vector of the mobilities, each law counted by its own."""
+    """The leading singular vector of the mobilities, each law scaled by its own mobility."""
     size = np.where(movable, np.sqrt(reach), np.inf)
     even = slope / (size[:, :, None] * size[:, None, :])
     good = np.isfinite(even).all(axis=(1, 2)) & movable.any(axis=1)

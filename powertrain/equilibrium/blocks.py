@@ -1,4 +1,4 @@
-"""The blocks of a steady problem: which conditions determine which unknowns, and the blocks that are linear, solved."""
+"""The blocks of a steady problem: which conditions determine which unknowns; linear blocks are solved."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from powertrain.numerics.sparse_lu import Numbers, Row, SingularBlock, solve
 def blocks_of(
     placed: Placed, unknowns: list[Unknown], conditions: list[tuple[Symbol, str]], rows: list[Symbol]
 ) -> list[tuple[list[int], list[int]]]:
-    """Rows and unknowns of the blocks, in the order of their solution."""
+    """Rows and unknowns of the blocks, in order of solution."""
     symbols = [u.symbol for u in unknowns]
     entries = dependence(rows, symbols)
     if placed.laws and rows:
-        # A law that is stuck puts its speed (a closed contact its gap) in the place of the rates that depend on its mode.
+        # For a stuck law its speed (for a closed contact its gap) replaces the rates that depend on its mode.
         movable = [k for k, law in enumerate(placed.laws) if not isinstance(law, Switch)]
         through = dependence(rows, [placed.dae.m[placed.laws[k].index] for k in movable])
         speeds = placed.put(
@@ -56,7 +56,7 @@ def _unbalanced(texts: list[str], names: list[str]) -> str:
 
 
 def solved_block(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]) -> list[Symbol] | None:
-    """The unknowns of a block as expressions, or None where it is not linear, or not the same in all modes."""
+    """The unknowns of a block as expressions, or None if it is nonlinear or not the same in all modes."""
     jacobian = ca.jacobian(column(rows), column(unknowns))
     slopes = [jacobian.nz[i] for i in range(jacobian.nnz())]
     if dependence(slopes, modes).any():

@@ -1,8 +1,7 @@
-"""What the laws allow at a steady state: for every law its modes, and for every mode a margin that is not negative where it holds.
+"""The modes that laws may have at a steady state, and for every mode a margin that is not negative where the mode holds.
 
-Modes follow the rules of the simulation, with one difference: at a steady state nothing accelerates, so a law at rest is stuck as long as
-its torque lies within the bounds. Where the motion is prescribed that torque is not determined: the law is at rest, and any torque
-between the bounds will do.
+Modes follow the rules of the simulation, with one difference: nothing accelerates, so a law at rest is stuck as long as its torque is
+within the bounds. If the motion is prescribed, that torque is not determined: the law is at rest with any torque between the bounds.
 """
 
 from __future__ import annotations
@@ -26,12 +25,12 @@ from powertrain.numerics.batch import dependence
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 _SLACK = 1e-9
 INFINITE = 1e12
-"""An input or parameter that would have to be larger counts as infinite."""
+"""An input or parameter above this counts as infinite."""
 
 
 @dataclass(frozen=True)
 class LawModes:
-    """A law with the modes it may take; ``rest`` is not negative where no mode holds because the law rests under a prescribed motion."""
+    """A law with its possible modes; ``rest`` is not negative where no mode holds because the law rests under a prescribed motion."""
 
     law: Law
     modes: tuple[float, ...]
@@ -50,7 +49,7 @@ def choices(problem: Equilibrium) -> list[LawModes]:
 
 @dataclass(frozen=True)
 class Group:
-    """Laws and unknowns that depend on each other and on those of earlier groups; laws that are not ``coupled`` on earlier ones only."""
+    """Laws and unknowns that depend on each other and on earlier groups; laws that are not ``coupled`` depend on earlier groups only."""
 
     laws: list[int]
     unknowns: list[int]
@@ -59,7 +58,7 @@ class Group:
 
 
 def order(problem: Equilibrium, found: Sequence[LawModes]) -> list[Group]:
-    """All laws and unknowns in groups, in the order in which they can be resolved."""
+    """All laws and unknowns in groups, in the order in which they can be solved."""
     laws = range(len(found))
     wanted = [[*c.margins, *([] if c.rest is None else [c.rest])] for c in found]
     wanted += [[problem.rows[i] for i in rows] for rows, _ in problem.blocks]
@@ -118,7 +117,7 @@ def _friction_margin(law: Friction, mode: float) -> Symbol:
     away = mode * law.w - ZONE
     if law.algebraic:
         away = mode * law.w + EPS
-    elif law.prescribed:  # at rest all modes give the same torque where the bounds leave one only
+    elif law.prescribed:  # at rest all modes give the same torque if the bounds coincide
         away = ca.if_else(ca.fabs(law.w) <= ZONE, EPS - (law.upper - law.lower), away)
     else:
         away = ca.fmax(away, ca.fmin(rests, mode * law.rate + _SLACK))
@@ -126,16 +125,16 @@ def _friction_margin(law: Friction, mode: float) -> Symbol:
 
 
 def bounded(problem: Equilibrium) -> list[Symbol]:
-    """Not negative where what was found is finite."""
+    """Not negative where the values found are finite."""
     torques = [law.torque for law in problem.laws if isinstance(law, Friction)]
     return [margin for e in [*problem.solved, *torques] for margin in (INFINITE - e, INFINITE + e)]
 
 
 def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
-    """Negative where a mode is out of the question by what is given alone; ``hidden`` has to be found.
+    """Negative where the given values alone rule out a mode; ``hidden`` symbols are unknown.
 
-    Where it is not known yet whether a law is free, nor whether it slides, that need not be tried: between bounds of zero it slides
-    without torque all the same.
+    While it is not known whether a law is free, nor whether it slides, the free mode need not be tried: between bounds of zero the law
+    slides without torque anyway.
     """
     law, found = choice.law, [] if choice.rest is not None else [choice.margin(mode)]
     if mode == FREE and isinstance(law, Friction):
@@ -151,7 +150,7 @@ def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
 
 
 def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
-    """What is zero while a law is stuck or a contact is closed: its number, and its speed or gap."""
+    """Expressions that are zero while a law is stuck or a contact is closed: the number of the law, and its speed or gap."""
     rows = []
     for k, (law, moved) in enumerate(zip(problem.laws, _moved_by_unknowns(problem), strict=True)):
         if moved and isinstance(law, Friction) and not law.prescribed and not law.algebraic:
@@ -162,7 +161,7 @@ def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
 
 
 def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:
-    """Expressions with some modes given, so that what they decide is decided."""
+    """Expressions with some modes replaced by numbers, simplified accordingly."""
     symbols = ca.symvar(ca.vertcat(*expressions)) if expressions else []
     function = ca.Function(
         "powertrain_given", [ca.vertcat(*symbols)] if symbols else [Symbol(0, 1)], [ca.densify(e) for e in expressions]

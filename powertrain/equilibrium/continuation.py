@@ -4,10 +4,10 @@ A steady state is where a simulation comes to rest. A step of length h from y,
 
     (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U,
 
-linearised at y, is the problem of ``powertrain.modes.complementarity`` with speeds in the place of rates. Steps grow until they are
-Newton's. One that a single linearisation does not describe is shortened: along it a limit that falls may have turned round, or a clutch
-opened. Motions that nothing holds are kept by 1/h. Torques that grow with others (lossy meshes) come last: without them all modes follow
-from a convex problem, and its speeds tell the directions of what slides.
+linearised at y, is the problem of ``powertrain.modes.complementarity`` with speeds in place of rates. Steps grow until they are Newton
+steps. A step for which one linearisation is not valid is shortened: along it a decreasing limit may have changed sign, or a clutch opened.
+The term 1/h holds motions that nothing else holds. Torques that grow with others (lossy meshes) come last: without them the problem is
+convex and gives all modes, and its speeds give the directions of sliding.
 
 C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
 """
@@ -30,14 +30,14 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import relative
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
-"""Lengths of steps in seconds: some that follow the motion, then Newton's; and by how much they grow, or fall where they are too long."""
+"""First and longest step in seconds, from steps that follow the motion to Newton steps, and the factor by which they grow or shrink."""
 LEAST_STEP = 1e-4
-"""Steps are not made shorter than this."""
+"""The shortest step [s]."""
 DESCRIBED = 1.0
-"""A step is taken whose next correction is no longer than this share of it."""
+"""A step is accepted if the next correction is no longer than this share of it."""
 ROUNDS = 40
 FAR = 1e10
-"""Unknowns beyond this run away."""
+"""Unknowns above this diverge."""
 MOST_PIECES = 8
 
 
@@ -45,7 +45,7 @@ MOST_PIECES = 8
 class _Trial(Point):
     """The last iterate: x are the unknowns y, p the values of the grid, m the modes.
 
-    ``step`` is h; ``lossless``: torques that follow others are left out; ``open``: laws whose direction is to be found.
+    ``step`` is h; ``lossless``: torques that depend on others are left out; ``open``: laws whose direction is unknown.
     """
 
     step: float
@@ -65,7 +65,7 @@ class _Step(LinearLaws):
 
 @dataclass(frozen=True)
 class SteadyPoint:
-    """An operating point, and what it tells its neighbours."""
+    """An operating point, with what its neighbours need."""
 
     y: Array
     modes: Array
@@ -83,7 +83,7 @@ class _StepLaws:
         self.may_free = laws.may_free
 
     def at(self, point: Point, tau: Array) -> _Step:
-        """The laws near ``tau``; nan where an equation has no value there."""
+        """The laws near ``tau``; nan if an equation has no value there."""
         assert isinstance(point, _Trial)
         laws, n = self.laws, point.x.size
         one = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
@@ -102,11 +102,11 @@ class _StepLaws:
         yields = COMPLIANCE * reach
         rate = np.where(given & (np.abs(rate) <= zone), 0.0, rate)
         slopes = rate_slopes[0], lower_slope, upper_slope, g_slope
-        peak = np.ones(laws.count)  # where a law breaks loose is no operating point
+        peak = np.ones(laws.count)  # the point of breaking loose is not an operating point
         return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, zone)
 
     def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
-        """The laws whose direction is to be found."""
+        """The laws whose direction is unknown."""
         assert isinstance(point, _Trial)
         assert isinstance(near, _Step)
         rest: Mask = point.open | (np.abs(near.speed) <= near.zone)
@@ -127,7 +127,7 @@ class Continuation:
     ) -> SteadyPoint | None:
         """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``.
 
-        Newton's method may lead to a root beyond the limits of the model, such as a battery's low voltage: then steps come next.
+        If Newton's method leads to a root beyond the limits of the model, such as a battery's low voltage, continuation steps follow.
         """
         laws, every = self.laws, np.ones(self.laws.count, bool)
         modes = np.zeros(laws.balance.modes.numel())
@@ -146,7 +146,7 @@ class Continuation:
         return Near(found.given[0], found.yields[0])
 
     def _held(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
-        """The solution that semismooth Newton's method finds with all laws held at first."""
+        """The solution of the semismooth Newton method with all laws initially stuck."""
         near = self._near(point.p)
         here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
         value = self.laws.values(here, point.lossless)
@@ -155,7 +155,7 @@ class Continuation:
         return self._corrected(replace(point, m=modes), tau, side)
 
     def _corrected(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
-        """The solution to which semismooth Newton's method leads from the modes of ``point``."""
+        """The solution of the semismooth Newton method from the modes of ``point``."""
         near = self._near(point.p)
         here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
         some = Near(near.given[None], near.yields[None])
@@ -163,11 +163,11 @@ class Continuation:
         return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
 
     def _settled(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
-        """Steps, each followed by Newton's method for the modes that it gives, until these hold."""
+        """Take steps, each followed by Newton's method for the resulting modes, until the modes hold."""
         laws, near = self.laws, self._near(point.p)
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
-            if answer is None or answer.tau is None:  # a limit turns round along a step that is too long
+            if answer is None or answer.tau is None:  # a limit changes sign along a step that is too long
                 point = replace(point, step=point.step / GROWTH)
                 continue
             m = point.m.copy()
@@ -195,7 +195,7 @@ class Continuation:
         return None
 
     def _described(self, here: Iterates, point: _Trial, moved: Array, near: Near, side: Array) -> bool:
-        """Whether one linearisation describes the step: Newton's correction of it is shorter."""
+        """Whether one linearisation is valid for the step: its Newton correction is shorter than the step."""
         laws, n = self.laws, self.laws.unknowns
         some = Near(near.given[None], near.yields[None])
         given = fixed(laws, here, some, side[None], point.lossless, point.step)
@@ -208,7 +208,7 @@ class Continuation:
         )
 
     def _answer(self, point: _Trial, tau: Array) -> Answer | None:
-        """The problem with bounds that bend; else one for each combination of their pieces."""
+        """The problem with the kinks of the bounds; if that fails, one problem for each combination of their pieces."""
         answer = self.problem.solve(point, tau, 0.0, bends=True)
         if answer.tau is not None:
             return answer

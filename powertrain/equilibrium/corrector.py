@@ -1,4 +1,4 @@
-"""Newton's method for given modes at many points, in unknowns and torques together, and the modes corrected until they hold."""
+"""Newton's method for given modes at many points, in unknowns and torques together, repeated until the modes hold."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import HALVINGS, newton, relative
 
 LAST_STEP = 1e7
-"""Seconds: a step of this length holds what nothing else does."""
+"""Seconds: a step of this length holds motions that nothing else holds."""
 STILL = 1e-10
-"""Unknowns that change by less, relative to one and to their size, are found."""
+"""Unknowns have converged if they change by less than this, relative to one and to their size."""
 CORRECTIONS, PROXIMAL = 20, 3
-"""Full steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
+"""Full steps for given modes with the compliance of stuck laws, and steps after them that remove the creep."""
 DAMPED = 40
-"""Steps that are halved where full ones go astray, as they do where a torque saturates."""
+"""Damped steps if full ones fail, for instance because a torque saturates."""
 TOGETHER = 64
-"""Halved steps of one evaluation, which for few points takes no longer than for one."""
+"""Damped step lengths evaluated at once; for few points this takes no longer than one."""
 NEUTRAL = 1e6
-"""Seconds: a motion that takes longer to come to rest is not held by anything."""
+"""Seconds: a motion that takes longer to come to rest is held by nothing."""
 LOCKED = 1e9
-"""Torques that change by more than this for a unit change of a limit depend on round-off: the laws lock themselves."""
+"""If a unit change of a limit changes torques by more than this, round-off determines them: the laws lock themselves."""
 CHANGES = 8
-"""Changes of modes after which the modes of a neighbour are no help."""
+"""Changes of modes after which starting from a neighbour's modes is abandoned."""
 
 
 @dataclass(frozen=True)
 class Near:
-    """What a solved point tells its neighbours: laws that their own torque does not move, and how much the others yield."""
+    """What neighbours use of a solved point: the laws that their own torque does not move, and the compliances of the others."""
 
     given: Mask
     yields: Array
 
     def some(self, which: NDArray[np.intp]) -> Near:
-        """That of some of the points."""
+        """The values of some of the points."""
         return Near(self.given[which], self.yields[which])
 
 
@@ -51,9 +51,9 @@ def corrected(
     changes: int = 1,
     firm: bool = False,
 ) -> tuple[Iterates, Mask]:
-    """The points with unknowns and torques for their modes, or for those that follow from these, and which of them are solutions.
+    """The points with unknowns and torques for their modes, or for modes that follow from these, and whether each is a solution.
 
-    ``near`` and ``side`` have a row for each point.
+    ``near`` and ``side`` have one row per point.
     """
     done, y, modes, tau = np.zeros(len(at.y), bool), at.y.copy(), at.modes.copy(), at.tau.copy()
     active, before = np.arange(len(y)), np.full(modes.shape, np.nan)
@@ -72,14 +72,14 @@ def corrected(
         drive = _share(laws, here, there, side[active], lossless, value)
         y[active], tau[active] = here.y, here.tau
         new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
-        if lossless:  # their direction makes no difference
+        if lossless:  # the direction of these laws makes no difference
             here.modes[:, laws.tied_modes] = new[:, laws.tied_modes] = np.where(
                 value.speed[:, laws.tied] < 0.0, BACKWARD, FORWARD
             )
         same = (new == here.modes).all(axis=1)
         done[active] = same & fine & laws.balanced(here, value)
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
-        go &= (new != before[active]).any(axis=1)  # in a circle
+        go &= (new != before[active]).any(axis=1)  # not cycling
         before[active], active = here.modes, active[go]
         modes[active] = new[go] if changes > 1 else modes[active]
         if not active.size:
@@ -88,9 +88,9 @@ def corrected(
 
 
 def _share(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, value: LawValues) -> Array:
-    """What drives each law against its own compliance. ``at`` and ``value`` take the torques that stuck laws have by theirs.
+    """The rate of each law against its own compliance; updates ``at`` and ``value`` to the torques that compliance gives stuck laws.
 
-    That is asked only where it makes a difference: where several laws are stuck, or one is and another slides at rest.
+    Computed only if it matters: if several laws are stuck, or if one is stuck and another slides at rest.
     """
     n, drive, mode = laws.unknowns, np.zeros_like(at.tau), at.modes[:, laws.law_modes]
     stuck = (mode == np.where(laws.contact, 1.0, STUCK)) & ~near.given
@@ -116,7 +116,7 @@ def _share(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bo
 def _solutions(
     laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, most: int, halvings: int
 ) -> tuple[Iterates, Mask]:
-    """Newton's steps for the modes at all points, and where they became small; stuck laws yield to what their torque changes."""
+    """Newton steps for the modes at all points, and where they converged; stuck laws are compliant to their own torques."""
     n = laws.unknowns
 
     given, every = fixed(laws, at, near, side, lossless), np.arange(len(at.y))
@@ -137,10 +137,10 @@ def _solutions(
 
 
 def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mask:
-    """Where an unknown, or the torque of a law that slides, is not determined.
+    """Points at which an unknown, or the torque of a sliding law, is not determined.
 
-    An unknown is not where its rate, changed by so much a second, moves it by a million times as much: it takes so many seconds to come to
-    rest, in whatever unit it is. A torque is not where unit changes of the limits move it without limit.
+    An unknown is not determined if a change of its rate moves it by a million seconds' worth: it takes that long to come to rest, in
+    any unit. A torque is not determined if unit changes of the limits move it without bound.
     """
     n = laws.unknowns
     entries, right = laws.equations(fixed(laws, at, near, side), at.z)
@@ -154,7 +154,7 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
     slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
     right[:, n:] = slides * np.linspace(
         1.0, 2.0, laws.count
-    )  # alike, they would hide torques that grow against each other
+    )  # equal values would hide torques that grow against each other
     torque = np.where(slides, solve(right)[:, n:], 0.0)
     return np.asarray(drifts | (np.abs(torque) > LOCKED).any(axis=1))
 
@@ -162,6 +162,6 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
 def fixed(
     laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool = False, length: float = LAST_STEP
 ) -> Rows:
-    """What stays as it is while unknowns and torques are solved for: the first argument of ``laws.equations``."""
+    """Everything constant while unknowns and torques are solved for: the first argument of ``laws.equations``."""
     kinds = laws.kinds(at, near.given, side, lossless)
     return laws.equations.given(at.grid, at.modes, kinds, near.yields, length)

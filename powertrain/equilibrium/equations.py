@@ -1,11 +1,11 @@
-"""The equations of operating points for given modes, as functions of columns: what is zero, and its matrix.
+"""The equations of operating points for given modes, as functions of columns: values and matrix.
 
-    f(y, tau) - (y - y')/h = 0                  rows, with a last term where they are rates
-    w(y, tau) - yields (tau - tau') = 0         laws that are stuck: at rest, up to their compliance
-    tau - U(y, tau) = 0, tau - L(y, tau) = 0    laws at a limit
+        f(y, tau) - (y - y')/h = 0                  rows; the last term only for rates
+        w(y, tau) - yields (tau - tau') = 0         stuck laws: at rest, except for their compliance
+        tau - U(y, tau) = 0, tau - L(y, tau) = 0    laws at a limit
 
-y' and tau' are the values before the step: the last terms enter the matrix alone, and hold what nothing else does.
-"""
+    y' and tau' are the values before the step. The last terms enter only the matrix, and hold motions that nothing else holds.
+    """
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from powertrain.numerics.elimination import Pattern
 from powertrain.numerics.newton import Solver
 
 HELD, UPPER, LOWER, LEAST, NOTHING = range(5)
-"""What is zero of a law: its speed, or its torque less a limit, less the smallest torque between the limits, or less nothing."""
+"""The equation of a law: its speed is zero, or its torque equals a limit, the smallest torque between the limits, or zero."""
 
 
 class Equations:
-    """Matrix and values in z = (y, tau) at many points; ``balance`` has torques of one sign. Serves one thread."""
+    """Matrix and values in z = (y, tau) at many points; in ``balance`` all torques have the same sign. Serves one thread."""
 
     def __init__(self, balance: Balance, compile: bool) -> None:
         b, count = balance, balance.tau.numel()
@@ -59,12 +59,12 @@ class Equations:
         self._columns.set_common(values)
 
     def given(self, grid: Array, modes: Array, kinds: Array, yields: Array, length: float) -> Rows:
-        """What stays as it is while z changes, a column for each point; the arguments have a row each, but for the length h of a step."""
+        """Everything constant while z changes, one column per point; the arguments have one row per point, except the step length h."""
         whole = np.hstack([grid, modes, kinds, yields, np.full((len(grid), 1), length)])
         return np.array(whole.T[self._given], order="C")
 
     def __call__(self, given: Rows, z: Array) -> tuple[Array, Array]:
-        """The matrix' entries for ``solver``, and the values, a row for each point, of ``given`` for the same points."""
+        """The entries of the matrix for ``solver``, and the values, one row per point, of ``given`` for the same points."""
         with np.errstate(all="ignore"):
             found = self._columns.of_needed(np.vstack([given, z.T[self._moving]]))
         return found[: self._size].T, found[self._size :].T
@@ -75,7 +75,7 @@ class Equations:
 
 
 def _chosen(kind: Symbol, options: Mapping[int, Symbol]) -> Symbol:
-    """The entries of one of the options, by a number; those of others may have no value."""
+    """The entries of the option with this number; those of other options may have no value."""
     places = sorted({j for e in options.values() for j in e.sparsity().get_col()})
     chosen = ca.SX(1, next(iter(options.values())).shape[1])
     for j in places:

@@ -1,4 +1,4 @@
-"""Equations that are fractions of affine expressions in one unknown, such as the ratio of a gear as a function of a speed ratio, solved."""
+"""Solves equations that are fractions of affine expressions in one unknown, such as the ratio of a gear as a function of a speed ratio."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from powertrain.language.symbols import Symbol, free_symbols, key
 
 @dataclass(frozen=True)
 class _Fraction:
-    """(n0 + n1 x)/(d0 + d1 x); without ``d0`` and ``d1`` the denominator is one, and zeros are None."""
+    """(n0 + n1 x)/(d0 + d1 x); without ``d0`` and ``d1`` the denominator is one, and None stands for zero."""
 
     n0: Symbol | None = None
     n1: Symbol | None = None
@@ -35,13 +35,13 @@ class _NoFraction(Exception):
 _CHECKS, _ALIKE = 5, 1e-9
 _RATIONAL = (ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_NEG, ca.OP_TWICE, ca.OP_SQ, ca.OP_INV)
 _KNOTS = (0.382, -0.618, 1.618)
-"""Where a fraction is looked at that is not written as one; ratios at which nothing in particular happens."""
+"""Arguments at which expressions are sampled; ratios at which nothing special happens."""
 
 
 def root_of_fraction(residual: Symbol, x: Symbol) -> Symbol | None:
-    """The x where ``residual`` is zero, if it is a fraction of two affine expressions of x; infinite where that takes an infinite x.
+    """The x where ``residual`` is zero, if it is a fraction of two affine expressions in x; infinite if only an infinite x gives zero.
 
-    One that is not written so, as the ratio of a network of gears, is known by the cross-ratio of four of its values.
+    A fraction not written as one, such as the ratio of a network of gears, is recognised by the cross-ratio of four values.
     """
     others = [s for s in free_symbols(residual) if key(s) != key(x)]
     root = _written(residual, x, others)
@@ -49,7 +49,7 @@ def root_of_fraction(residual: Symbol, x: Symbol) -> Symbol | None:
 
 
 def _by_cross_ratio(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None:
-    """(f_4 - f_1)(f_3 - f_2)/((f_4 - f_2)(f_3 - f_1)) is the same of the values of a fraction as of its arguments."""
+    """(f_4 - f_1)(f_3 - f_2)/((f_4 - f_2)(f_3 - f_1)) of the values of a fraction equals the same expression of its arguments."""
     function = ca.Function("powertrain_values", [x, ca.vertcat(Symbol(0, 1), *others)], [ca.densify(residual)])
     if not _rational(function):
         return None
@@ -67,7 +67,7 @@ def _by_cross_ratio(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol
 
 
 def _rational(function: ca.Function) -> bool:
-    """Whether the result is a polynomial or a fraction of polynomials of the first argument: without kinks, roots and the like."""
+    """Whether the result is a polynomial or a rational function of the first argument: without kinks, roots and the like."""
     moved: dict[int, bool] = {}
     for k in range(function.n_instructions()):
         operation, inputs, outputs = (
@@ -90,7 +90,7 @@ def _cross_ratio(a: float, b: float, c: float, d: float) -> float:
 
 
 def _written(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None:
-    """The root by the operations of which the expression consists."""
+    """The root by the operations in the expression."""
     tape = ca.Function("powertrain_fraction", [x, ca.vertcat(Symbol(0, 1), *others)], [ca.densify(residual)])
     work: dict[int, _Fraction] = {}
     found = _Fraction()

@@ -1,4 +1,4 @@
-"""Rows, laws and conditions of a steady problem at many points, with their derivatives, and the modes that their values say."""
+"""Rows, laws and conditions of a steady problem at many points, their derivatives, and the modes that follow from their values."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
 @dataclass(frozen=True)
 class Iterates:
-    """Iterates, a row each: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
+    """Iterates, one per row: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
 
     grid: Array
     y: Array
@@ -56,11 +56,11 @@ class LawValues:
     g_: Array
 
     def some(self, which: Index) -> LawValues:
-        """Those of some points."""
+        """The values of some points."""
         return LawValues(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def put(self, which: Index, other: LawValues) -> None:
-        """Takes over those of some points."""
+        """Replace the values of some points."""
         for f in fields(self):
             getattr(self, f.name)[which] = getattr(other, f.name)
 
@@ -100,7 +100,7 @@ class SteadyLaws:
         self.equations.set_common(values)
 
     def values(self, at: Iterates, lossless: bool = False) -> LawValues:
-        """Everything at the points; ``lossless``: torques that follow others are left out."""
+        """Everything at the points; ``lossless``: torques that depend on others are left out."""
         with np.errstate(all="ignore"):
             found = self._columns(np.hstack([at.grid, at.modes, at.y, at.tau]).T)
         entries = np.zeros((int(self._ends[-1]), len(at.y)))  # points side by side, for speed
@@ -114,7 +114,7 @@ class SteadyLaws:
         return value
 
     def kinds(self, at: Iterates, given: Mask, side: Array, lossless: bool = False) -> Array:
-        """What is zero of each law in its mode, as the numbers of ``equations``; ``given`` and ``side`` as in ``next_modes``."""
+        """The equation of each law in its mode, as a number of ``equations``; ``given`` and ``side`` as in ``next_modes``."""
         mode = at.modes[:, self.law_modes]
         mode = np.where(given & (mode == STUCK), side, mode)
         held = np.where(self.contact, mode == 1.0, mode == STUCK) & ~given
@@ -124,18 +124,18 @@ class SteadyLaws:
         return np.select(kinds, [HELD, NOTHING, LEAST, UPPER], float(LOWER))
 
     def peaks(self, at: Iterates) -> Array:
-        """By how much more than while it slides each law takes while it is stuck."""
+        """The ratio of the torque limit while stuck to that while sliding, for each law."""
         return self._peaks(at.grid.T).T
 
     def zone(self, value: LawValues, at: Iterates) -> Array:
-        """Speeds below this are rest."""
+        """Speeds below this count as rest."""
         return REST * (1.0 + _times(np.abs(value.speed_[:, :, : self.unknowns]), np.abs(at.y)))
 
     def next_modes(self, at: Iterates, value: LawValues, given: Mask, side: Array, drive: Array | None) -> Array:
-        """The modes that the values say; the same as those of ``at`` where these hold.
+        """The modes that follow from the values; equal to those of ``at`` if these hold.
 
-        ``given`` are laws whose own torque does not move them; ``side`` the direction from which these are looked at where they rest.
-        A law that slides at rest is held by others; it is stuck where ``drive``, its rate against its own compliance, does not drive it.
+        ``given`` are laws that their own torque does not move; ``side`` is the side from which their rest is approached.
+        A law that slides at zero speed is held by others; it is stuck unless ``drive``, its rate against its own compliance, drives it.
         """
         modes, mode = at.modes.copy(), at.modes[:, self.law_modes]
         zone, known = self.zone(value, at), RESOLVED * (1.0 + np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
@@ -167,7 +167,7 @@ class SteadyLaws:
 
 
 def _of_torques(b: Balance) -> Balance:
-    """The same in torques alone: minus the forces of contacts."""
+    """The same with torques only: minus the forces of contacts."""
     if not b.dae.contacts:
         return b
     sign = ca.DM([1.0] * len(b.dae.frictions) + [-1.0] * len(b.dae.contacts))
@@ -177,7 +177,7 @@ def _of_torques(b: Balance) -> Balance:
 
 
 def _by_rows(expression: ca.SX) -> Index:
-    """The places of its structural entries, counted row by row."""
+    """The positions of its structural entries, counted row by row."""
     pattern = expression.sparsity()
     return np.array(pattern.row(), np.intp) * expression.shape[1] + np.array(pattern.get_col(), np.intp)
 

@@ -1,8 +1,8 @@
-"""Operating points, many at once: the modes of all laws and the unknowns found together, point by point with a status.
+"""Many operating points at once: the modes of all laws and the unknowns are found together, with a status for each point.
 
-Where everything but the modes is given, laws fall into groups that are resolved one after the other, and in every group all combinations
-of modes are tried that what is known of the point does not rule out: none, one or several solutions are told apart. Where unknowns are
-implicit, or combinations are many, modes and unknowns are solved for together (``powertrain.equilibrium.solutions``).
+If only modes are unknown, laws form groups that are resolved one after the other. In each group, every combination of modes consistent
+with the known values is tried: no, one and several solutions are distinguished. If unknowns are implicit, or there are many combinations,
+modes and unknowns are solved for together (``powertrain.equilibrium.solutions``).
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 
 COMBINATIONS = 4096
-"""How many combinations of modes are tried at a point."""
+"""Combinations of modes that are tried at a point."""
 
 
 class Solver:
-    """Solves one steady problem at given points. Serves one thread. ``compile``: with machine code, where unknowns are implicit."""
+    """Solves one steady problem at given points. Serves one thread. ``compile``: with machine code, if unknowns are implicit."""
 
     def __init__(self, problem: Equilibrium, compile: bool = False) -> None:
         self.problem = problem
@@ -65,7 +65,7 @@ class Solver:
             self._laws.set_common(values)
 
     def solve(self, grid: Rows, side: Rows | None = None) -> Points:
-        """The points of ``grid`` (one row per axis); ``side`` says for laws at rest from which side (1 or -1) they are looked at."""
+        """The points of ``grid`` (one row per axis); ``side`` is the side (1 or -1) from which laws at rest are approached."""
         side = np.ones((len(self.choices), grid.shape[1])) if side is None else side
         with np.errstate(all="ignore"):
             together = self._solutions
@@ -82,17 +82,17 @@ class Solver:
 
     @property
     def explicit(self) -> bool:
-        """Whether nothing but modes is unknown."""
+        """Whether only modes are unknown."""
         return self._solutions is None
 
     def holds(self, grid: Rows, modes: Rows, apart: Mask) -> Mask:
-        """Whether the modes of all laws hold but for those ``apart``, where everything but the modes is given."""
+        """Whether the modes of all laws except those ``apart`` hold, if only modes are unknown."""
         values = np.vstack([grid, modes])
         with np.errstate(all="ignore"):
             return np.asarray(np.logical_and.reduce([search.holds(values, apart) for search in self._searches]))
 
     def _by_groups(self, grid: Rows, side: Rows) -> Points:
-        """All combinations of modes, group by group."""
+        """Try combinations of modes, group by group."""
         laws, count = len(self.choices), grid.shape[1]
         trials = Trials.of(grid, laws)
         values, rest = trials.values.copy(), trials.rest.copy()
@@ -114,7 +114,7 @@ class Solver:
         return Points(values[:0], values[len(grid) :], status, involved, rest)
 
     def _together(self, solutions: Solutions, grid: Rows, side: Rows) -> Points:
-        """Modes and unknowns as the solutions of one problem."""
+        """Solve for modes and unknowns as one problem."""
         balance, count = solutions.laws.balance, grid.shape[1]
         moving = np.array([k for k, law in enumerate(self.problem.laws) if not isinstance(law, Switch)], np.intp)
         best = solutions.solve(grid.T, side[moving].T)
@@ -139,7 +139,7 @@ class Solver:
         return np.asarray((self._guards(np.vstack([grid.T, u, found.modes.T])) >= 0.0).all(axis=0))
 
     def _limit(self, grid: Rows, points: Points) -> None:
-        """Laws at rest share the torque of a motion by their compliance; what that gives beyond the static limit of one, others take."""
+        """Laws at rest share a torque by compliance; what exceeds the static limit of one law is passed on to the others."""
         count = len(self._shared)
         modes, candidates = points.modes[:count], ~points.rest[:count] & (points.status == OK)
         slides = (modes == FORWARD) | (modes == BACKWARD)
@@ -157,7 +157,7 @@ class Solver:
             modes[above], modes[below] = FORWARD, BACKWARD
 
     def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
-        """The wanted values, and which guards are left."""
+        """The requested values, and which guards are violated."""
         with np.errstate(all="ignore"):
             found = self._values(np.vstack([grid, points.u, points.modes]))
         return found[: self.wanted], ~(found[self.wanted :] >= 0.0)

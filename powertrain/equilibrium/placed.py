@@ -1,4 +1,4 @@
-"""What is asked of a steady problem, and the model with the symbols of the grid in the place of held values, inputs and parameters."""
+"""The request of a steady problem, and the model with grid symbols in place of held values, inputs and parameters."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from powertrain.numerics.buffers import Array
 
 Law = Friction | Switch | Contact
 Turning = dict[int, dict[int, float]]
-"""States of which only differences matter: {state left out: {other state: how far it turns with it}}."""
+"""States of which only differences matter: {omitted state: {other state: ratio at which they turn together}}."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked for: the grid's names, those that prescribe variables, those held (states), what is to be found, expressions wanted."""
+    """Names on the grid, those among them that prescribe variables or hold states, unknowns to be found, and requested expressions."""
 
     axes: tuple[str, ...]
     prescribed: tuple[str, ...]
@@ -39,7 +39,7 @@ class Unknown:
 
 
 class Placed:
-    """Symbols of the grid in the place of held values, inputs and parameters."""
+    """The model with grid symbols in place of held values, inputs and parameters."""
 
     def __init__(self, compiled: Compiled, asked: Request, time: float, parameters: Array) -> None:
         dae = self.dae = compiled.dae
@@ -48,7 +48,7 @@ class Placed:
         self.axis = {n: Symbol.sym(n) for n in asked.axes}
         self.free = {n: Symbol.sym(n) for n in asked.free}
         known = self.axis | self.free
-        frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # where angles stand makes no difference
+        frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # absolute angles make no difference
         self.laws: list[Law] = [*frictions, *dae.switches, *dae.contacts]
         self.inputs = {n: Symbol.sym(n) for n in compiled.inputs}
         m = [Symbol(v) for v in dae.held_start.tolist()]
@@ -73,14 +73,14 @@ class Placed:
         self.everything = self._everything()
 
     def put(self, expressions: Sequence[Symbol]) -> list[Symbol]:
-        """Expressions of (t, x, z, m, p) with the grid's symbols put in."""
+        """Expressions of (t, x, z, m, p) in the symbols of the grid."""
         dae = self.dae
         function = ca.Function("powertrain_put", [dae.t, dae.x, dae.z, dae.m, dae.p], [column(list(expressions))])
         result = function.call(self.arguments)[0]
         return list(ca.vertsplit(ca.densify(result))) if result.numel() else []
 
     def _everything(self) -> list[Symbol]:
-        """All that a state can influence: rates, residuals, laws (not how well these are known), guards, prescribed variables."""
+        """Everything a state can influence: rates, residuals, laws (except their uncertainties), guards, prescribed variables."""
         dae = self.dae
         found = [dae.xdot, dae.residual]
         for law in [*self.laws, *dae.guards]:
@@ -94,7 +94,7 @@ class Placed:
         return self.put(list(ca.vertsplit(ca.densify(whole)))) if whole.numel() else []
 
     def put_all(self, columns: Sequence[Symbol], tau: Symbol) -> list[Symbol]:
-        """The same for columns that contain the torques of the laws, too."""
+        """The same for columns that also contain the torques of the laws."""
         dae = self.dae
         z = dae.z if dae.opened is None else dae.z[: dae.opened.residual.numel()]
         t, x, _, m, p = self.arguments
@@ -103,16 +103,16 @@ class Placed:
         return [ca.densify(e) for e in found]
 
     def rate(self, i: int, turning: Turning, xdot: Symbol) -> Symbol:
-        """The rate of a state, against those it turns together with."""
+        """The rate of a state relative to those with which it turns together."""
         return xdot[i] - sum((row[i] * xdot[k] for k, row in turning.items() if i in row), Symbol(0))
 
     def state_of(self, name: str) -> int:
-        """The state that a variable is, up to its sign; -1 where it is none."""
+        """The index of the state that a variable is, up to its sign; -1 if it is none."""
         return state_of(self.compiled, name)
 
 
 def state_of(compiled: Compiled, name: str) -> int:
-    """The index of the state that a variable is, up to its sign; -1 where it is none."""
+    """The index of the state that a variable is, up to its sign; -1 if it is none."""
     expression = compiled.signals[name].expression
     if not expression.is_symbolic():
         expression = -expression

@@ -1,4 +1,4 @@
-"""Operating points and what became of them, and on the way there the solutions that are still possible."""
+"""Operating points and their status; during the search, the solutions that are still possible."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED, ONE = r
 
 @dataclass(frozen=True)
 class Look:
-    """How points are looked at: ``side`` of laws at rest, all combinations of modes however many, ``first`` of several solutions."""
+    """Options of a search: ``side`` of laws at rest, all combinations of modes, ``first`` of several solutions."""
 
     side: int | None = None
     exhaustive: bool = False
@@ -27,7 +27,7 @@ class Look:
 
 @dataclass
 class Points:
-    """Operating points: unknowns, modes, status, the laws that it is about, and those at rest under a prescribed motion."""
+    """Operating points: unknowns, modes, status, the laws that the status concerns, and laws at rest under a prescribed motion."""
 
     u: Rows
     modes: Rows
@@ -38,9 +38,9 @@ class Points:
 
 @dataclass
 class Trials:
-    """What may become solutions, a column each: the point it belongs to, the values so far, and what is known of it.
+    """Candidates for solutions, one per column: the point, the values so far, and what is known about it.
 
-    ``values``: the grid's and the modes. ``rest``: laws at rest under a prescribed motion.
+    ``values``: of the grid and the modes. ``rest``: laws at rest under a prescribed motion.
     """
 
     point: Index
@@ -49,7 +49,7 @@ class Trials:
 
     @classmethod
     def of(cls, grid: Rows, laws: int) -> Trials:
-        """One for every point of ``grid``, with modes that are not known yet."""
+        """One candidate for every point of ``grid``, with unknown modes."""
         count = grid.shape[1]
         return cls(np.arange(count), np.vstack([grid, np.zeros((laws, count))]), np.zeros((laws, count), bool))
 
@@ -58,12 +58,12 @@ class Trials:
         return Trials(self.point[which], self.values[:, which], self.rest[:, which])
 
     def per_point(self, count: int) -> Index:
-        """How many every point has."""
+        """The number of candidates of each point."""
         return np.bincount(self.point, minlength=count)
 
     @classmethod
     def joined(cls, parts: Sequence[Trials]) -> Trials:
-        """All together, in the order of their points."""
+        """All candidates, in the order of their points."""
         names = ("point", "values", "rest")
         whole = cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
         return whole.some(np.argsort(whole.point, kind="stable"))

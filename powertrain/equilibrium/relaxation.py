@@ -1,10 +1,10 @@
-"""Operating points of equations without laws: followed from the start to rest, where Newton's method goes astray.
+"""Operating points of equations without laws: follows the motion from the start to rest, for cases in which Newton's method fails.
 
-Where a torque saturates its slope says nothing of where it ends, and no step of Newton's method from there leads on. The motion does:
+Where a torque saturates, its slope does not show where saturation ends, and no Newton step leads on. The motion does:
 
     (y' - y)/h = f(y')
 
-h grows threefold after a step that one linearisation describes, and falls to a quarter where it does not.
+h triples after a step for which one linearisation is valid, and otherwise falls to a quarter.
 
 C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
 """
@@ -19,14 +19,14 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
 
 FIRST, GROWTH, FALL = 1e-4, 3.0, 0.25
-"""The first step in seconds, and how steps change."""
+"""The first step in seconds, and the factors by which steps grow and shrink."""
 DESCRIBED = 0.3
-"""A step is taken whose next correction is shorter than this share of it."""
+"""A step is accepted if the next correction is shorter than this share of it."""
 STEPS = 400
 
 
 def relaxed(laws: SteadyLaws, at: Iterates, given: Mask, side: Array) -> Iterates:
-    """Where the motion from ``at`` is after a long time, or after ``STEPS`` steps; every law must be a switch."""
+    """The state after a long motion from ``at``, or after ``STEPS`` steps; every law must be a switch."""
     y, modes, n = at.y.copy(), at.modes.copy(), laws.unknowns
     length, active = np.full(len(y), FIRST), np.arange(len(y))
     for _ in range(STEPS):

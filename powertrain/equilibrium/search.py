@@ -1,4 +1,4 @@
-"""The modes of one group of laws: all combinations that what is known does not rule out, where nothing else is unknown."""
+"""The modes of one group of laws if nothing else is unknown: all combinations that known values do not rule out."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Search:
         self._possible.set_common(values)
 
     def extend(self, trials: Trials, side: Rows) -> tuple[Trials, NDArray[np.int8], Mask]:
-        """All that the trials may become; why any becomes nothing, and which laws of the group that is about."""
+        """All extensions of the trials by this group; the status of trials without any, and the laws of the group responsible."""
         count = trials.point.size
         status, involved = np.full(count, NONE, np.int8), np.ones((len(self.choices), count), bool)
         if not self.group.coupled:
@@ -57,7 +57,7 @@ class Search:
         return Trials.joined(found), status, involved
 
     def holds(self, values: Rows, apart: Mask) -> Mask:
-        """Whether the modes of the group's laws hold but for those ``apart`` of all laws."""
+        """Whether the modes of the group's laws hold, except those ``apart``."""
         table, found = self.table.evaluate(values), np.ones(values.shape[1], bool)
         for i, (k, choice) in enumerate(zip(self.group.laws, self.choices, strict=True)):
             place = (values[self.places[i]][None, :] == np.array(choice.modes)[:, None]).argmax(axis=0)
@@ -71,7 +71,7 @@ class Search:
         return [tuple(mode for mode in choice.modes if next(fine)) for choice in self.choices]
 
     def _take(self, trials: Trials, side: Rows) -> Mask:
-        """Gives laws that depend on what is known the first mode that holds; where a law has none."""
+        """Give laws that depend only on known values their first mode that holds; return where a law has none."""
         table = self.table.evaluate(trials.values)
         involved = np.zeros((len(self.choices), trials.point.size), bool)
         for i, (k, choice) in enumerate(zip(self.group.laws, self.choices, strict=True)):
@@ -87,7 +87,7 @@ class Search:
         return involved
 
     def _combine(self, parents: Trials, side: Rows, modes: Rows) -> Trials:
-        """Tries all columns of ``modes`` with every parent: what is consistent."""
+        """Try all columns of ``modes`` with every parent; return the consistent ones."""
         count, number = parents.point.size, modes.shape[1]
         trials = parents.some(np.repeat(np.arange(count), number))
         trials.values[self.places] = np.tile(modes, count)
@@ -95,7 +95,7 @@ class Search:
         return found.some(self._distinct(found))
 
     def _consistent(self, trials: Trials, side: Rows) -> Mask:
-        """Whether the modes hold. Notes the laws that rest under a prescribed motion."""
+        """Whether the modes hold. Marks laws that rest under a prescribed motion."""
         table = self.table.evaluate(trials.values)
         holds: Mask = np.asarray(np.isfinite(self.table.signature(table)).all(axis=0))
         for i, (k, choice) in enumerate(zip(self.group.laws, self.choices, strict=True)):
@@ -110,7 +110,7 @@ class Search:
         return holds
 
     def _distinct(self, trials: Trials) -> Index:
-        """One of all that are the same solution of the same point."""
+        """One representative of each distinct solution of a point."""
         marks = self.table.signature(self.table.evaluate(trials.values))
         kept, left = [], np.arange(trials.point.size)
         while left.size:
@@ -123,7 +123,7 @@ class Search:
 
 
 class _Table:
-    """All margins of some laws and what else tells modes apart, at many points; ``k`` is the number of a law among them."""
+    """All margins of some laws, and what distinguishes their modes, at many points; ``k`` is the number of a law among them."""
 
     def __init__(self, problem: Equilibrium, found: list[LawModes]) -> None:
         rows: list[Symbol] = []
@@ -145,7 +145,7 @@ class _Table:
         self._columns.set_common(values)
 
     def evaluate(self, values: Rows) -> Rows:
-        """All of it for the values of grid, unknowns and modes, to be read with the other methods."""
+        """The table for the values of grid, unknowns and modes, to be read with the other methods."""
         return self._columns(values)
 
     def margins(self, table: Rows, k: int) -> Rows:

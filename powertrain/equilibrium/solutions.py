@@ -1,8 +1,9 @@
-"""Operating points of many grid points: semismooth Newton's method from several starts, all points at once; then neighbours, then steps.
+"""Operating points on many grid points: a semismooth Newton method from several starts for all points at once, then from neighbours, then
+by continuation.
 
-Starts are where the model says, and with all movable laws sliding forward or backward. They are the same for every point, so that
-a point with several solutions is known as such whatever grid it belongs to. A point where none of them leads to a solution begins with
-that of its nearest neighbour, and what is left then is solved by continuation.
+The starts are the model's own, and all movable laws sliding forward or backward. They are the same for every point, so whether a point has
+several solutions does not depend on the grid. A point that no start solves begins at the solution of its nearest neighbour; the remaining
+points are solved by continuation.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ from powertrain.numerics.buffers import Array
 Index = NDArray[np.intp]
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
-"""rad/s or m/s by which laws slide at the starts."""
+"""Speeds (rad/s, m/s) at which laws slide at the starts."""
 SAME = 1e-6
-"""Solutions that differ by less, relative to their size, are one."""
+"""Solutions that differ by less, relative to their size, are equal."""
 MOST_SOURCES = 8
-"""Neighbours whose solutions are tried at a point as they are found."""
+"""Neighbours whose solutions are tried at a point as they become available."""
 OTHERS = 4
-"""How many of a point's neighbours are tried besides the nearest one."""
+"""Neighbours of a point that are tried besides the nearest one."""
 
 
 @dataclass
 class SolvedPoints:
-    """The solutions from one start, a row each; no values where there is none."""
+    """The solutions from one start, one per row; nan if there is none."""
 
     done: Mask
     y: Array
@@ -51,12 +52,12 @@ class SolvedPoints:
         return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def take(self, which: Mask, other: SolvedPoints) -> None:
-        """Takes over some of the solutions of others."""
+        """Replace some of the solutions by others."""
         for f in fields(self):
             getattr(self, f.name)[which] = getattr(other, f.name)[which]
 
     def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
-        """Takes over one solution, or some."""
+        """Replace one or more solutions."""
         self.done[p] = True
         for name in ("y", "modes", "tau", "given", "yields"):
             getattr(self, name)[p] = getattr(found, name)
@@ -64,7 +65,7 @@ class SolvedPoints:
 
 @dataclass(frozen=True)
 class Best:
-    """One solution of every point, the number of different ones (2: several), laws at rest under a given motion, laws that differ."""
+    """One solution per point, the number of different ones (2: several), laws at rest under a given motion, laws that differ."""
 
     solved: SolvedPoints
     number: NDArray[np.intp]
@@ -75,14 +76,14 @@ class Best:
 class Solutions:
     """Solves one steady problem at many points. Serves one thread.
 
-    Solutions beyond a limit of the model (``within`` says which are not) are taken only where there is no other.
+    Solutions beyond a limit of the model (``within`` is False) are used only if there are no others.
     """
 
     def __init__(self, laws: SteadyLaws, within: Callable[[Array, SolvedPoints], Mask]) -> None:
         self.laws, self.within, self.continuation = laws, within, Continuation(laws)
 
     def solve(self, grid: Array, side: Array) -> Best:
-        """The points of ``grid``, a row each; ``side`` as in ``SteadyLaws.next_modes``, a row each."""
+        """The points of ``grid``, one per row; ``side`` as in ``SteadyLaws.next_modes``, one row per point."""
         laws, count = self.laws, len(grid)
         number = np.zeros(count, np.intp)
         differing = np.zeros((count, laws.balance.modes.numel()), bool)
@@ -120,7 +121,7 @@ class Solutions:
         return SolvedPoints(np.zeros(count, bool), y, modes, tau, near.given.copy(), near.yields.copy())
 
     def _from(self, first: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> SolvedPoints:
-        """The solutions from one start, with the modes that its speeds say; at points where another began with these there are none."""
+        """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes."""
         laws, count = self.laws, len(grid)
         found = self._nothing(near)
         found.y += first
@@ -139,14 +140,14 @@ class Solutions:
         return found
 
     def _leave(self, found: SolvedPoints, beyond: SolvedPoints, grid: Array) -> None:
-        """Moves the solutions that are beyond a limit of the model from ``found`` to ``beyond``."""
+        """Move solutions beyond a limit of the model from ``found`` to ``beyond``."""
         out = found.done.copy()
         out[out] = ~self.within(grid[out], found.some(out))
         beyond.take(out, found)
         found.done[out] = False
 
     def _relax(self, best: SolvedPoints, first: Array, grid: Array, side: Array) -> None:
-        """Solves the points that have no solution yet where their motion comes to rest."""
+        """Solve remaining points by following their motion until it comes to rest."""
         left = np.flatnonzero(~best.done)
         if not left.size:
             return
@@ -159,7 +160,7 @@ class Solutions:
         best.done[done], best.y[done], best.modes[done] = True, end.y[good], end.modes[good]
 
     def _rest_of(self, best: SolvedPoints, beyond: SolvedPoints, grid: Array, side: Array) -> None:
-        """Solves the points that have no solution yet: as their neighbours, else by continuation."""
+        """Solve remaining points from their neighbours, else by continuation."""
         failed, tries, rank = np.zeros(len(grid), bool), np.zeros(len(grid), int), np.ones(len(grid), int)
         place, fresh = _scaled(grid), np.flatnonzero(best.done)
         while True:
@@ -193,7 +194,7 @@ class Solutions:
         return bool(self.within(grid[None], one)[0])
 
     def _spread(self, found: SolvedPoints, grid: Array, side: Array, left: Index, sources: Index) -> Index:
-        """Begins at points with the solutions of others; which points have one now."""
+        """Start at points from the solutions of others; return the points that now have one."""
         some = found.some(sources)
         start = Iterates(grid[left], some.y, some.modes, some.tau)
         end, good = corrected(self.laws, start, Near(some.given, some.yields), side[left], changes=CHANGES, firm=True)
@@ -203,7 +204,7 @@ class Solutions:
         return left[good]
 
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
-        """Whether two solutions differ in unknowns, or in the torque of a law that slides."""
+        """Whether two solutions differ in unknowns, or in the torque of a sliding law."""
         at = Iterates(grid, one.y, one.modes, one.tau)
         value = self.laws.values(at)
         slides = np.abs(value.speed) > self.laws.zone(value, at)
@@ -213,14 +214,14 @@ class Solutions:
         return np.asarray(y.any(axis=1) | tau.any(axis=1))
 
     def _rank(self, found: SolvedPoints) -> NDArray[np.intp]:
-        """Laws at rest come before laws that slide, and forward before backward."""
+        """Preference: laws at rest before sliding laws, forward before backward."""
         modes = found.modes[:, : self.laws.frictions]
         rank: NDArray[np.intp] = 2 * (modes != STUCK).sum(axis=1) + (modes == BACKWARD).any(axis=1)
         return rank
 
 
 def _scaled(grid: Array) -> Array:
-    """The points with every axis from 0 to 1."""
+    """The points with every axis scaled to 0 to 1."""
     low, high = grid.min(axis=0, initial=np.inf), grid.max(axis=0, initial=-np.inf)
     with np.errstate(all="ignore"):
         scaled = (grid - low) / np.where(high > low, high - low, 1.0)

@@ -1,8 +1,8 @@
-"""The conditions of a steady state and what they determine: one square system, solved symbolically as far as it goes.
+"""The conditions of a steady state and their unknowns: one square system, solved symbolically as far as possible.
 
-Steady is a state whose derivative is zero. Angles that merely turn, that is states on which no rate, residual or law depends, are left
-out, and where only differences of states matter, one of them is. A prescribed variable is one more condition; it needs one more
-unknown (an input or a parameter to be found), or it holds a state whose own rate is then left over.
+In a steady state all derivatives are zero. Angles that merely turn, i.e. states on which no rate, residual or law depends, are left out.
+If only differences of states matter, one of them is left out. A prescribed variable is one more condition. It needs one more unknown (an
+input or parameter to be found), or it holds a state whose own rate is then not required to be zero.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from powertrain.numerics.buffers import Array
 
 @dataclass
 class Equilibrium:
-    """The steady problem as expressions of the grid's values, the unknowns ``u`` that stay implicit, the modes and the common values.
+    """The steady problem as expressions of grid values, implicit unknowns ``u``, modes and common values.
 
-    ``rows`` are zero at ``u``; ``blocks`` are the numbers of rows and unknowns that belong together, in the order of their solution.
-    ``solved`` are the inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
-    ``turning`` says which outputs depend on angles that merely turn; ``together`` that some states were left out because they turn
-    together, by ratios that hold for the present parameters. ``balance`` is the same problem for given torques of the laws.
+    ``rows`` are zero at ``u``; ``blocks`` are the numbers of rows and unknowns that belong together, in order of solution.
+    ``solved`` are inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
+    ``turning``: which outputs depend on angles that merely turn. ``together``: some states were left out because they turn together, at
+    ratios that hold for the present parameters. ``balance`` is the same problem for given torques of the laws.
     """
 
     grid: list[Symbol]
@@ -55,7 +55,7 @@ class Equilibrium:
 def formulate(
     compiled: Compiled, asked: Request, time: float, guesses: Mapping[str, float], parameters: Array
 ) -> Equilibrium:
-    """The steady problem of a model. ParameterError where the conditions do not determine it."""
+    """The steady problem of a model. ParameterError if the conditions do not determine it."""
     dae = compiled.dae
     placed = Placed(compiled, asked, time, parameters)
     kept = influential(dae, placed.everything)
@@ -84,7 +84,7 @@ def _reduce(
     guesses: Mapping[str, float],
     turning: Turning,
 ) -> Equilibrium:
-    """Solves what is linear and free of modes; the rest stays implicit."""
+    """Solve what is linear and independent of modes; the rest remains implicit."""
     dae, asked = placed.dae, placed.asked
     symbols = [u.symbol for u in unknowns]
     rows = [c for c, _ in conditions]

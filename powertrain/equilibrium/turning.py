@@ -18,17 +18,17 @@ from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 
 _NOTHING = 1e-9
-"""Shares of the largest slope, and of one turn, that are round-off."""
+"""Shares of the largest slope, and of one turn, that count as round-off."""
 
 
 def influential(dae: HybridDae, everything: Sequence[Symbol]) -> list[int]:
-    """The states that anything depends on."""
+    """The states on which anything depends."""
     found = dependence(everything, [dae.x[i] for i in range(dae.x.numel())])
     return [i for i in range(dae.x.numel()) if found.size and found[:, i].any()]
 
 
 def refuse_turning(asked: Request, kept: Sequence[int], placed: Placed) -> None:
-    """ParameterError where an angle is held that merely turns."""
+    """ParameterError if the request holds an angle that merely turns."""
     for name in asked.held:
         if placed.state_of(name) not in kept:
             raise ParameterError(
@@ -37,7 +37,7 @@ def refuse_turning(asked: Request, kept: Sequence[int], placed: Placed) -> None:
 
 
 def turning_together(compiled: Compiled, kept: Sequence[int], placed: Placed, parameters: Array) -> Turning:
-    """The states of which only differences matter, for given parameters. ParameterError where that changes along the grid."""
+    """The states of which only differences matter, for given parameters. ParameterError if that changes along the grid."""
     found = _null_directions(compiled.dae, kept, placed, parameters)
     moved = parameters.copy()
     moved[[i for i, n in enumerate(compiled.parameters) if n in placed.axis or n in placed.free]] *= 1.01
@@ -87,7 +87,7 @@ def _null_directions(dae: HybridDae, kept: Sequence[int], placed: Placed, values
 
 
 def lost_outputs(placed: Placed, cyclic: list[Symbol], turning: Turning) -> list[bool]:
-    """The wanted expressions that depend on how far the model has turned."""
+    """The requested expressions that depend on how far the model has turned."""
     wanted, x = placed.put(placed.asked.wanted), placed.dae.x
     leaves = [s for s in cyclic if key(s) not in {key(x[i]) for i in turning}]
     lost: NDArray[np.bool_] = np.asarray(dependence(wanted, leaves).any(axis=1))
@@ -99,7 +99,7 @@ def lost_outputs(placed: Placed, cyclic: list[Symbol], turning: Turning) -> list
         symbols = ca.symvar(change)
         point = [
             placed.values.get(key(s), generic(s)) for s in symbols
-        ]  # ratios by which angles turn are those of the parameters
+        ]  # angles turn together at ratios of the parameters
         number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
         lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > _NOTHING))
     return [bool(lost[i]) for i in range(len(wanted))]

@@ -1,1 +1,1 @@
-"""Integration methods as symbolic steps, and what controls their size."""
+"""Integration methods as symbolic steps, and step size control."""

@@ -23,21 +23,20 @@ from powertrain.numerics.sparse_lu import factorize
 from powertrain.numerics.vertex_elimination import sparse_jacobian
 
 MIDWAY = 0.1
-"""Weight of the defect of the dense output midway: the embedded error is all but blind to a kink between the stages at 0.3 and 0.8."""
+"""Weight of the defect of the dense output at midstep: the embedded error hardly sees a kink between the stages at 0.3 and 0.8."""
 _SETTLED = 1e-9
-"""Newton's steps below this share of the unknowns end."""
+"""Newton's method ends with steps below this share of the unknowns."""
 _STEPS = 5
-"""Of Newton's method after a change of modes: a bus whose current changes by a hundred amperes takes four."""
+"""Newton steps after a change of modes: a bus whose current changes by a hundred amperes takes four."""
 
 
 @dataclass(frozen=True)
 class Common:
     """Symbols and functions of time, unknowns y = (x, z), held values and parameters.
 
-    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX``, where everything is written out
-    into one list of instructions, as suits CasADi's interpreter, or ``ca.MX``, where functions are called, as suits the C compiler where
-    the list is long. What these take from held values and parameters alone is then in ``constants``: symbols and their values, by the
-    functions that have been called.
+    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX`` for one list of instructions, which
+    suits CasADi's interpreter, or ``ca.MX`` for functions that are called, which suits the C compiler if the list is long. What these
+    functions compute from held values and parameters alone is then in ``constants``: symbols and their values, by function.
     """
 
     dae: HybridDae
@@ -59,7 +58,7 @@ class Common:
 
 
 def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX) -> Common:
-    """``rows`` are the pivot rows of d(residual)/dz where there are algebraic unknowns."""
+    """``rows`` are the pivot rows of d(residual)/dz if there are algebraic unknowns."""
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
@@ -123,7 +122,7 @@ def step(model: Common, method: str) -> ca.Function:
 
 
 def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca.SX | None]:
-    """The step from ``slope``, and the weighted defect of its dense output midway where that is part of the error."""
+    """The step from ``slope``, and the weighted defect of its dense output at midstep if that is part of the error."""
     n, t, h = model.dae.x.numel(), model.time[0], model.time[1]
     if method == "dopri5":
         taken = dopri5.step(model.rates, t, h, model.y, slope)
@@ -135,13 +134,13 @@ def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca
 
 
 def error_norm(model: Common, taken: StepResult, defect: ca.SX | None) -> ca.SX:
-    """The size of all errors against what is allowed."""
+    """The norm of all errors relative to their tolerances."""
     nominal, allowed = ca.DM(model.dae.sizes), ca.DM(allowances(model.dae.x.numel(), model.dae.z.numel()))
     scale = allowed * (
         model.tolerance[1] * nominal + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     )
     errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)
-    return ca.sqrt(ca.norm_2(errors)) if model.y.numel() else model.kind(0)  # no less than the largest; nan if one is
+    return ca.sqrt(ca.norm_2(errors)) if model.y.numel() else model.kind(0)  # at least the largest; nan if one is
 
 
 def verdict_function(indicators: int) -> ca.Function:
@@ -176,7 +175,7 @@ def fresh(model: Common) -> ca.Function:
 
 
 def rest(model: Common) -> ca.Function:
-    """At an event, before modes are found: what has been stuck is at rest, but for what a long step leaves. (time, y, m, p) -> y."""
+    """At an event, before modes are found: sets the speeds of stuck laws to zero. (time, y, m, p) -> y."""
     return _function(PREFIX + "rest", [model.time, model.y, model.dae.m, model.dae.p], [_at_rest(model, model.y)])
 
 
@@ -188,16 +187,16 @@ def _at_rest(model: Common, y: ca.SX) -> ca.SX:
 
 
 def _right_slope(model: Common, y: ca.SX) -> ca.SX:
-    """The right limit of the slope, where a table bends at this very instant."""
+    """The right limit of the slope if a table has a kink at this instant."""
     n, t = model.dae.x.numel(), model.time[0]
     soon = NOW * ca.fmax(1, ca.fabs(t))
     return model.rates(t + soon, ca.vertcat(y[:n, :] + soon * model.rates(t, y)[:n, :], y[n:, :]))
 
 
 def corner(model: Common) -> ca.Function:
-    """At a corner of time signals: as ``fresh`` without a step size, and whether anything has to be resolved.
+    """At a corner of time signals: like ``fresh`` without a step size, and whether modes must be resolved.
 
-    (time, y, m, p) -> (y, slope, [0 if all modes stay and no law is held at its limit, sum])
+    (time, y, m, p) -> (y, slope, [0 if all modes hold and no law is held at its limit, sum])
     """
     dae = model.dae
     n, t = dae.x.numel(), model.time[0]
@@ -215,9 +214,9 @@ def corner(model: Common) -> ca.Function:
 
 
 def locate(model: Common) -> ca.Function:
-    """Unknowns and indicators at a fraction of the step, and the smallest of the indicators for which ``above`` is not positive.
+    """Unknowns and indicators at a fraction of the step, and the least indicator among those for which ``above`` is not positive.
 
-    (time, fraction, above, dense, m, p) -> (y, g, least). Algebraic unknowns are corrected twice towards their equations.
+    (time, fraction, above, dense, m, p) -> (y, g, least). Algebraic unknowns get two Newton corrections.
     """
     dae = model.dae
     n = dae.x.numel()
@@ -249,7 +248,7 @@ def _algebra(dae: HybridDae) -> ca.Function:
 
 
 def newton(model: Common) -> ca.Function:
-    """Some full steps of Newton's method for z: (time, y, m, p) -> (z, [0 if the last ends the search]); pivots are fixed beforehand."""
+    """A few full Newton steps for z: (time, y, m, p) -> (z, [0 if converged]); the order of pivots is fixed."""
     dae = model.dae
     n = dae.x.numel()
     z, before, last, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0), ca.SX(0)
@@ -287,7 +286,7 @@ def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
 
 
 def jacobian(model: Common) -> ca.Function:
-    """d(xdot)/dx, dense, and its norm, for the choice of the method: (time, y, m, p) -> (matrix, largest sum of a row)."""
+    """d(xdot)/dx, dense, and its norm, for choosing the method: (time, y, m, p) -> (matrix, largest row sum)."""
     matrix = ca.jacobian(model.rates(model.time[0], model.y), model.y)
     norm = ca.mmax(ca.sum2(ca.fabs(matrix))) if matrix.numel() else ca.SX(0)
     return _function(PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [matrix, norm])

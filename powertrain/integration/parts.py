@@ -1,7 +1,7 @@
-"""A step of machine code in parts: constants, the advance, what its four samples give, the verdict.
+"""A compiled step in parts: constants, the advance, its four samples, the verdict.
 
-What depends on held values and parameters alone is computed when these change. A rejected step ends after the advance. The samples are
-computed abreast. The results are those of the step in one function, up to round-off.
+What depends only on held values and parameters is computed when these change. A rejected step ends after the advance. The samples are
+computed side by side. The results equal those of the step in one function, up to round-off.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def _advance(model: Common, method: str) -> dict[str, ca.Function]:
 
 
 def _samples(model: Common) -> Compilable:
-    """(points, m, p) -> indicators and rates at these points, a row for each."""
+    """(points, m, p) -> indicators and rates at these points, one row per point."""
     dae = model.dae
     found = ca.vertcat(*(indicator.value for indicator in indicators(dae)), dae.xdot, dae.residual)
     return abreast(f"{PREFIX}samples", ca.vertcat(dae.t, dae.x, dae.z), [dae.m, dae.p], ca.cse(ca.densify(found)))
@@ -62,7 +62,7 @@ def _verdict(model: Common) -> ca.Function:
 
 
 class Parts:
-    """The parts of a step, as one of the ``calls`` for each direction of the double buffer."""
+    """The parts of a step, callable for each direction of the double buffer."""
 
     def __init__(self, functions: dict[str, ca.Function], memory: Memory) -> None:
         self._functions, self._memory = functions, memory

@@ -1,4 +1,4 @@
-"""Whether the indicators' samples inside one step are enough to trust their signs in between."""
+"""Whether the samples of indicators inside a step suffice to trust their signs in between."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from collections.abc import Sequence
 import casadi as ca
 
 ROUGH = 0.4
-"""Above this share of its size, the third difference of an indicator says that its samples do not resolve it."""
+"""If the third difference of an indicator exceeds this share of its size, its samples do not resolve it."""
 _NOISE = 1e-6
-"""Indicators below this size (rad/s, N.m, ...) are not asked to be smooth."""
+"""Indicators below this size (rad/s, N.m, ...) need not be smooth."""
 _BLUNT, _SKEW = 0.0012, 0.065
-"""How much too high the minimum of a parabola may be between its samples: shares of its second difference and of the third one.
+"""Bound on how much the minimum of a parabola between samples is too high: shares of its second and of its third difference.
 
-3/4 of the fourth difference over 24, that of a sine's samples at 1/32 of its period; and 2/3^1.5 of the third difference over 6.
+3/4 of the fourth difference over 24, for a sine sampled at 1/32 of its period; and 2/3^1.5 of the third difference over 6.
 """
 _BEYOND = 0.5
-"""How far behind the last sample a minimum counts, in distances between samples.
+"""How far beyond the last sample a minimum counts, in sample distances.
 
-A next step that is five times as long finds a minimum so near its start too early, by up to 0.1 of its own distances: before it begins.
+A next step five times as long finds a minimum near its start too early, by up to 0.1 of its own sample distances: before the step starts.
 """
 
 
 def least(values: ca.SX) -> ca.SX:
-    """The smallest entry, or 1 where there is none."""
+    """The smallest entry, or 1 if there is none."""
     smallest = values[0] if values.numel() else ca.SX(1.0)
     for i in range(1, values.numel()):
         smallest = ca.fmin(smallest, values[i])
@@ -33,9 +33,9 @@ def least(values: ca.SX) -> ca.SX:
 def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
     """Whether parabolas through an indicator's samples dip below zero inside the step, and the largest relative third difference.
 
-    They also do where they are no further above zero than they may be wrong. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the
-    step; one that is below zero at a sample is located. Another's fall in the same step does not matter: the dip may be before it.
-    Error control alone does not see what stuck laws carry: their states stand still while the torques change.
+    They also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step.
+    Indicators below zero at a sample are located anyway; another indicator that falls in the same step does not matter, as the dip may come
+    first. Error control alone does not see the torques of stuck laws: the states stand still while these torques change.
     """
     dips, rough = ca.SX(0.0), ca.SX(0.0)
     for i in range(samples[0].numel()):
@@ -52,10 +52,10 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
 
 
 def _dips(value: ca.SX, slope: ca.SX, bend: ca.SX, unsure: ca.SX, between: tuple[float, float]) -> ca.SX:
-    """Whether the minimum of the parabola value + slope q + bend q^2/2 is ``between`` two places and below zero, as far as it is known.
+    """Whether the minimum of the parabola value + slope q + bend q^2/2 is ``between`` two places and below zero, within ``unsure``.
 
-    The minimum is value - slope^2/(2 bend), at q = -slope/bend. ``inside`` implies bend > 0, or slope = bend = 0, where there is none.
-    Before its samples, where an indicator may just have left zero, the parabola is taken at its word.
+    The minimum is value - slope^2/(2 bend), at q = -slope/bend. ``inside`` implies bend > 0, or slope = bend = 0 without a minimum.
+    Before the samples, where an indicator may just have left zero, the parabola counts as exact.
     """
     low, high = between
     inside = ca.logic_and(slope <= -low * bend, -slope <= high * bend)

@@ -1,4 +1,4 @@
-"""Rodas5P for large models: the same step with a numeric sparse factorisation, where the symbolic one no longer pays."""
+"""Rodas5P for large models: the same step with a numeric sparse factorisation, where symbolic elimination is no longer efficient."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _DENSE = np.array(rodas5p.DENSE)
 
 
 class SparseStep:
-    """One direction of the double buffer; ``call()`` does what the fused step functions do, pivoting included."""
+    """One direction of the double buffer; ``call()`` does the same as the fused step functions, including pivoting."""
 
     def __init__(self, model: Common, memory: Memory, side: int) -> None:
         self._memory, self._from, self._to = memory, memory.y[side], memory.y[1 - side]
@@ -61,7 +61,7 @@ class SparseStep:
         self._pattern = (rows, np.array(pattern.colind()))
 
     def call(self) -> None:
-        """Step from ``memory.time`` on; results as of the fused step functions."""
+        """Step from ``memory.time``; results as for the fused step functions."""
         memory, n = self._memory, self._n
         t, h = float(memory.time[0]), float(memory.time[1])
         y = self._from[:n]

@@ -1,4 +1,4 @@
-"""Step functions for one combination of modes: half the instructions of the one that serves all combinations."""
+"""Step functions for one combination of modes, with half the instructions of the general step function."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.folding import folded
 
 Calls: TypeAlias = list[Callable[[], None]]
-"""A step in both directions of the double buffer; machine code takes its place in the list when it is there."""
+"""A step in both directions of the double buffer; machine code replaces it in the list when it is ready."""
 OFTEN = 5000
-"""Steps in the same modes after which these have a function of their own: building one costs as much as it saves in so many."""
+"""Steps in the same modes after which a special function is built: building one costs what it saves in so many steps."""
 
 
 HELD = 2
-"""The place of the held values among the arguments of a step."""
+"""The position of the held values among the arguments of a step."""
 
 
 def for_modes(step: ca.Function, places: Sequence[int], modes: Sequence[float]) -> ca.Function:
-    """A step function with numbers in these places of its held values, with the same results."""
+    """A step function with constants at these positions of its held values, with the same results."""
     return folded(step, {(HELD, place): mode for place, mode in zip(places, modes, strict=True)})
 
 
 class SpecialSteps:
-    """Counts the steps in every combination of modes and gives the frequent ones a step function of their own.
+    """Counts the steps in every combination of modes and builds special step functions for the frequent ones.
 
-    It is kept from run to run, and when it is taken makes no difference to the results. ``build(method, modes)`` makes one.
+    They are kept from run to run; using them does not change the results. ``build(method, modes)`` builds one.
     """
 
     def __init__(self, places: Sequence[int], build: Callable[[str, list[float]], Calls]) -> None:
@@ -39,7 +39,7 @@ class SpecialSteps:
         self._code = b""
 
     def get(self, method: str, m: Array, general: Calls) -> Calls:
-        """The steps for the modes in ``m``; ``general`` until they are frequent."""
+        """The steps for the modes in ``m``; ``general`` until these modes are frequent."""
         modes = m.take(self._places)
         self._code = code = modes.tobytes()
         if self._taken.get(code, 0) < OFTEN:
@@ -49,5 +49,5 @@ class SpecialSteps:
         return self._built[method, code]
 
     def count(self, steps: int) -> None:
-        """So many steps were taken with the modes of the last ``get``."""
+        """Count ``steps`` steps with the modes of the last ``get``."""
         self._taken[self._code] = self._taken.get(self._code, 0) + steps

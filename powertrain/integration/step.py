@@ -1,4 +1,4 @@
-"""What one symbolic step of an integration method consists of."""
+"""The result of one symbolic step of an integration method."""
 
 from __future__ import annotations
 

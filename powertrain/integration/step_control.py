@@ -1,4 +1,4 @@
-"""What a step tells the loop: whether its error is small enough, whether its indicators are resolved, and how long the next one may be."""
+"""The verdict on a step: whether its error is small enough, whether its indicators are resolved, and the next step size."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 from powertrain.integration.samples import ROUGH, least, survey
 
 ALGEBRAIC = 10.0
-"""Times the tolerance that the local error of an algebraic unknown may be: it is not handed on, the states decide the next value."""
+"""Factor on the tolerance for algebraic unknowns: their error is not passed on, because the states determine the next value."""
 GROWTH = 5.0
-"""The most by which a step may be longer than the one before."""
+"""The largest ratio of a step to the one before."""
 _CALM, _MOST_CHANGE = 0.003, 0.3
-"""Share of the third difference from which it holds the next step back, and the one it aims at."""
+"""Relative third difference above which it limits the next step, and the value aimed at."""
 
 
 def allowances(states: int, algebraic: int) -> NDArray[np.float64]:
-    """Times the tolerance that each unknown may be off in one step."""
+    """The allowed error of each unknown in one step, as a factor on the tolerance."""
     return np.array([1.0] * states + [ALGEBRAIC] * algebraic)
 
 
 def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX]) -> ca.SX:
-    """Error norm, 1 where the indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample.
+    """Error norm, 1 if indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample.
 
     ``before`` is the error norm of the last step, ``samples`` the indicators at 1/4, 1/2, 3/4 and 1 of the step.
     """
@@ -36,9 +36,9 @@ def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.S
 
 
 def growth(norm: ca.SX, before: ca.SX, rough: ca.SX) -> ca.SX:
-    """The next step size over this one: a PI controller on the error norm, held back where indicators are barely resolved.
+    """Ratio of the next step size to this one: a PI controller on the error norm, limited if indicators are barely resolved.
 
-    Where the error is far below the tolerance, as after an event, nothing is gained by patience: the size for 0.6**5 is taken at once.
+    If the error is far below the tolerance, as after an event, caution gains nothing: the step grows at once to the size for 0.6**5.
     """
     error = ca.fmax(norm, 1e-10)
     factor = ca.fmax(0.9 * error**-0.14 * before**0.08, 0.6 * error**-0.2)

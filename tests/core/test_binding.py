@@ -91,7 +91,8 @@ class Circle(pt.Component):
 
 def test_circle_is_named() -> None:
     with pytest.raises(
-        pt.ModelError, match=r"(?s)in a circle: ([ab]\.J) by [ab]\.J by \1;.*self\.b\.J == .*test_binding.py"
+        pt.ModelError,
+        match=r"(?s)circular definition of parameters: ([ab]\.J) by [ab]\.J by \1;.*self\.b\.J == .*test_binding.py",
     ) as caught:
         pt.compile(Circle())
     assert "self.a.J == self.b.J - 1" in str(caught.value)

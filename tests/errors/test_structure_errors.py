@@ -31,7 +31,7 @@ def test_two_speed_sources_on_one_shaft() -> None:
         "over-determined: 2 equations for the 1 unknown",
         "motor: yield from following_speed(self.phi, self.w, self.w_ref.value, self.exact, self.f_crit) (motions.py:",
         "brake: yield self.w == self.w_fixed (motions.py:",
-        "one of these has to go",
+        "remove one of these",
         do=lambda: pt.compile(OneShaft()),
     )
 
